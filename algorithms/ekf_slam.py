@@ -13,10 +13,12 @@ Sightings may lack the name of their beacon; those are associated with the map, 
 import itertools
 import math
 from collections.abc import Hashable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 from numpy.random import Generator
+from scipy.linalg import block_diag
 
 from mjsim.geometry import Array, Pose, wrap_angles
 from mjsim.interface import BeaconInfo, Estimate, Observation, Odometry, RobotInfo, Sighting
@@ -184,10 +186,22 @@ class EkfSlam:
             innovations=innovations,
             joint_covariance=self._filter.joint_covariance_of(mapped) if self._joint else None,
         )
-        if self._past is None:
-            return belief
-        self._past.mark(self._filter)
-        return self._past.reported(belief)
+        if self._past is not None:
+            self._past.mark(self._filter)
+            belief = self._past.reported(belief)
+        return self._as_lost(belief) if self._relocation.lost else belief
+
+    def _as_lost(self, belief: Estimate) -> Estimate:
+        """Return a belief with the covariance of a pose of which little is known."""
+        places = {name: mean for name, (mean, _) in self._filter.landmarks(self._mapped()).items()}
+        covariance, joint = self._relocation.covariance(self._filter.pose, places), belief.joint_covariance
+        if joint is not None:
+            joint = block_diag(covariance, joint[3:, 3:])
+        return replace(belief, covariance=covariance, joint_covariance=joint)
+
+    def lost(self) -> bool:
+        """Return whether nearly all recent sightings contradict the map."""
+        return self._relocation.lost
 
     @property
     def systematic_errors(self) -> Array:
@@ -255,14 +269,18 @@ class EkfSlam:
         """Correct by sightings within the gate; remove landmarks on probation that too many contradict."""
         Z, R = self._measured(sightings)
         nu, S = self._filter.innovations(names, Z, R)
-        good = _squared_distances(nu, S) < self._gate
-        counting = np.flatnonzero(good).tolist()
+        distances = _squared_distances(nu, S)
+        good = distances < self._gate
+        lost = self._relocation.lost
+        counting = [] if lost else np.flatnonzero(good).tolist()
         if counting:
             together = self._errors.covariance([sightings[i] for i in counting], scale=self._sighting_scale)
             self._filter.update([names[i] for i in counting], Z[counting], together)
-        for name, sighting, agrees in zip(names, sightings, good.tolist(), strict=True):
+        for name, sighting, agrees, distance in zip(names, sightings, good.tolist(), distances.tolist(), strict=True):
             if name not in self._probation:
-                self._relocation.record(name, sighting, failed=not agrees)
+                self._relocation.record(name, sighting, distance, gate=self._gate)
+            if lost:
+                continue
             if agrees:
                 self._probation.agrees(name, time)
             elif self._probation.fails(name):

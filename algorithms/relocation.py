@@ -1,14 +1,14 @@
 """Relocalization of a robot that is lost on its own map.
 
 A filter with an error far beyond its covariance rejects every correct sighting as an outlier, and stays wrong. If
-nearly all recent sightings fail the gate, the pose is wrong: the robot was kidnapped, slipped, or was pushed. The
-sightings of the last seconds, propagated by odometry, are then matched with the map.
+nearly all recent sightings of named landmarks fail the gate, they are evidence about the robot, not about the
+landmarks: it was kidnapped, slipped, or was pushed. From then on no sighting corrects the map, and the belief says how
+little is known, until two landmarks, seen one after the other, give the pose, or sightings agree again.
 """
 
 import itertools
 from collections import deque
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,50 +16,118 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 from mjsim.interface import Sighting
 
+from .ekf_models import innovation
 from .recent_motion import MEMORY, RecentMotion
 
 COUNTED, FAILING = 12, 9
 """Number of recent sightings of the map, and of failures among them for a lost robot; if half are wrong, fewer fail."""
+AGREES, AGAIN = 6.0, 3
+"""A robot is no longer lost if nearly all of its last sightings agree with where it would be otherwise: squared
+Mahalanobis distance of one that does (chi-square, 2 degrees of freedom: 95 %), and number of others."""
+ROW, ROW_SECONDS = 5, 1.0
+"""Failures in a row, over at least this time [s], that suffice as well."""
+TRIAL = 3
+"""Failures, with no agreement between, after which a robot that was found is lost again."""
+ANY_HEADING = np.pi**2 / 3.0
+"""Variance of a heading of which nothing is known [rad^2]."""
+STEADY, STEADY_GATE = 1.0, 9.2
+"""Sightings of a landmark up to this long apart [s] agree if their squared Mahalanobis distance is below the gate
+(chi-square, 2 degrees of freedom: 99 %)."""
 AGREEING = 0.7
 """Proportion of the sightings that a new pose must explain."""
 MIN_DISTANCE = 0.5
 """Least distance between the two sightings that give a pose [m]."""
-MAX_SIGHTINGS = 40
+MAX_SIGHTINGS = 200
 """Most sightings used, the newest ones."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Record:
-    name: Hashable
-    sighting: Sighting
-
-
 class Relocation:
-    """Records which sightings of the map failed, and finds the pose that explains them."""
+    """Records which sightings of the map failed, and says whether the robot is lost and how little is known then."""
 
     def __init__(self) -> None:
         """Start with nothing seen."""
-        self._records: deque[_Record] = deque(maxlen=MAX_SIGHTINGS)
+        self._records: deque[tuple[Hashable, Sighting]] = deque(maxlen=MAX_SIGHTINGS)
         self._failed: deque[bool] = deque(maxlen=COUNTED)
+        self._row: deque[float] = deque(maxlen=MAX_SIGHTINGS)
+        self._agreeing: set[Hashable] = set()
+        self._lost = False
 
     @property
     def lost(self) -> bool:
         """Whether nearly all of the last sightings failed."""
-        return sum(self._failed) >= FAILING
+        return self._lost
 
-    def record(self, name: Hashable, sighting: Sighting, *, failed: bool) -> None:
-        """Record a sighting of a landmark of the map."""
-        self._records.append(_Record(name, sighting))
+    def record(self, name: Hashable, sighting: Sighting, distance: float, *, gate: float) -> None:
+        """Record a sighting of a landmark of the map.
+
+        Args:
+            name: Of the landmark.
+            sighting: As it came.
+            distance: Its squared Mahalanobis distance from what was expected.
+            gate: The distance above which it fails.
+        """
+        failed = distance > (AGREES if self._lost else gate)
+        if failed or self._lost:
+            self._records.append((name, sighting))
+        if failed:
+            self._row.append(sighting.stamp)
+        else:
+            self._row.clear()
+            self._agreeing.add(name)
+            if not self._lost:
+                self._records.clear()
         self._failed.append(failed)
+        failures = sum(self._failed)
+        if not self._lost:
+            self._lost = failures >= FAILING or self._is_row()
+            self._agreeing.clear()
+        elif failures <= AGAIN and len(self._agreeing) > 1:
+            self._lost = False
+
+    def _is_row(self) -> bool:
+        return len(self._row) >= ROW and self._row[-1] - self._row[0] >= ROW_SECONDS
 
     def found(self) -> None:
-        """Reset the record of failures after a new pose."""
-        self._failed.clear()
+        """Forget what failed before a new pose; it is on trial."""
+        self._records.clear()
+        self._row.clear()
+        self._failed = deque([True] * (FAILING - TRIAL), maxlen=COUNTED)
+        self._lost = False
 
     def recent(self, motion: RecentMotion, time: float) -> tuple[list[Hashable], list[Sighting]]:
-        """Return the newest sighting of each landmark of the map, transformed to the current pose."""
-        newest = {record.name: record.sighting for record in self._records if time - record.sighting.stamp < MEMORY}
-        return list(newest), [motion.to_now(sighting) for sighting in newest.values()]
+        """Return the newest sighting of each landmark of the map since they fail, transformed to the current pose.
+
+        A landmark whose last sightings disagree with each other, given odometry, was seen while the robot was pushed or
+        slipped; it says nothing about where the robot is now.
+        """
+        by_name: dict[Hashable, list[Sighting]] = {}
+        for name, sighting in self._records:
+            if time - sighting.stamp < MEMORY:
+                by_name.setdefault(name, []).append(sighting)
+        steady = {name: looks[-1] for name, looks in by_name.items() if _agree(looks, motion)}
+        return list(steady), [motion.to_now(sighting) for sighting in steady.values()]
+
+    def covariance(self, pose: Array, places: Mapping[Hashable, Array]) -> Array:
+        """Return that of the pose of a lost robot, shape (3, 3).
+
+        The robot is somewhere on a circle about the landmark that it saw last, with any heading: the mean square of the
+        distance from there to the given pose.
+
+        Args:
+            pose: Mean, shape (3,).
+            places: Positions of the landmarks of the map, shape (2,) each [m].
+        """
+        name, sighting = self._records[-1]
+        squared = 0.5 * (float(np.sum((places[name] - pose[:2]) ** 2)) + sighting.range**2)
+        return np.diag([squared, squared, ANY_HEADING])
+
+
+def _agree(looks: Sequence[Sighting], motion: RecentMotion) -> bool:
+    """Return whether the newest sighting of a landmark agrees with one of about a second before, given odometry."""
+    last = motion.to_now(looks[-1])
+    first = motion.to_now(next(look for look in looks if look.stamp >= looks[-1].stamp - STEADY))
+    nu = innovation(np.array([[last.range, last.bearing]]), np.array([[first.range, first.bearing]]))[0]
+    return bool(nu @ np.linalg.solve(first.covariance + last.covariance, nu) < STEADY_GATE)
 
 
 def pose_from_sightings(

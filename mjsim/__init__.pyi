@@ -48,6 +48,7 @@ from .interface import Odometry as Odometry
 from .interface import PointCloud as PointCloud
 from .interface import RobotInfo as RobotInfo
 from .interface import SaysBlocked as SaysBlocked
+from .interface import SaysLost as SaysLost
 from .interface import Scan as Scan
 from .interface import SensorInfo as SensorInfo
 from .interface import Shown as Shown

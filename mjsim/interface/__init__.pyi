@@ -24,6 +24,7 @@ from .protocols import HasPath as HasPath
 from .protocols import Navigator as Navigator
 from .protocols import Observer as Observer
 from .protocols import SaysBlocked as SaysBlocked
+from .protocols import SaysLost as SaysLost
 from .protocols import TakesGoals as TakesGoals
 from .protocols import TakesMap as TakesMap
 from .readings import CLOUD_FIELDS as CLOUD_FIELDS

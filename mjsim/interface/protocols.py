@@ -28,6 +28,14 @@ class HasPath(Protocol):
 
 
 @runtime_checkable
+class SaysLost(Protocol):
+    """An estimator that also says when its robot is lost; recorded as the events `lost` and, afterwards, `found`."""
+
+    def lost(self) -> bool:
+        """Return whether what the robot senses does not fit its estimate; called once after each update."""
+
+
+@runtime_checkable
 class SaysBlocked(Protocol):
     """A navigator that also says why its robot does not get on; the beginning is recorded as the event `blocked`."""
 

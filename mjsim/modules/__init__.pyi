@@ -3,6 +3,7 @@ from .boundary import error_text as error_text
 from .boundary import name_of as name_of
 from .checks import checked_command as checked_command
 from .checks import checked_estimate as checked_estimate
+from .checks import checked_lost as checked_lost
 from .checks import checked_path as checked_path
 from .checks import checked_reason as checked_reason
 from .checks import checked_show as checked_show

@@ -114,6 +114,13 @@ def checked_reason(reason: object) -> str | None:
     return reason
 
 
+def checked_lost(lost: object) -> bool:
+    """Check whether an estimator says that its robot is lost, and return it."""
+    if not isinstance(lost, (bool, np.bool_)):
+        raise Unfit(f"returned {kind_of(lost)}; it must be True or False")
+    return bool(lost)
+
+
 def checked_path(path: object) -> Array:
     """Check a trajectory; return rows of time [s], x, y [m] and heading [rad], shape (M, 4)."""
     if not isinstance(path, Sequence) or isinstance(path, (str, bytes)):

@@ -29,7 +29,7 @@ _FIELDS = tuple((codec.field, codec.encode, codec.sparse) for codec in CODECS)
 _ENCODER = json.JSONEncoder(separators=(",", ":"), allow_nan=False, check_circular=False)
 ROUGHLY_UNIT = 1e-6
 """Tolerance of the norm of a quaternion; MuJoCo keeps it at 1 within rounding."""
-_LEVELS = {"changed": 2, "blocked": 2, "bump": 3, "fall": 4, "fault": 4}
+_LEVELS = {"changed": 2, "found": 2, "blocked": 2, "lost": 3, "bump": 3, "fall": 4, "fault": 4}
 """Foxglove's log levels for information, warning and error."""
 
 

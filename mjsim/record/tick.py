@@ -9,9 +9,10 @@ from mjsim.interface import Command, Estimate, Observation, Sighting, WheelComma
 from mjsim.mechanics import JointMotion, SensorReadings
 from mjsim.world import Looks, WorldEvent
 
-EventKind = Literal["bump", "blocked", "fall", "fault", "changed"]
-"""bump: contact; blocked: a command was not executed, or the navigator finds no way; fall: it fell over; fault: a
-module failed; changed: its noise was changed."""
+EventKind = Literal["bump", "blocked", "lost", "found", "fall", "fault", "changed"]
+"""bump: contact; blocked: a command was not executed, or the navigator finds no way; lost, found: the estimator begins
+and ceases to say that what the robot senses does not fit; fall: it fell over; fault: a module failed; changed: its
+noise was changed."""
 
 
 @dataclass(frozen=True, slots=True)

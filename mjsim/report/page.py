@@ -137,12 +137,18 @@ def _times(run: dict[str, Any]) -> Iterator[Block]:
         yield HtmlTable(("", "mean [ms]", "99 % below [ms]"), rows)
 
 
+def _events(recording: Recording, title: str, *kinds: str) -> tuple[Block, ...]:
+    """Return a table of the robots' events of some kinds; none without any."""
+    events = [event for track in recording.robots.values() for event in track.events if event.kind in kinds]
+    return (Heading(title), HtmlTable((), [(each.text, f"{each.time:.2f} s") for each in events])) if events else ()
+
+
 def _page(recording: Recording, run: dict[str, Any], blocks: Iterable[Block]) -> str:
     factor = "" if run["real_time_factor"] is None else f", {run['real_time_factor']:.1f} times real time"
     happened = [(event_text(event), f"{event.time:.2f} s") for event in as_motions(recording.events)]
     story = (Heading("What happened to the world"), HtmlTable((), happened)) if happened else ()
-    blocked = [(e.text, f"{e.time:.2f} s") for t in recording.robots.values() for e in t.events if e.kind == "blocked"]
-    stops = (Heading("Where robots could not go on"), HtmlTable((), blocked)) if blocked else ()
+    stops = _events(recording, "Where robots could not go on", "blocked")
+    stops += _events(recording, "When robots were lost", "lost", "found")
     cut = "" if run["whole"] else "; the file ends before its end: the run was killed, or the file was cut"
     about = Paragraph(f"{run['sim_seconds']:.1f} s simulated{factor}, seed {run['seed']}{cut}", "run")
     notes = (Paragraph(f"{note.message}.") for note in world_notes(recording.world))

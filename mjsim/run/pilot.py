@@ -33,6 +33,7 @@ from mjsim.modules import (
     Hosted,
     checked_command,
     checked_estimate,
+    checked_lost,
     checked_path,
     checked_reason,
     checked_show,
@@ -133,9 +134,9 @@ def _avoidance_of(driver: Driver) -> Avoidance | None:
     return None if driver.avoidance is False else driver.avoidance
 
 
-def _offers(navigator: Navigator | None, boundary: Boundary, method: str) -> bool:
-    """Return whether a navigator has an optional method."""
-    return navigator is not None and boundary.offers("navigator", navigator, method)
+def _offers(part: str, module: object | None, boundary: Boundary, method: str) -> bool:
+    """Return whether a module has an optional method."""
+    return module is not None and boundary.offers(part, module, method)
 
 
 class DeadReckoning:
@@ -181,6 +182,7 @@ class Pilot(Closes):
         self._touched = -np.inf
         self._blocked = False
         self._reason: str | None = None
+        self._lost = False
         self._seconds: dict[str, float] = {}
         self._boundary = Boundary(robot.name)
         self._avoidance = _avoidance_of(driver)
@@ -191,8 +193,9 @@ class Pilot(Closes):
         self._modules = [module for module in modules if module is not None]
         try:
             self._start(sealed_catalogue(catalogue), sealed_map(map), seed)
-            self._shows = _offers(driver.navigator, self._boundary, "show")
-            self._explains = _offers(driver.navigator, self._boundary, "blocked")
+            self._shows = _offers("navigator", driver.navigator, self._boundary, "show")
+            self._explains = _offers("navigator", driver.navigator, self._boundary, "blocked")
+            self._locates = _offers("estimator", driver.estimator, self._boundary, "lost")
         except BaseException:
             self.close()
             raise
@@ -269,6 +272,7 @@ class Pilot(Closes):
                 *noticed.events,
                 *self._block(seen, blocked=safe is not command),
                 *self._explain(seen.time),
+                *self._locate(seen.time),
             ),
             timing=self._seconds,
         )
@@ -336,6 +340,19 @@ class Pilot(Closes):
         if self._reason is None or before is not None:
             return ()
         return (RobotEvent(now, "blocked", f"{self._robot.name} is blocked: {self._reason}"),)
+
+    def _locate(self, now: float) -> tuple[RobotEvent, ...]:
+        """Return the event that the estimator begins, or ceases, to say that its robot is lost."""
+        estimator, boundary, before = self._driver.estimator, self._boundary, self._lost
+        if estimator is None or not self._locates:
+            return ()
+        answer = boundary.call("estimator", estimator, now, "lost")
+        self._lost = boundary.check("estimator", estimator, now, "lost", checked_lost, answer)
+        if self._lost == before:
+            return ()
+        if self._lost:
+            return (RobotEvent(now, "lost", f"{self._robot.name} is lost: what it senses does not fit its estimate"),)
+        return (RobotEvent(now, "found", f"{self._robot.name} knows where it is again"),)
 
     def _call(
         self, part: str, module: object, now: float, method: str, check: Callable[[object], T], *arguments: Any

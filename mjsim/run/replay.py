@@ -157,6 +157,10 @@ def _metadata(run: Recording, robot: str, driver: Driver, uses: Mapping[str, Use
     return metadata | ({"replayed observer": name_of(driver.observer)} if driver.observer is not None else {})
 
 
+OF_MODULES = ("fault", "lost", "found")
+"""Kinds of events that a replay does not copy: its own modules say whether they happen."""
+
+
 class _Again:
     """A replay in progress."""
 
@@ -174,7 +178,7 @@ class _Again:
     def take(self, message: RawMessage) -> bool:
         """Take the next message of the recording; returns whether it ended a tick."""
         topic, robot = message.topic, self._robot
-        if self._is_of_no_whole_tick(message) or topic in self._made_anew or self._is_fault(message):
+        if self._is_of_no_whole_tick(message) or topic in self._made_anew or self._is_of_modules(message):
             return False
         if topic == f"/{robot}/observation":
             self._copy.keep(message)
@@ -205,9 +209,9 @@ class _Again:
         over = message.time > self._last or self._row == len(self._run.time)
         return over and message.topic.rpartition("/")[2] not in ("events", "path")
 
-    def _is_fault(self, message: RawMessage) -> bool:
-        """Return whether a message reports a module that failed in the run."""
-        return message.topic == f"/{self._robot}/events" and self._run.event_in(message).kind == "fault"
+    def _is_of_modules(self, message: RawMessage) -> bool:
+        """Return whether a message reports that a module failed in the run, or that its estimator was lost."""
+        return message.topic == f"/{self._robot}/events" and self._run.event_in(message).kind in OF_MODULES
 
     def _decide(self, message: RawMessage) -> None:
         """Run the modules on an observation, and write their results."""
@@ -219,6 +223,9 @@ class _Again:
             raise
         for kind, belief in self._beliefs.of(self._now, order, moment=seen.moment):
             self._copy.put(f"/{robot}/{kind}", self._now, belief)
+        for event in order.events:
+            if event.kind in OF_MODULES:
+                self._copy.put(f"/{robot}/events", self._now, event_message(robot, event))
         joint = order.estimate.joint_covariance
         if joint is not None:
             values = covariance_message(self._now, order.estimate, np.asarray(joint, dtype=float))

@@ -17,6 +17,8 @@ export const EN_SERVER = {
   "event.goal": "goal",
   "event.bump": "bump",
   "event.blocked": "blocked",
+  "event.lost": "lost",
+  "event.found": "found",
   "event.fall": "fall",
   "event.fault": "fault",
   "figure.position_error_m.mean": "position error, mean",

@@ -1,0 +1,122 @@
+"""Drives in a room of landmarks in which a robot is pushed, slips, or is carried away, worked out without MuJoCo."""
+
+import dataclasses
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.random import Generator
+from threadpoolctl import threadpool_limits
+
+from mjsim.geometry import Array, Pose, wrap_angle
+from mjsim.interface import BeaconInfo, Estimator, Observation, Odometry, Sighting
+from tests.robots import pioneer
+
+SIZE, CORNERS = (12.0, 8.0), ((10.0, 2.0), (10.0, 6.0), (2.0, 6.0), (2.0, 2.0))
+"""Of the room [m], and where the robot drives round and round."""
+DT, EVERY, REACH, FOV = 0.04, 5, 6.0, math.radians(60.0)
+"""Tick [s], ticks between sightings, and how far [m] and wide [rad] landmarks are seen."""
+R = np.diag([0.05, math.radians(1.0)]) ** 2
+
+
+@dataclasses.dataclass(frozen=True)
+class Disturbance:
+    """What moves a robot without its odometry telling."""
+
+    time: float = 60.0
+    seconds: float = DT
+    by: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Added to x, y [m] and heading [rad], evenly over that time."""
+    to: tuple[float, float, float] | None = None
+    """The pose that it is carried to."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Errors:
+    """How an estimator did, one value a tick."""
+
+    time: Array
+    position: Array
+    """[m]"""
+    nees: Array
+    seen: Array
+    """Number of sightings."""
+    lost: Array
+    """Whether the estimator says so."""
+
+    def surely_wrong(self) -> float:
+        """Return the time with an error beyond all that the covariance allows [s]: 25 is 1 in 60,000."""
+        return float(DT * np.sum(self.nees > 25.0))
+
+
+def landmarks(number: int, rng: Generator) -> dict[str, Array]:
+    """Return landmarks near the walls, at least 1.5 m apart."""
+    places: list[Array] = []
+    while len(places) < number:
+        place = rng.uniform(0.3, np.array(SIZE) - 0.3)
+        near = np.min([place, SIZE - place]) < 0.8
+        if near and all(np.hypot(*(place - other)) > 1.5 for other in places):
+            places.append(place)
+    return {f"l{i}": place for i, place in enumerate(places)}
+
+
+@threadpool_limits.wrap(limits=1, user_api="blas")
+def drive(
+    estimators: Mapping[str, Estimator],
+    seed: int,
+    disturbance: Disturbance | None = None,
+    *,
+    number: int = 8,
+    seconds: float = 100.0,
+) -> dict[str, Errors]:
+    """Drive round the room; return the errors of estimators that all got the same observations."""
+    rng = np.random.default_rng([seed, 1])
+    places = landmarks(number, np.random.default_rng([seed, 7]))
+    catalogue = {name: BeaconInfo(name, None, 0.3, 0.3) for name in places}
+    info = dataclasses.replace(pioneer(), prior=Pose(2.0, 2.0, 0.0), prior_covariance=np.zeros((3, 3)))
+    for estimator in estimators.values():
+        estimator.start(info, catalogue, np.random.default_rng(seed + 100))
+    truth, corner, rows = np.array([2.0, 2.0, 0.0]), 0, {name: [] for name in estimators}
+    for tick in range(round(seconds / DT)):
+        time = tick * DT
+        corner = (corner + (np.hypot(*(CORNERS[corner] - truth[:2])) < 0.3)) % len(CORNERS)
+        step = _step(truth, CORNERS[corner])
+        c, s = math.cos(truth[2]), math.sin(truth[2])
+        truth = truth + np.array([c * step[0], s * step[0], step[2]])
+        if disturbance is not None and disturbance.time <= time < disturbance.time + disturbance.seconds:
+            truth = truth + np.array(disturbance.by) * DT / disturbance.seconds
+            truth = truth if disturbance.to is None else np.array(disturbance.to)
+        truth[:2] = np.clip(truth[:2], 0.6, np.array(SIZE) - 0.6)
+        odometry, looks = _odometry(step, rng), _looks(truth, places, time, rng)
+        seen = Observation(time, DT, odometry, sightings=looks if tick % EVERY == 0 else ())
+        for name, estimator in estimators.items():
+            belief = estimator.update(seen)
+            off = belief.pose.as_array() - truth
+            off[2] = wrap_angle(float(off[2]))
+            nees = off @ np.linalg.solve(belief.covariance + 1e-12 * np.eye(3), off)
+            lost = hasattr(estimator, "lost") and estimator.lost()
+            rows[name].append((time, np.hypot(*off[:2]), nees, len(seen.sightings), lost))
+    return {name: Errors(*np.array(own).T) for name, own in rows.items()}
+
+
+def _step(truth: Array, corner: tuple[float, float]) -> Array:
+    """Return how a robot moves in a tick to a corner (forward, left, turn)."""
+    off = wrap_angle(math.atan2(corner[1] - truth[1], corner[0] - truth[0]) - truth[2])
+    return DT * np.array([0.4 if abs(off) < 0.5 else 0.05, 0.0, min(max(1.5 * off, -0.8), 0.8)])
+
+
+def _odometry(step: Array, rng: Generator) -> Odometry:
+    deviations = np.sqrt([1e-4 * abs(step[0]), 1e-8, 4e-4 * abs(step[2]) + 4e-6 * abs(step[0])])
+    return Odometry(*(step + rng.normal(0.0, deviations)).tolist(), np.diag(deviations**2))
+
+
+def _looks(truth: Array, places: Mapping[str, Array], time: float, rng: Generator) -> tuple[Sighting, ...]:
+    """Return sightings of what is in view; noise is drawn for all, seen or not."""
+    looks = []
+    errors = rng.normal(0.0, np.sqrt(np.diag(R)), (len(places), 2))
+    for (name, place), noise in zip(places.items(), errors, strict=True):
+        dx, dy = place - truth[:2]
+        distance, bearing = math.hypot(dx, dy), wrap_angle(math.atan2(dy, dx) - truth[2])
+        if distance < REACH and abs(bearing) < FOV / 2.0:
+            looks.append(Sighting(time, name, distance + noise[0], wrap_angle(bearing + noise[1]), R))
+    return tuple(looks)
