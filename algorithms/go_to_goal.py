@@ -27,8 +27,14 @@ FINE = 0.025
 """Side of the cells in which obstacles are remembered [m]."""
 FORGET = 60.0
 """Time for which an obstacle that is not seen again is remembered [s]."""
-LOOK = 0.08
-"""Time between scans that are used [s]."""
+LOOK, SLOW_LOOK, SPACING = 0.08, 0.16, 0.16
+"""Time between scans that are used, that of slow robots and in the open, and the way that a robot drives meanwhile [s,
+s, m]."""
+ROOM, AHEAD, UNHURRIED = 0.1, 0.15, 0.32
+"""A motion is in the open with at least this clearance, plus this time at its speed; then it is chosen anew only after
+the third [m, s, s]."""
+SOON = 1.5
+"""Nearer to the goal than this, motions are chosen with each scan [s]."""
 BACKWARDS = 0.4
 """Maximum speed while it backs out or looks round [m/s]."""
 SETTLED = 0.6
@@ -90,6 +96,7 @@ class GoToGoal:
         self._robot = robot
         self._views, self._memory = Views(robot), ObstacleMemory(FINE, seconds=FORGET)
         top = min(robot.max_speed, math.inf if self._speed is None else self._speed)
+        self._pause = min(max(SPACING / top, LOOK), SLOW_LOOK)
         self._local = PathIntegral(robot, rng, top=top)
         self._walls = _sampled(map.segments) if map is not None else np.zeros((0, 2))
         self._near, self._around = self._walls, np.full(2, math.inf)
@@ -106,14 +113,16 @@ class GoToGoal:
         self._standing = ObstacleMap(self._goals[-1, :2], self._walls, cell=FINE, half=FINE)
         self._twist = np.zeros(3)
         self._reason: str | None = None
-        self._jammed = False
+        self._scan: Array = np.zeros((0, 2))
+        self._jammed = self._is_open = False
+        self._chosen = -math.inf
 
     def command(self, seen: Observation, belief: Estimate) -> Command:
         """Return the next twist; zero at the last goal, and while every motion would collide."""
         views = self._views.update(seen)
         pose = self._pose(seen, belief.pose, views)
         # Half the scans of a fast lidar suffice to remember.
-        views = views if seen.time >= self._looked + LOOK - 1e-6 else []
+        views = views if seen.time >= self._looked + (SLOW_LOOK if self._is_open else self._pause) - 1e-6 else []
         self._looked = seen.time if views else self._looked
         self._look(seen, pose, views)
         place = self._place
@@ -139,7 +148,7 @@ class GoToGoal:
             self._way.begin()
         self._reason = self._why(seconds) if self._recovery.silent(seen.time) else None
         self._local.shift(self._robot.dt)
-        if views:
+        if views and self._is_hurried(seen.time):
             self._choose(seen, pose, field)
         elif self._twist.any():
             self._twist = self._local.planned
@@ -252,7 +261,7 @@ class GoToGoal:
 
     def _remember(self, pose: Pose, views: list[RangeView], now: float) -> None:
         """Remember the hits of a scan, and follow what moves."""
-        points = pose.transform(np.concatenate([view.points() for view in views]))
+        self._scan = points = pose.transform(np.concatenate([view.points() for view in views]))
         standing = np.concatenate([self._near, self._memory.older(now - SETTLED)])
         self._standing = ObstacleMap(self._place, standing, cell=2.0 * FINE, half=MOVING_RANGE)
         x, y = points.T
@@ -263,12 +272,23 @@ class GoToGoal:
             self._moving.update(points[fresh], pose, now)
         self._memory.add(pose, views, points, now)
 
+    def _is_hurried(self, now: float) -> bool:
+        """Return whether to choose a motion now: always, but in the open from time to time."""
+        if self._is_open and now < self._chosen + UNHURRIED - 1e-6 and self._recovery.attempt is Attempt.DRIVE:
+            return self._local.apart(self._scan) < 0.5 * self._room
+        return True
+
+    @property
+    def _room(self) -> float:
+        """Clearance with which a motion is in the open [m]."""
+        return ROOM + AHEAD * math.hypot(self._twist[0], self._twist[1])
+
     def _choose(self, seen: Observation, pose: Pose, field: CostToGo) -> None:
         """Choose the next twist by the local planner."""
         near = np.concatenate([self._near, self._memory.points])
         obstacles = ObstacleMap(self._place, near, cell=FINE, half=self._local.reach)
         attempt, prices = self._recovery.attempt, MotionPrices()
-
+        self._chosen, self._is_open = seen.time, False
         leads: Leads = field
         if attempt is Attempt.BACK:
             leads, prices = Toward(self._recovery.target), MotionPrices(reverse=0.0, top=BACKWARDS)
@@ -281,6 +301,8 @@ class GoToGoal:
         twist = self._local.twist(pose, self._twist, obstacles, leads, prices)
         self._jammed = twist is None
         self._twist = np.zeros(3) if twist is None else twist
+        if twist is not None and attempt is Attempt.DRIVE and not prices.things:
+            self._is_open = self._local.clearance > self._room and float(field.at(self._place)) > SOON
 
     def _stop(self) -> Command:
         """Return the command to stand still."""

@@ -99,6 +99,8 @@ class PathIntegral:
         self._fan = _fan(self._limits, self._bend)
         self.motion: Array = np.zeros((0, 3))
         """Poses of the chosen motion, shape (STEPS, 3)."""
+        self.clearance = 0.0
+        """Of the chosen motion, at its narrowest place [m]."""
 
     @property
     def reach(self) -> float:
@@ -145,8 +147,15 @@ class PathIntegral:
         cost, hits = self._judged(pose, both, map, field, prices)
         chosen = 0 if not hits[0] and cost[0] < cost[1] + TEMPERATURE else 1
         self._plan = both[chosen]
-        self.motion = np.stack(_rollout(pose, both[chosen][None]), axis=-1)[0]
+        way = _rollout(pose, both[chosen][None])
+        self.motion = np.stack(way, axis=-1)[0]
+        self.clearance = float(self._clearance(*way, map).min())
         return self.planned
+
+    def apart(self, points: Array) -> float:
+        """Return the distance between points (n, 2) and the circle about the body on the chosen motion [m]."""
+        x, y = self.motion[::2, 0, None] - points[:, 0], self.motion[::2, 1, None] - points[:, 1]
+        return math.sqrt(float((x * x + y * y).min(initial=math.inf))) - self.body.reach
 
     def can_turn(self, pose: Pose, angle: float, map: ObstacleMap) -> bool:
         """Return whether the body can turn on the spot by an angle [rad] without a touch."""

@@ -3,7 +3,8 @@
 python scripts/measure/barn.py [--held-out | --tuning] [--every K] [--drive PRESET] [--navigator SPEC] [-o FILE.csv]
 
 World N of `mjsim new --barn N` is held out if N has the remainder 5 for the divisor 6: 50 worlds. Navigators are tuned
-on the other 200. Time is processor time of the navigator alone.
+on the other 200. A robot without a lidar gets that of the Jackal, on its top. Time is processor time of the navigator
+alone.
 """
 
 import argparse
@@ -21,6 +22,7 @@ from mjsim.interface import Command, Estimate, Navigator, Observation, RobotInfo
 from mjsim.modules import module_of
 from mjsim.run import Driver, ticks
 from mjsim.sim import Simulation
+from mjsim.world import Lidar, World
 
 WORLDS = [number for number in range(300) if number % 6]
 HELD_OUT = [number for number in WORLDS if number % 6 == 5]
@@ -65,6 +67,17 @@ class Timed:
         return command
 
 
+def with_lidar(world: World) -> World:
+    """Return a world whose robot has a lidar."""
+    (robot,) = world.robots
+    if any(isinstance(sensor, Lidar) for sensor in robot.sensors):
+        return world
+    (lidar,) = barn_world(WORLDS[0]).robots[0].sensors
+    mounted = lidar.model_copy(update={"at": (0.0, 0.0, robot.body.height + 0.1)})
+    robot = robot.model_copy(update={"sensors": (*robot.sensors, mounted)})
+    return world.model_copy(update={"robots": (robot,)})
+
+
 def result(number: int, preset: str, spec: str) -> Result:
     """Run a world until the robot arrives or touches something, at most 100 s."""
     name, _, options = spec.removesuffix("}").partition("{")
@@ -72,7 +85,7 @@ def result(number: int, preset: str, spec: str) -> Result:
     module, _ = module_of(f"{name}{{{', '.join(filter(None, (goals, options)))}}}", role="navigator", robot="scout")
     timed = Timed(module)
     began, arrival, touched, rest, still, longest = None, np.nan, False, None, 0.0, 0.0
-    with Simulation(barn_world(number, preset=preset), seed=number) as sim:
+    with Simulation(with_lidar(barn_world(number, preset=preset)), seed=number) as sim:
         for tick in ticks(sim, {"scout": Driver(navigator=timed)}):
             place = np.array(tick.truth["scout"].as_array()[:2])
             rest = place if rest is None else rest
