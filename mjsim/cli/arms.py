@@ -8,12 +8,13 @@ import typer
 
 from mjsim.cli.arguments import Overwrite
 from mjsim.cli.page import addresses_on_signal, has_screen, how_to_get_another
+from mjsim.cli.robots import XacroArgument, pairs
 from mjsim.errors import UsageError
 from mjsim.output import require_free
 from mjsim.progress import say
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from mjsim.geometry import Array
     from mjsim.mechanics import Arm, Link
@@ -27,7 +28,7 @@ UNITS = ("", "deg", "m", "m", "deg", "deg, m", "deg/s, m/s", "N m, N", "kg", "")
 def arm(
     name: Annotated[
         str,
-        typer.Argument(metavar="PRESET|FILE", help="A preset such as puma560, a YAML file with `dh`, or MJCF or URDF."),
+        typer.Argument(metavar="PRESET|FILE", help="A preset such as puma560, YAML with `dh`, MJCF, URDF or xacro."),
     ],
     joints: Annotated[
         str | None,
@@ -37,6 +38,7 @@ def arm(
     end: Annotated[
         str | None, typer.Option(metavar="NAME", help="Body or site of the MJCF or URDF model that carries the tool.")
     ] = None,
+    arg: XacroArgument = None,
     drive: Annotated[
         bool, typer.Option("--drive", help="Move joints and tool with sliders in the browser, until Ctrl-C.")
     ] = False,
@@ -51,7 +53,8 @@ def arm(
 
     from mjsim.world import arm_item
 
-    item = arm_item(name, end)
+    arguments = pairs(arg or (), "--arg NAME=VALUE")
+    item = arm_item(name, end, arguments)
     found = item.arm
     q = np.array(item.start()) if joints is None else _values(joints, found)
     if plot is not None:
@@ -68,10 +71,10 @@ def arm(
         write_file(plot, _picture(found, q, plot), overwrite=overwrite)
         print(plot)
     if drive:
-        _drive(name, end, no_browser=no_browser)
+        _drive(name, end, arguments, no_browser=no_browser)
 
 
-def _drive(name: str, end: str | None, *, no_browser: bool) -> None:
+def _drive(name: str, end: str | None, arguments: "Mapping[str, str]", *, no_browser: bool) -> None:
     """Simulate an arm alone, in real time, on a page that moves it."""
     from contextlib import suppress
 
@@ -79,7 +82,7 @@ def _drive(name: str, end: str | None, *, no_browser: bool) -> None:
     from mjsim.web import LiveView
     from mjsim.world import arm_world
 
-    world = arm_world(name, end)
+    world = arm_world(name, end, arguments)
     with LiveView(world) as page, addresses_on_signal(lambda: page.url):
 
         def print_address() -> None:

@@ -62,7 +62,7 @@ def write_robot(path: Path, output: Path | None, options: RobotArguments, *, ove
     if output is None or output.suffix not in (".yaml", ".yml"):
         raise UsageError("a robot needs a preset file; name it with -o ROBOT.yaml")
     name = re.sub(r"[^A-Za-z0-9_-]+", "_", output.stem).strip("_-") or "robot"
-    packages = {key: _folder(key, value) for key, value in _pairs(options.packages, "--package NAME=DIR").items()}
+    packages = {key: _folder(key, value) for key, value in pairs(options.packages, "--package NAME=DIR").items()}
     require_free(output, overwrite=overwrite)
     brought = bring_robot(
         path,
@@ -75,8 +75,8 @@ def write_robot(path: Path, output: Path | None, options: RobotArguments, *, ove
             forward=options.forward,
         ),
         packages=packages,
-        arguments=_pairs(options.arguments, "--arg NAME=VALUE"),
-        environment=_pairs(options.environment, "--env NAME=VALUE"),
+        arguments=pairs(options.arguments, "--arg NAME=VALUE"),
+        environment=pairs(options.environment, "--env NAME=VALUE"),
     )
     for line in brought.report:
         say(line)
@@ -85,7 +85,8 @@ def write_robot(path: Path, output: Path | None, options: RobotArguments, *, ove
     print(output)
 
 
-def _pairs(words: Sequence[str], option: str) -> Mapping[str, str]:
+def pairs(words: Sequence[str], option: str) -> Mapping[str, str]:
+    """Return the names and values of an option that may be repeated."""
     pairs = {}
     for word in words:
         name, sign, value = word.partition("=")

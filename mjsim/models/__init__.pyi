@@ -49,5 +49,11 @@ from .rotations import quaternion_of as quaternion_of
 from .said_sensors import SaidSensor as SaidSensor
 from .shape import ModelShape as ModelShape
 from .shape import read_model as read_model
+from .xacro import Given as Given
+from .xacro import XacroBudget as XacroBudget
+from .xacro import XacroError as XacroError
+from .xacro import parsed as parsed
+from .xacro import plain_yaml as plain_yaml
+from .xacro import resolved as resolved
 from .xml_text import RefusedXmlError as RefusedXmlError
 from .xml_text import checked_xml as checked_xml

@@ -4,26 +4,34 @@ The file's actuators, springs and joint couplings are ignored: each joint gets a
 file. Joints outside the chain are rigid.
 """
 
+import posixpath
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import mujoco
 import numpy as np
 
 from mjsim.errors import did_you_mean
 from mjsim.geometry import Array
+from mjsim.inventory import Fate, FileItem, inventory
 from mjsim.models.arm_checks import ArmFileError, check_joints, check_numbers, checked_inertias
 from mjsim.models.arm_motors import Motors, motors_of
 from mjsim.models.arm_tree import ArmTree, carried_by, chain_to, tree_of
+from mjsim.models.arm_xacro import expanded
 from mjsim.models.files import ROBOT, Element, Gatherer, ModelFiles, Read
+from mjsim.models.proven import one_trial_child
 from mjsim.models.reader import compiled
 from mjsim.models.rigid import weighed
-from mjsim.models.robot_meshes import without_shapes
+from mjsim.models.robot_meshes import PlainMeshes, without_shapes
 
 WEIGHTLESS = 1e-9
 """A link with a smaller mass has no mass in its file [kg]."""
+INSTEAD = "it cannot be read; collision shapes are used instead"
 UNCOUPLED = "left out: couplings of joints, each has a motor of its own"
+TOOLS = [re.compile(rf"(^|_){word}(_link|_frame)?$") for word in ("tcp", "tool0", "tool", "attachment_site", "flange")]
+"""Names of the frame at the end of an arm, those that count first."""
 ELEMENT_NAME = re.compile(r"(?:Element name|mesh|joint) '([^']+)'")
 """How MuJoCo names the element that it rejects."""
 
@@ -88,18 +96,21 @@ class FileArm:
     """Notes on what was left out or assumed."""
 
 
-def read_arm(path: str, read: Read, end: str | None = None) -> FileArm:
+def read_arm(
+    path: str, read: Read, end: str | None = None, arguments: Mapping[str, str] = MappingProxyType({})
+) -> FileArm:
     """Return the arm of a file.
 
     Args:
         path: An MJCF or URDF file, as accepted by `read`.
         read: Returns a file by its path relative to the folder of the world.
         end: Body, site or joint at the end of the chain; may be omitted if unambiguous.
+        arguments: Values of `xacro:arg`, for a file with xacro.
 
     Raises:
         ValueError: The file cannot be read, or is not an arm; the message names it.
     """
-    gatherer = _ArmGatherer(path, read)
+    gatherer = _ArmGatherer(path, read, arguments)
     root = gatherer.parse(path)
     if root.tag == "mujoco":
         gatherer.put_includes_in(root, 0)
@@ -119,34 +130,61 @@ def read_arm(path: str, read: Read, end: str | None = None) -> FileArm:
     files = ModelFiles(root, gatherer.assets, tuple(gatherer.paths), frozenset(gatherer.sums))
     model = _compiled(files)
     tree = tree_of(model)
-    last, flange = _end(model, tree, path, end)
+    last, flange, found = _end(model, tree, path, end)
+    notes += [f"flange: at '{found}', by its name; end names another frame"] if found else []
     return _arm(files, model, tree, last, flange, motors, [*notes, *gatherer.notes()])
 
 
 class _ArmGatherer(Gatherer):
     """Reads the files of an arm; meshes in unreadable formats are left out, since collision shapes replace them."""
 
-    def __init__(self, path: str, read: Read) -> None:
+    def __init__(self, path: str, read: Read, arguments: Mapping[str, str]) -> None:
         super().__init__(path, read)
+        self._main, self._arguments = path, arguments
+        self._absent: tuple[str, ...] = ()
         self.missing: set[str] = set()
+        self._meshes = PlainMeshes(self._named, self._gone, guarded=True)
+
+    def _named(self, name: str) -> bytes:
+        """Return a file by its name in the description."""
+        return super().file(self._resolved(name))
+
+    def _gone(self, name: str, _: ValueError) -> str:
+        """Leave out a mesh that cannot be read."""
+        self.missing.add(name)
+        return name
+
+    def file(self, path: str) -> bytes:
+        """Return a file; that of the arm with its xacro expanded."""
+        data = super().file(path)
+        if path != self._main or not (path.lower().endswith(".xacro") or self._arguments):
+            return data
+        found = expanded(path, data, self._arguments, resolve=self._from_root, contents=super().file)
+        self._absent = found.missing
+        return found.text.encode()
+
+    def _from_root(self, name: str) -> str:
+        """Return the path of a file that xacro names, by its path from the root or in a package."""
+        return self._resolved(name) if "://" in name else posixpath.normpath(name)
 
     def asset(self, name: str, kind: str, *, variant: str = "") -> str:
         """Read a mesh or a texture, and return its name in the text."""
-        if kind == "mesh" and name.lower().endswith(".dae") and self.urdf:
-            self.missing.add(name)
+        if name in self.missing:
             return name
+        if name in self._meshes.made:
+            return self.store(self._meshes.made[name], kind, variant)
         return super().asset(name, kind, variant=variant)
 
     def keep_urdf(self, root: Element) -> None:
-        """Keep only the elements that make up a robot."""
-        self.urdf = True
+        """Keep only the elements that make up a robot, with meshes that MuJoCo reads."""
+        with one_trial_child():
+            self._meshes.put_into(root)
         super().keep_urdf(root)
 
-    urdf = False
-
     def notes(self) -> Iterator[str]:
-        if self.missing:
-            yield f"left out: {len(self.missing)} meshes of Collada (.dae); collision shapes are used instead"
+        left_out = [FileItem(Fate.LEFT_OUT, "mesh", name, INSTEAD) for name in sorted(self.missing)]
+        left_out += [FileItem(Fate.LEFT_OUT, f"include of which nothing is used: {each}") for each in self._absent]
+        yield from inventory(left_out)
 
 
 def _compiled(files: ModelFiles) -> mujoco.MjModel:
@@ -160,8 +198,11 @@ def _compiled(files: ModelFiles) -> mujoco.MjModel:
         raise ArmFileError(re.sub(r",? (Element '\w+', )?line \d+$", "", message), found[1] if found else "") from None
 
 
-def _end(model: mujoco.MjModel, tree: ArmTree, path: str, end: str | None) -> tuple[int, Array]:
-    """Return the body at the end of the chain, which a joint moves, and the flange's frame in it, shape (4, 4)."""
+def _end(model: mujoco.MjModel, tree: ArmTree, path: str, end: str | None) -> tuple[int, Array, str]:
+    """Return the body at the end of the chain, which a joint moves, and the flange's frame in it, shape (4, 4).
+
+    Also returned is the name of the frame that was taken for the flange by its name; '' if none was.
+    """
     if not tree.moving:
         raise ArmFileError(f"'{path}' has no joint that turns or slides; an arm has at least one")
     if end is None:
@@ -169,17 +210,39 @@ def _end(model: mujoco.MjModel, tree: ArmTree, path: str, end: str | None) -> tu
         if branches:
             names = ", ".join(f"'{model.body(body).name}'" for body in branches)
             raise ArmFileError(f"'{path}' branches, to {names}; say with 'end' which of its bodies carries the tool")
-        return last, np.eye(4)
-    data = tree.data
+        frame = _tool_frame(model, tree, last)
+        return (last, np.eye(4), "") if frame is None else (*_placed(model, tree, *frame[:2]), frame[2])
     for kind, count in (("body", model.nbody), ("site", model.nsite), ("joint", model.njnt)):
         for number in range(count):
             if getattr(model, kind)(number).name == end:
-                body, pose = _named(model, data, kind, number)
-                if not tree.root_of[body]:
+                root, flange = _placed(model, tree, kind, number)
+                if not root:
                     raise ArmFileError(f"'{end}' of '{path}' is moved by no joint; name what the last joint moves", end)
-                return tree.root_of[body], _inverse(tree.frame(tree.root_of[body])) @ pose
+                return root, flange, ""
     known = [model.body(n).name for n in range(1, model.nbody)] + [model.site(n).name for n in range(model.nsite)]
     raise ArmFileError(f"'{path}' has no body or site '{end}'{did_you_mean(end, known)}")
+
+
+def _tool_frame(model: mujoco.MjModel, tree: ArmTree, last: int) -> tuple[str, int, str] | None:
+    """Return kind, number and name of the frame on the last link that is called like a tool's; None without one."""
+    frames = [("body", number, model.body(number).name) for number in tree.bodies_of(last) if number != last]
+    frames += [
+        ("site", number, model.site(number).name)
+        for number in range(model.nsite)
+        if tree.root_of[int(model.site_bodyid[number])] == last
+    ]
+    for word in TOOLS:
+        for frame in frames:
+            if word.search(frame[2]):
+                return frame
+    return None
+
+
+def _placed(model: mujoco.MjModel, tree: ArmTree, kind: str, number: int) -> tuple[int, Array]:
+    """Return the moving body that carries an element, and the element's frame in it, shape (4, 4)."""
+    body, pose = _named(model, tree.data, kind, number)
+    root = tree.root_of[body]
+    return root, _inverse(tree.frame(root)) @ pose
 
 
 def _named(model: mujoco.MjModel, data: mujoco.MjData, kind: str, number: int) -> tuple[int, Array]:

@@ -87,6 +87,11 @@ def whole_mesh(path: str, data: bytes, read: Callable[[str], bytes]) -> MeshPart
     return _plain([mesh.triangles for mesh in _meshes(path, data, read)], None)
 
 
+def alone(name: str) -> bytes:
+    """Return no file: what a mesh names is left out."""
+    raise ValueError(f"'{name}' is not read")
+
+
 def _meshes(path: str, data: bytes, read: Callable[[str], bytes]) -> list[Any]:
     """Return the meshes of a file, placed, in metres, z up."""
     import trimesh

@@ -4,8 +4,10 @@ What a child has read within its limits is noted by its SHA-256 in the user's ca
 ship with mjsim need no child.
 """
 
+import base64
 import functools
 import hashlib
+import json
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib import metadata, resources
@@ -15,11 +17,12 @@ from typing import Any
 
 from mjsim.errors import UsageError
 from mjsim.guarded import in_child, one_reader, reader_for
+from mjsim.models.mesh_files import MeshPart
 from mjsim.models.notes import note, noted
 
 TRIALS = f"{__package__}.trials"
 """Module of the functions that the child runs; it is not imported here."""
-LIBRARIES = ("mujoco", "opencv-python-headless")
+LIBRARIES = ("mujoco", "opencv-python-headless", "pycollada", "trimesh")
 """Libraries that read them, beside the modules of this package: others may fail on what these have read."""
 
 
@@ -59,6 +62,33 @@ def require_readable(
 def require_picture(data: bytes, name: str) -> None:
     """Raise ValueError if a picture cannot be read; see `require_readable`."""
     require_readable("picture", data, content=[data], about=name)
+
+
+def guarded_parts(path: str, data: bytes, *, whole: bool) -> list[MeshPart]:
+    """Return the parts of a mesh without textures, read in the guarded reader once per content.
+
+    Args:
+        path: Its file; the ending tells the format.
+        data: Contents of the file.
+        whole: Whether it becomes one part.
+
+    Raises:
+        ValueError: It cannot be read.
+    """
+    known_by: tuple[str | bytes, ...] = "mesh", *_readers(), path, str(whole), data
+    known = noted(*known_by)
+    if known is not None:
+        return [MeshPart(base64.b64decode(part), rgba and tuple(rgba)) for part, rgba in json.loads(known)]
+    try:
+        with reader_for(f"{TRIALS}:mesh") as reader:
+            found = reader.call(f"{TRIALS}:mesh", path, data, whole, about=path, size=len(data))
+    except UsageError as error:
+        raise ValueError(str(error)) from None
+    if isinstance(found, str):
+        raise ValueError(found)
+    parts = [(base64.b64encode(part).decode(), rgba) for part, rgba in found]
+    note(json.dumps(parts).encode(), *known_by)
+    return [MeshPart(part, rgba and tuple(rgba)) for part, rgba in found]
 
 
 @contextmanager

@@ -7,6 +7,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from mjsim.models.files import PlainFile
 from mjsim.models.mesh_files import MeshPart, mesh_parts, whole_mesh
+from mjsim.models.proven import guarded_parts
 
 FOREIGN_MESHES = (".dae", ".gltf", ".glb")
 """Formats that MuJoCo does not read."""
@@ -17,14 +18,17 @@ MADE = "made://"
 class PlainMeshes:
     """Makes meshes that MuJoCo reads of the others of a URDF: a shape for each colour or texture of a visual one."""
 
-    def __init__(self, read: Callable[[str], bytes], failed: Callable[[str, ValueError], str]) -> None:
+    def __init__(
+        self, read: Callable[[str], bytes], failed: Callable[[str, ValueError], str], *, guarded: bool = False
+    ) -> None:
         """Store functions.
 
         Args:
             read: Returns a file by its name in the description.
             failed: Takes the name of a mesh that cannot be read, and returns what stands for it.
+            guarded: Whether the guarded reader is to be called, which reads no textures; else this is called in it.
         """
-        self._read, self._failed = read, failed
+        self._read, self._failed, self._guarded = read, failed, guarded
         self._known: dict[tuple[str, bool], list[MeshPart]] = {}
         self._names: dict[bytes, str] = {}
         self.made: dict[str, PlainFile] = {}
@@ -73,7 +77,10 @@ class PlainMeshes:
                 return self._read(posixpath.join(folder, other))
 
             data = self._read(name)
-            parts = [whole_mesh(name, data, beside)] if whole else mesh_parts(name, data, beside)
+            if self._guarded:
+                parts = guarded_parts(name, data, whole=whole)
+            else:
+                parts = [whole_mesh(name, data, beside)] if whole else mesh_parts(name, data, beside)
             self._known[name, whole] = parts
             if any(part.coarser for part in parts):
                 self.coarser.add(name)

@@ -14,6 +14,17 @@ def picture(data: bytes) -> str | None:
     return None
 
 
+def mesh(path: str, data: bytes, whole: bool) -> str | list[tuple[bytes, list[float] | None]]:
+    """Return the data and the colour of each part of a mesh, without textures; or what is wrong with it."""
+    from mjsim.models.mesh_files import alone, mesh_parts, whole_mesh
+
+    try:
+        parts = [whole_mesh(path, data, alone)] if whole else mesh_parts(path, data, alone)
+    except ValueError as error:
+        return str(error)
+    return [(part.data, None if part.rgba is None else list(part.rgba)) for part in parts]
+
+
 def model(files: ModelFiles) -> str | None:
     """Return why MuJoCo cannot read a model; None if it can."""
     from mjsim.models.reader import compiled

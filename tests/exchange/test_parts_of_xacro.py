@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from mjsim.exchange.robots.xacro.budget import STEPS, TooLargeError, XacroBudget, XacroError, size_of, weight_of
-from mjsim.exchange.robots.xacro.functions import BINARY, METHODS, SUBSTITUTED, known_names
-from mjsim.exchange.robots.xacro.scope import Scope
+from mjsim.models.xacro.budget import STEPS, TooLargeError, XacroBudget, XacroError, size_of, weight_of
+from mjsim.models.xacro.functions import BINARY, METHODS, SUBSTITUTED, known_names
+from mjsim.models.xacro.scope import Scope
 
 
 @pytest.mark.parametrize(

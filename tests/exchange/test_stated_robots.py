@@ -13,9 +13,9 @@ from mjsim.exchange.robots.mounts import find_mounts
 from mjsim.exchange.robots.preset import Plan, first_plan, max_speed, preset_turn
 from mjsim.exchange.robots.source import RobotSource
 from mjsim.exchange.robots.steering import steering_limit
-from mjsim.exchange.robots.xacro import Given
 from mjsim.inventory import FileItem, inventory
 from mjsim.models import RobotFiles, anatomy_of, drives_in_parameters, gather_robot
+from mjsim.models.xacro import Given
 from tests.exchange.odd_robots import box, joint, robot, tyre
 
 BASE = box("0.5 0.4 0.2", mass=40.0, at="0 0 0.16")
@@ -72,7 +72,7 @@ def test_all_scanners_come_in_the_widest_first_and_fans_of_short_beams_are_told(
         (fan("s", pose="0 0 0.3 0 1.5707 0"), "left out: lidar 's': looks down, by 90 degrees"),
         (fan("s", pose="0 0 -1 0 0 0"), "left out: lidar 's': -1.000 m above the floor; the least is 0.02"),
         (fan("s", pose="0 0 0.3 0 0 0") + fan("t", pose="0 0 0.31 0 0 0"), "left out: lidar 't': at the place of 's'"),
-        (fan("s", pose="0 0 0.3 0 0 0").replace(">5<", ">40<"), "guessed: rate of lidar 's': 25 Hz for 40 Hz"),
+        (fan("s", pose="0 0 0.3 0 0 0").replace(">5<", ">40<"), "guessed: lidar 's': 25 Hz for 40 Hz"),
     ],
 )
 def test_a_sensor_that_is_left_out_or_changed_is_told_with_the_reason(sensor, line):

@@ -13,7 +13,7 @@ from xacro import substitution_args
 from mjsim.errors import UsageError
 from mjsim.exchange import RobotOptions, bring_robot
 from mjsim.exchange.robots.folders import Folders
-from mjsim.exchange.robots.xacro import Given, parsed, resolved
+from mjsim.models.xacro import Given, parsed, resolved
 from tests.exchange.test_robots import typed
 
 HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
@@ -141,7 +141,7 @@ def expanded(path: Path, *, packages: Mapping[str, Path] | None = None, **given:
     path = path.resolve()
     text, _ = parsed(path.read_bytes(), path)
     folders = Folders(path, packages or {})
-    return resolved(text, path, shown=path, given=Given(given, {}), files=folders)[0]
+    return resolved(text, path, shown=path, given=Given(given, {}), files=folders).text
 
 
 def canonical(text: str) -> str:

@@ -13,7 +13,7 @@ import yaml
 
 from mjsim.errors import UsageError
 from mjsim.exchange.robots.folders import Folders
-from mjsim.exchange.robots.xacro import budget
+from mjsim.models.xacro import budget
 from tests.exchange.test_xacro import HEAD, expanded
 
 SECRET = "canary-5e2f"

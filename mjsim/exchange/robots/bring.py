@@ -21,9 +21,8 @@ from mjsim.exchange.robots.preset import (
 )
 from mjsim.exchange.robots.slip import learned, rolled
 from mjsim.exchange.robots.source import RobotSource
-from mjsim.exchange.robots.xacro import Given
 from mjsim.inventory import inventory
-from mjsim.models import Anatomy, RobotFiles, anatomy_of, gather_robot, robot_text
+from mjsim.models import Anatomy, Given, RobotFiles, anatomy_of, gather_robot, robot_text
 from mjsim.world import Slip
 
 MARGIN = 1.2

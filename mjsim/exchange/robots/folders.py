@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
-from mjsim.exchange.robots.xacro import XacroError
+from mjsim.models import XacroError
 from mjsim.world import read_regular
 
 MAX_BYTES = 64_000_000

@@ -28,7 +28,7 @@ ALIKE = math.cos(math.radians(20.0))
 MAX_GUESSED = {"lidar": 2, "camera": 2, "imu": 1}
 """Maximum number of sensors of each kind that only names suggest; all that are described come in."""
 FEW, SHORT = 16, 3.0
-"""A fan of at most this many beams, which reach no farther than this, is a proximity sensor [m]."""
+"""A fan of at most this many beams and rings, which reach no farther than this, is a proximity sensor [m]."""
 MAX_BEAMS, MAX_RINGS, MAX_SIDE = 10_000, 256, 1920
 """Limits of a world: beams of a lidar, rings of a 3-D one, pixels along a picture."""
 RING = "a fan of few short beams; each robot has a ring of 16 ranges instead, Observation.proximity"
@@ -70,13 +70,14 @@ def find_mounts(
     """
     chosen: list[SensorMount] = []
     items: list[FileItem] = []
-    described = sorted(_described(anatomy, stand, sensors, items), key=_importance)
-    for mount in described:
+    described = sorted(_described(anatomy, stand, sensors, items), key=lambda pair: _importance(pair[0]))
+    for mount, changes in described:
         reason = _unfit(mount) or _same_as(mount, [other for other in chosen if _looks_alike(other, mount)])
         if reason:
             items.append(FileItem(Fate.LEFT_OUT, mount.kind, mount.name, reason))
         else:
             chosen.append(_renamed(mount, {other.name for other in chosen}))
+            items += [FileItem(Fate.GUESSED, mount.kind, mount.name, change) for change in changes]
     for mount in (*_cameras(anatomy, stand), *_named(anatomy, stand)):
         same = [other for other in chosen if _family(other) == _family(mount)]
         if _unfit(mount) or _same_as(mount, same):
@@ -85,7 +86,7 @@ def find_mounts(
             chosen.append(_renamed(mount, {other.name for other in chosen}))
         else:
             why = f"it has {len(same)} by names already; add it to `sensors` of the preset if it is one"
-            items.append(FileItem(Fate.LEFT_OUT, f"frame that may be a {mount.kind}", mount.name, why))
+            items.append(FileItem(Fate.LEFT_OUT, f"frame called like a sensor ({mount.kind})", mount.name, why))
     return sorted(chosen, key=lambda mount: list(LOWEST).index(mount.kind)), items
 
 
@@ -133,8 +134,11 @@ def _renamed(mount: SensorMount, taken: set[str]) -> SensorMount:
 
 def _described(
     anatomy: Anatomy, stand: Stand, sensors: tuple[SaidSensor, ...], items: list[FileItem]
-) -> Iterator[SensorMount]:
-    """Yield the sensors that a file describes, each on its link or site; append notes on what cannot be one."""
+) -> Iterator[tuple[SensorMount, list[str]]]:
+    """Yield the sensors that a file describes, each on its link or site, and what is changed of it.
+
+    Notes on what cannot be a sensor are appended to `items`.
+    """
     for sensor in sensors:
         place = next((place for place in anatomy.places if place.name == sensor.link), None)
         why = _unlike(sensor, place)
@@ -147,8 +151,8 @@ def _described(
         if sensor.kind == "imu":
             ahead = np.array([math.cos(stand.heading), math.sin(stand.heading), 0.0])
         kind = "lidar3d" if sensor.kind == "lidar" and sensor.keys.get("rings", 1) >= 2 else sensor.kind
-        items += _changed(sensor)
-        yield _mount(stand, kind, _plain(sensor.name), at, ahead, _keys(sensor, kind), f"described on '{sensor.link}'")
+        origin = f"described on '{sensor.link}'"
+        yield _mount(stand, kind, _plain(sensor.name), at, ahead, _keys(sensor, kind), origin), list(_changed(sensor))
 
 
 def _unlike(sensor: SaidSensor, place: FileFrame | None) -> str:
@@ -156,20 +160,20 @@ def _unlike(sensor: SaidSensor, place: FileFrame | None) -> str:
     if sensor.kind not in LOWEST:
         return "mjsim has no sensor of this type"
     beams, farthest = sensor.keys.get("beams", math.inf), sensor.keys.get("farthest", math.inf)
-    if sensor.kind == "lidar" and beams * sensor.keys.get("rings", 1) <= FEW and farthest <= SHORT:
+    if sensor.kind == "lidar" and max(beams, sensor.keys.get("rings", 1)) <= FEW and farthest <= SHORT:
         return RING
     return "" if place is not None else f"its link '{sensor.link}' is not in the file"
 
 
-def _changed(sensor: SaidSensor) -> Iterator[FileItem]:
-    """Yield notes on properties of a sensor that a world cannot have."""
+def _changed(sensor: SaidSensor) -> Iterator[str]:
+    """Yield how properties of a sensor are changed that a world cannot have."""
     rate, keys = sensor.keys.get("rate_hz", 0.0), sensor.keys
     if sensor.kind != "imu" and rate > 0 and _rate(rate) != rate:
-        yield FileItem(Fate.GUESSED, f"rate of {sensor.kind}", sensor.name, f"{_rate(rate):g} Hz for {rate:g} Hz")
+        yield f"{_rate(rate):g} Hz for {rate:g} Hz, as its rate divides that of the loop"
     if keys.get("beams", 0) > MAX_BEAMS or keys.get("rings", 0) > MAX_RINGS:
-        yield FileItem(Fate.GUESSED, "beams of lidar", sensor.name, f"at most {MAX_BEAMS} in {MAX_RINGS} rings")
+        yield f"at most {MAX_BEAMS} beams in {MAX_RINGS} rings"
     if max(keys.get("width", 0), keys.get("height", 0)) > MAX_SIDE:
-        yield FileItem(Fate.GUESSED, "picture of camera", sensor.name, f"at most {MAX_SIDE} pixels to a side")
+        yield f"at most {MAX_SIDE} pixels to a side"
 
 
 def _rate(rate: float) -> float:

@@ -10,9 +10,21 @@ from xml.etree.ElementTree import Element
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.exchange.robots.folders import Folders
-from mjsim.exchange.robots.xacro import Given, XacroBudget, XacroError, parsed, plain_yaml, resolved
 from mjsim.inventory import Fate, FileItem
-from mjsim.models import PlacedError, SaidDrive, drives_in_parameters, line_and_column, line_of, names_in
+from mjsim.models import (
+    Given,
+    PlacedError,
+    SaidDrive,
+    XacroBudget,
+    XacroError,
+    drives_in_parameters,
+    line_and_column,
+    line_of,
+    names_in,
+    parsed,
+    plain_yaml,
+    resolved,
+)
 
 _URI = re.compile(rb"(?:package|model)://([A-Za-z0-9_.-]+)/?([^\"'<>\s]*)")
 _FILE = re.compile(rb"file://(/[^\"'<>]*)")
@@ -48,6 +60,8 @@ class RobotSource:
         self._folders, self._xacro = Folders(self._path, packages, search=search), given
         self._root = self._folders.root
         self._asked: frozenset[str] = frozenset()
+        self.absent: tuple[str, ...] = ()
+        """Includes of xacro that were not found, each with its place."""
         self._packages = packages
         self.moved: list[str] = []
         """Files named by the path that they had elsewhere."""
@@ -130,7 +144,8 @@ class RobotSource:
     def _description(self, data: bytes) -> bytes:
         """Return the description with xacro resolved, and package paths in the form accepted by `read`."""
         written, root = parsed(data, self._given)
-        text, self._asked = resolved(written, self._path, shown=self._given, given=self._xacro, files=self._folders)
+        found = resolved(written, self._path, shown=self._given, given=self._xacro, files=self._folders)
+        text, self._asked, self.absent = found.text, found.asked, found.missing
         self.expanded = text != written
         if self.expanded:
             _, root = parsed(text.encode(), self._given)

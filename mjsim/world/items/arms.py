@@ -173,11 +173,13 @@ class RobotArm(Model):
     dh: DhTable | None = None
     """Its joints and links, unless a preset or a model gives them."""
     model: ModelPath | None = None
-    """An MJCF or URDF file with joints, links and appearance, instead of `dh`; each joint gets a torque motor with the
-    limits of the file. Fingers beyond the end of the chain are the last joints of the arm."""
+    """An MJCF, URDF or xacro file with joints, links and appearance, instead of `dh`; each joint gets a torque motor
+    with the limits of the file. Fingers beyond the end of the chain are the last joints of the arm."""
     end: Annotated[str, Field(min_length=1, max_length=200)] | None = None
     """Body, site or joint of the model at the end of its chain, with the frame of the flange; needed only if
     ambiguous."""
+    arguments: Annotated[dict[str, str], Field(default_factory=dict, max_length=100)]
+    """Values of `xacro:arg`, for a model in xacro."""
     at: Point3 = (0.0, 0.0, 0.0)
     """Position [x, y, z] of its base in the robot frame [m]."""
     rpy_deg: RollPitchYaw = (0.0, 0.0, 0.0)
@@ -207,6 +209,8 @@ class RobotArm(Model):
             none = "an arm has joints; give dh: {rows: [...]}, a preset, or model: FILE"
             raise fault(none) if self.dh is None else fault(conflict, "model")
         if self.model is None:
+            if self.arguments:
+                raise fault("arguments are for a model in xacro; leave them out", "arguments")
             if self.end is not None:
                 raise fault("end names a part of a model; an arm of a table ends at its last row", "end")
             return self
@@ -214,7 +218,7 @@ class RobotArm(Model):
         self._source = context.get("source") or BUILT
         # Arms of the same file share one reading of it, also if the file is broken.
         read: dict[Any, Any] = context.setdefault("models", {})
-        key = ("arm", self.model, self.end)
+        key = ("arm", self.model, self.end, *sorted(self.arguments.items()))
         if key not in read:
             try:
                 read[key] = self.file_arm
@@ -242,7 +246,7 @@ class RobotArm(Model):
         from mjsim.models import read_arm
 
         assert self.model is not None, "asked of arms with a model only"
-        return read_arm(self.model, lambda path: read_asset(path, self._source), self.end)
+        return read_arm(self.model, lambda path: read_asset(path, self._source), self.end, self.arguments)
 
     @model_validator(mode="after")
     def _starts_within_limits(self) -> Self:

@@ -1,7 +1,10 @@
 """Arms without a world: from a preset, from a file with the content of one of `arms`, or from MJCF or URDF."""
 
 import json
+import re
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from pydantic import ValidationError
@@ -13,49 +16,54 @@ from mjsim.world.items import RobotArm, World, arm_names
 from mjsim.world.read.reader import faults_of, parse_world, read_file
 from mjsim.world.yaml import problems_at, read_text
 
-MODELS = (".xml", ".mjcf", ".urdf")
+MODELS = (".xml", ".mjcf", ".urdf", ".xacro")
+_PLACED = re.compile(r".{1,400}?:(\d+):(\d+): (.*)", re.DOTALL)
+"""An error with line and column in the file of an arm."""
+NONE: Mapping[str, str] = MappingProxyType({})
 FARTHEST = 4
 """Number of parent folders of a model that may contain its meshes."""
 
 
-def arm(name: str | Path, end: str | None = None) -> Arm:
+def arm(name: str | Path, end: str | None = None, arguments: Mapping[str, str] = NONE) -> Arm:
     """Return an arm by the name of its preset, or from a file.
 
     Args:
         name: A preset such as 'motoman_up6'; a path that ends in `.yaml`, of a file with the keys of one of `arms`:
-            `dh`, `tool`, and so on; or an MJCF (`.xml`) or URDF (`.urdf`) file.
+            `dh`, `tool`, and so on; or an MJCF (`.xml`), URDF (`.urdf`) or xacro (`.xacro`) file.
         end: Body, site or joint of a model at the end of the chain, with the frame of the flange; needed only if
             ambiguous.
+        arguments: Values of `xacro:arg`, for a model in xacro.
 
     Raises:
         UsageError: There is no such preset or file.
         WorldError: The file is invalid; every error is reported with its line and column.
     """
-    return arm_item(name, end).arm
+    return arm_item(name, end, arguments).arm
 
 
-def arm_item(name: str | Path, end: str | None = None) -> RobotArm:
+def arm_item(name: str | Path, end: str | None = None, arguments: Mapping[str, str] = NONE) -> RobotArm:
     """Return an arm as by `arm`, with all its keys of a world file."""
     if str(name).lower().endswith(MODELS):
-        return _from_model(Path(name), end)
+        return _from_model(Path(name), end, arguments)
+    if arguments:
+        raise UsageError(f"--arg is for models in xacro; '{name}' is none")
     if end is not None:
         raise UsageError(f"end is '{end}'; it is for models (.xml, .urdf), '{name}' is none")
     if str(name) in arm_names():
         return RobotArm.model_validate({"preset": str(name), "name": str(name)})
     if not str(name).endswith((".yaml", ".yml")):
-        raise UsageError(
-            f"'{name}' is neither an arm preset nor a file (.yaml, .xml, .urdf){did_you_mean(str(name), arm_names())}"
-        )
+        known = did_you_mean(str(name), arm_names())
+        raise UsageError(f"'{name}' is neither an arm preset nor a file (.yaml, .xml, .urdf, .xacro){known}")
     return _from_file(Path(name))
 
 
-def arm_world(name: str | Path, end: str | None = None) -> World:
+def arm_world(name: str | Path, end: str | None = None, arguments: Mapping[str, str] = NONE) -> World:
     """Return a world with only an arm, 'arm' of the robot 'robot' on a fixed base; arguments as for `arm`."""
-    arm_item(name, end)  # whose errors name the arm's own file
+    arm_item(name, end, arguments)  # whose errors name the arm's own file
     keys: dict[str, Any]
     source = Source()
     if str(name).lower().endswith(MODELS):
-        keys, source = _model_keys(Path(name), end)
+        keys, source = _model_keys(Path(name), end, arguments)
     elif str(name) in arm_names():
         keys = {"preset": str(name)}
     else:
@@ -82,13 +90,13 @@ def _from_file(path: Path) -> RobotArm:
         raise WorldError(problems_at(node, str(path), faults_of(error, RobotArm))) from None
 
 
-def _from_model(path: Path, end: str | None) -> RobotArm:
+def _from_model(path: Path, end: str | None, arguments: Mapping[str, str]) -> RobotArm:
     """Return the arm of a model; errors name the place in its text."""
     from mjsim.models import ArmFileError, read_arm, text_place
 
     if not path.is_file():
-        raise UsageError(f"no file '{path}'; name an MJCF (.xml) or URDF (.urdf) file")
-    keys, source = _model_keys(path, end)
+        raise UsageError(f"no file '{path}'; name an MJCF (.xml), URDF (.urdf) or xacro (.xacro) file")
+    keys, source = _model_keys(path, end, arguments)
     inner, whole = keys["model"], path.resolve()
     try:
         return RobotArm.model_validate(keys, context={"source": source})
@@ -96,20 +104,23 @@ def _from_model(path: Path, end: str | None) -> RobotArm:
         message = "; ".join(details["msg"] for details in error.errors(include_url=False)).replace(inner, path.name)
         element = ""
         try:
-            read_arm(inner, lambda name: read_asset(name, source), end)
+            read_arm(inner, lambda name: read_asset(name, source), end, arguments)
         except ArmFileError as found:
             element = found.element
         except ValueError:
             pass
         line, column = text_place(whole.read_bytes(), element)
+        if placed := _PLACED.fullmatch(message):
+            line, column, message = int(placed[1]), int(placed[2]), placed[3]
         raise WorldError([Problem(str(path), line, column, message)]) from None
 
 
-def _model_keys(path: Path, end: str | None) -> tuple[dict[str, Any], Source]:
+def _model_keys(path: Path, end: str | None, arguments: Mapping[str, str]) -> tuple[dict[str, Any], Source]:
     """Return the keys of a world file for the arm of a model, and their source."""
     whole = path.resolve()
     folder = _package(whole)
-    keys = {"name": "arm", "model": whole.relative_to(folder).as_posix()}
+    keys: dict[str, Any] = {"name": "arm", "model": whole.relative_to(folder).as_posix()}
+    keys |= {"arguments": dict(arguments)} if arguments else {}
     return keys | ({} if end is None else {"end": end}), Source(file=str(path), folder=folder)
 
 

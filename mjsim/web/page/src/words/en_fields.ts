@@ -12,6 +12,7 @@ export const EN_FIELDS = {
   "field.anchor": "Anchor",
   "field.angle": "Angle",
   "field.anonymous": "Anonymous",
+  "field.arguments": "Arguments",
   "field.arm": "Arm",
   "field.arms": "Arms",
   "field.around": "Around",

@@ -4,8 +4,8 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from mjsim.exchange.robots.xacro.budget import XacroError
-from mjsim.exchange.robots.xacro.nodes import XacroNode
+from mjsim.models.xacro.budget import XacroError
+from mjsim.models.xacro.nodes import XacroNode
 
 _WITH_DEFAULT = re.compile(
     r"\s*(?P<name>[^\s:=]+)\s*:?=\s*(?P<forward>\^\|?)?"

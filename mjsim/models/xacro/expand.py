@@ -1,21 +1,22 @@
 """Expands the elements of xacro: properties, arguments, conditions, macros, blocks and includes."""
 
-import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Protocol
 
 from mjsim.errors import UsageError, printable
-from mjsim.exchange.robots.xacro.budget import CHARACTERS, Value, XacroBudget, XacroError, likely
-from mjsim.exchange.robots.xacro.functions import PYTHON, known_names
-from mjsim.exchange.robots.xacro.macros import Macro, Macros, macro_of
-from mjsim.exchange.robots.xacro.nodes import ELEMENT, NAME, Verbatim, XacroNode, nodes_of
-from mjsim.exchange.robots.xacro.scope import Scope
-from mjsim.exchange.robots.xacro.substitution import Given, Substitution, is_true, literal
-from mjsim.exchange.robots.xacro.yaml_in import plain_yaml
-from mjsim.models import RefusedXmlError, checked_xml
+from mjsim.models.xacro.budget import CHARACTERS, Value, XacroBudget, XacroError, likely
+from mjsim.models.xacro.functions import PYTHON, known_names
+from mjsim.models.xacro.macros import Macro, Macros, macro_of
+from mjsim.models.xacro.nodes import ELEMENT, NAME, Verbatim, XacroNode, nodes_of
+from mjsim.models.xacro.scope import Scope
+from mjsim.models.xacro.substitution import Given, Substitution, is_true, literal
+from mjsim.models.xacro.yaml_in import plain_yaml
+from mjsim.models.xml_text import RefusedXmlError, checked_xml
 
+ABSENT = "which was not found"
+"""Part of the message about a package that is missing."""
 DEEPEST = 100
 """Maximum nesting of elements in a file."""
 PREFIXES = ("namespace", "prefix", "tf_prefix")
@@ -47,6 +48,8 @@ class Expander:
         self._files, self._given = files, given
         self._paths = [path]
         self._read: dict[Path, XacroNode] = {}
+        self.missing: list[str] = []
+        """Includes that were not found, each with its place; nothing may call what they declare."""
         self._text = Substitution(given, self.budget, lambda: self._paths[-1].parent)
         own: Mapping[str, Callable[..., Value]] = {
             "load_yaml": self._load_yaml,
@@ -99,7 +102,8 @@ class Expander:
             return PYTHON[name]
         suggestion = likely(name, (key for key in declared if key.isidentifier()))
         hint = suggestion if suggestion.startswith("; did") else "; declare it"
-        raise XacroError(f"no xacro:property '{name:.60}'{hint}, or give --arg {name:.60}=VALUE")
+        absent = f"; {self.missing[0]}" if self.missing else ""
+        raise XacroError(f"no xacro:property '{name:.60}'{hint}, or give --arg {name:.60}=VALUE{absent}")
 
     def _expand(self, node: XacroNode, into: XacroNode, scope: Scope, macros: Macros) -> None:
         """Append what the attributes and children of an element become to another."""
@@ -224,7 +228,10 @@ class Expander:
 
     def _call(self, node: XacroNode, into: XacroNode, scope: Scope, macros: Macros) -> None:
         """Expand a macro: its parameters and blocks are of the caller's scope, its body has a scope of its own."""
-        macro, outer, known = _found(node.word or "", scope, macros)
+        try:
+            macro, outer, known = _found(node.word or "", scope, macros)
+        except XacroError as error:
+            raise (XacroError(f"{error}; {self.missing[0]}") if self.missing else error) from None
         inner = Scope(self._evaluated, parent=outer)
         values = {
             name: literal(self._text.value(value, scope))
@@ -273,13 +280,28 @@ class Expander:
             scope = inner
         name = self._text.text(node.required("filename"), scope)
         optional = is_true(node.attributes.get("optional", "false"), "optional")
-        for path in self._files.locate(name, self._paths[-1].parent):
-            if optional and not os.path.exists(path):
-                continue
+        for path in self._located(node, name):
             with self._inside(path), self.budget.deeper(6):
-                root = self._root_of(path)
+                try:
+                    root = self._root_of(path)
+                except XacroError as error:
+                    if not str(error).startswith("no file"):
+                        raise
+                    if not optional:
+                        self.missing.append(f"{node.file}:{node.line}:{node.column}: {error}")
+                    continue
                 with _placed(root):
                     self._expand_inside(root, into, scope, macros)
+
+    def _located(self, node: XacroNode, name: str) -> list[Path]:
+        """Return the files of an include; none, with a note, if its package was not found."""
+        try:
+            return self._files.locate(name, self._paths[-1].parent)
+        except XacroError as error:
+            if ABSENT not in str(error):
+                raise
+            self.missing.append(f"{node.file}:{node.line}:{node.column}: {error}")
+            return []
 
     @contextmanager
     def _inside(self, path: Path) -> Iterator[None]:

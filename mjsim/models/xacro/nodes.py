@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from xml.parsers import expat
 from xml.sax.saxutils import escape, quoteattr
 
-from mjsim.exchange.robots.xacro.budget import XacroBudget, XacroError
+from mjsim.models.xacro.budget import XacroBudget, XacroError
 
 NAME = re.compile(r"[^\W\d][\w.-]*(?::[^\W\d][\w.-]*)?")
 """Names of elements and attributes."""

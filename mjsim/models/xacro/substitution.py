@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from mjsim.exchange.robots.xacro.budget import Value, XacroBudget, XacroError, likely
-from mjsim.exchange.robots.xacro.expressions import evaluated
-from mjsim.exchange.robots.xacro.functions import SUBSTITUTED
-from mjsim.exchange.robots.xacro.scope import Scope
+from mjsim.models.xacro.budget import Value, XacroBudget, XacroError, likely
+from mjsim.models.xacro.expressions import evaluated
+from mjsim.models.xacro.functions import SUBSTITUTED
+from mjsim.models.xacro.scope import Scope
 
 PACKAGE = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
 """Names of ROS packages."""

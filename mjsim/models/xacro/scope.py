@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from mjsim.exchange.robots.xacro.budget import XacroError
+from mjsim.models.xacro.budget import XacroError
 
 
 class Scope:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from mjsim.exchange.robots.xacro.budget import LARGEST, MAX_BITS, TooLargeError, Value, XacroError, size_of
+from mjsim.models.xacro.budget import LARGEST, MAX_BITS, TooLargeError, Value, XacroError, size_of
 
 MAX_ARGUMENT = 200
 """Maximum argument of functions whose result grows faster than a power."""

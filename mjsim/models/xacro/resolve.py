@@ -1,13 +1,14 @@
 """Reads the description of a robot as text without xacro."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
-from mjsim.errors import UsageError
-from mjsim.exchange.robots.xacro.expand import DEEPEST, Expander, Files
-from mjsim.exchange.robots.xacro.nodes import XacroNode, nodes_of, written
-from mjsim.exchange.robots.xacro.substitution import Given
-from mjsim.models import RefusedXmlError, checked_xml
+from mjsim.errors import UsageError, printable
+from mjsim.models.xacro.expand import DEEPEST, Expander, Files
+from mjsim.models.xacro.nodes import XacroNode, nodes_of, written
+from mjsim.models.xacro.substitution import Given
+from mjsim.models.xml_text import RefusedXmlError, checked_xml
 
 MAX_BYTES = 8_000_000
 ROBOT_PARTS = {
@@ -25,8 +26,19 @@ ROBOT_PARTS = {
 """Elements of a robot in URDF, including extensions of other programs."""
 
 
-def resolved(text: str, path: Path, *, shown: Path, given: Given, files: Files) -> tuple[str, frozenset[str]]:
-    """Return a robot's description with all xacro elements expanded, and the arguments and variables that it asks for.
+@dataclass(frozen=True, slots=True)
+class Resolved:
+    """A description without xacro."""
+
+    text: str
+    asked: frozenset[str] = frozenset()
+    """Names of arguments and variables that it declares or uses."""
+    missing: tuple[str, ...] = ()
+    """Includes that were not found, each with its place."""
+
+
+def resolved(text: str, path: Path, *, shown: Path, given: Given, files: Files) -> "Resolved":
+    """Return a robot's description with all xacro elements expanded.
 
     The text of other files stays as it is.
 
@@ -41,15 +53,17 @@ def resolved(text: str, path: Path, *, shown: Path, given: Given, files: Files) 
         UsageError: The file is invalid, or would do more than files of a robot may.
     """
     if "$" not in text and "xacro" not in text:
-        return text, frozenset()
+        return Resolved(text)
     expander = Expander(path, given, files)
     node = nodes_of(text, str(shown), expander.budget)
     if node.tag != "robot" or ("$" not in text and not _has_xacro(node)):
-        return text, frozenset()
+        return Resolved(text)
     _refuse_bare_macros(node)
     made = written(expander.expanded(node))
+    if expander.missing and "<link" not in made:
+        raise UsageError(printable(expander.missing[0]))
     # Both $(find NAME) and package://NAME are a package, with or without file:// before it.
-    return made.replace("file://package://", "package://"), expander.asked
+    return Resolved(made.replace("file://package://", "package://"), expander.asked, tuple(expander.missing))
 
 
 def _has_xacro(node: XacroNode) -> bool:

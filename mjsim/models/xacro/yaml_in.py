@@ -6,7 +6,7 @@ from typing import Any
 
 import yaml
 
-from mjsim.exchange.robots.xacro.budget import Value, XacroBudget, XacroError
+from mjsim.models.xacro.budget import Value, XacroBudget, XacroError
 
 MAX_BYTES = 256_000
 NODE = 10
