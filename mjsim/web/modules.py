@@ -50,7 +50,7 @@ def modules_in(folder: Folder, world: str | None = None) -> Json:
     """
     place = folder.root if world is None else folder.path(world).parent
     files = [(path, path.relative_to(place).as_posix()) for path in files_below(place)] if place.is_dir() else []
-    offers = [*_shipped(), *_own(files, source_of(folder, world or ""))]
+    offers = [*shipped_modules(), *_own(files, source_of(folder, world or ""))]
     found: dict[str, Json] = {kind: {} for kind in KINDS.values()}
     for role, offer in offers:
         found[KINDS[role]].setdefault(offer["use"], offer)
@@ -61,7 +61,7 @@ def modules_in(folder: Folder, world: str | None = None) -> Json:
 
 
 @cache
-def _shipped() -> Sequence[tuple[str, Json]]:
+def shipped_modules() -> Sequence[tuple[str, Json]]:
     """Return the shipped modules by role; what their sources say is noted for later processes, as it takes a second."""
     files = _shipped_files()
     readers = (*Path(str(resources.files("mjsim.modules"))).rglob("*.py"), Path(__file__))

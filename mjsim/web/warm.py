@@ -4,6 +4,7 @@ import threading
 from functools import cache
 
 from mjsim.web.files import EMPTY_WORLD
+from mjsim.web.modules import shipped_modules
 from mjsim.web.panel_schema import schema_text
 from mjsim.web.shipped import shipped
 from mjsim.web.static_page import pack, pack_files
@@ -12,7 +13,7 @@ from mjsim.world import parse_world
 
 @cache
 def warm_up() -> threading.Thread:
-    """Start compressing the page's files, listing what is shipped with mjsim, and building the validators of worlds.
+    """Start compressing the page's files, listing what is shipped, and building the validators of worlds.
 
     The first requests would do the same, and take longer.
     """
@@ -26,3 +27,4 @@ def _warm_up() -> None:
     pack(schema_text())
     shipped()
     parse_world(EMPTY_WORLD)
+    shipped_modules()

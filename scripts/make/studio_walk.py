@@ -94,7 +94,7 @@ def record(walk: Walk) -> None:
     walk.run()
     walk.keep("the first run has ended: EKF-SLAM, as the world has it")
     walk.press("scout: Estimator: Ekf Slam; choose another")
-    walk.page.get_by_role("dialog").get_by_role("button", name="Fast Slam").click()
+    walk.page.get_by_role("dialog").get_by_title("mjsim.algorithms.fastslam:FastSlam").click()
     walk.run()
     walk.keep("the second has ended: FastSLAM, chosen in Setup")
 

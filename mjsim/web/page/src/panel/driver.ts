@@ -15,25 +15,32 @@ export interface RunValues {
   raw: Values;
 }
 
-/** A field for each module of a robot, and for what it has none, those that fit it at one press. */
-export function driverRows(sheet: Sheet, shelf: ModuleShelf, robot: Item, { values, raw }: RunValues, items: Item[]): Child[] {
+/** A field for each module of a robot. */
+export function driverRows(sheet: Sheet, robot: Item, { values, raw }: RunValues): Child[] {
   const schema = sheet.book.definition("Modules");
   if (!schema || robot.name === null) return [];
-  const path = ["run", "drivers", robot.name];
-  const driver = (run: Values): Values => ((run["drivers"] ?? {}) as Record<string, Values>)[robot.name ?? ""] ?? {};
-  const own = driver(raw);
-  const subject = { path, values: driver(values), raw: own, written: Object.keys(own), fixed: false, within: robot.name };
-  return [suggestion(sheet, shelf, robot, subject, items), ...objectRows(sheet, schema, subject)];
+  const own = driverOf(robot, raw);
+  const subject = { path: pathOf(robot), values: driverOf(robot, values), raw: own, written: Object.keys(own), fixed: false, within: robot.name };
+  return objectRows(sheet, schema, subject);
 }
 
-/** Puts in modules that fit the robot; nothing where it has some. */
-function suggestion(sheet: Sheet, shelf: ModuleShelf, robot: Item, { path, values }: { path: string[]; values: Values }, items: Item[]): Child {
+/** Puts in modules that fit a robot; nothing where it has some. */
+export function suggestion(sheet: Sheet, shelf: ModuleShelf, robot: Item, run: RunValues, items: Item[]): Child {
+  const [path, values] = [pathOf(robot), driverOf(robot, run.values)];
   const isDriven = ["observer", "estimator", "navigator"].some((role) => values[role]);
-  if (!shelf.all || isDriven || robot.values["base"] === "fixed") return null;
+  if (!shelf.all || isDriven || robot.name === null || robot.values["base"] === "fixed") return null;
   const hasBeacons = items.some((item) => item.type === "Beacon");
   const chosen = Object.entries(suggested(robot, hasBeacons, shelf.all, sheet.book));
   const titles = chosen.flatMap(([role, value]) => (role === "avoidance" ? [] : moduleTitle(value, sheet.tools)));
   const put = (): void => sheet.change(chosen.map(([role, value]) => ({ op: "set", path: [...path, role], value })));
   const button = el("button", { type: "button", "data-id": `${JSON.stringify(path)} suggest`, onclick: put }, icon(ICONS.plus), word("panel.useWhatFits"));
   return el("div", { class: "suggestion" }, button, el("span", { class: "hint" }, titles.join(", ")));
+}
+
+function pathOf({ name }: Item): string[] {
+  return ["run", "drivers", name ?? ""];
+}
+
+function driverOf({ name }: Item, run: Values): Values {
+  return ((run["drivers"] ?? {}) as Record<string, Values>)[name ?? ""] ?? {};
 }

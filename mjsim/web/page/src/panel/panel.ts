@@ -9,7 +9,7 @@ import { kindName } from "../edit/kinds";
 import { keyOf } from "../plan/plan";
 import { ICONS } from "../shell/icons";
 import type { Tools } from "./controls";
-import { driverRows, type RunValues } from "./driver";
+import { driverRows, type RunValues, suggestion } from "./driver";
 import { ModuleShelf } from "./modules";
 import { objectRows, type Sheet, type Subject } from "./rows";
 import type { SchemaBook } from "./schema";
@@ -102,6 +102,7 @@ export class Panel {
       this.body,
       this.head(kindName(item), item.name ?? item.label, this.buttons(item.type !== "Opening")),
       item.fixed ? this.origin(item, item.fixed) : null,
+      item.type === "Robot" ? suggestion(this.sheet(), this.shelf, item, this.run(), this.editor.items) : null,
       ...this.general(item),
       ...(schema
         ? objectRows(this.sheet(), schema, subject, [], this.modules(item))
@@ -204,8 +205,7 @@ export class Panel {
   /** The modules of a robot, which stand in the run of the world. */
   private modules(item: Item): Child[] {
     if (item.type !== "Robot") return [];
-    const rows = driverRows(this.sheet(), this.shelf, item, this.run(), this.editor.items);
-    return [el("div", { class: "modules" }, el("h3", {}, word("panel.modules")), ...rows)];
+    return [el("div", { class: "modules" }, el("h3", {}, word("panel.modules")), ...driverRows(this.sheet(), item, this.run()))];
   }
 
   private run(): RunValues {

@@ -3,7 +3,7 @@
 import type { Change, Problem, Values } from "../api";
 import { el, refill, type Child } from "../dom";
 import { applied, differences, isSame } from "../panel/changes";
-import { driverRows, type RunValues } from "../panel/driver";
+import { driverRows, type RunValues, suggestion } from "../panel/driver";
 import { ModuleShelf } from "../panel/modules";
 import { objectRows, type Sheet } from "../panel/rows";
 import { SchemaBook } from "../panel/schema";
@@ -80,7 +80,11 @@ export class Setup {
       change: (changes) => this.change(changes),
     };
     const robots = document.items.filter((item) => item.type === "Robot");
-    const parts = robots.flatMap((robot) => [el("h2", {}, robot.name ?? robot.label), ...driverRows(sheet, shelf, robot, run, document.items)]);
+    const parts = robots.flatMap((robot) => [
+      el("h2", {}, robot.name ?? robot.label),
+      suggestion(sheet, shelf, robot, run, document.items),
+      ...driverRows(sheet, robot, run),
+    ]);
     refill(this.form, this.state(), ...this.settings(sheet, run), ...parts);
   }
 
