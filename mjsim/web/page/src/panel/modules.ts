@@ -51,9 +51,10 @@ export class ModuleShelf {
 
   /** Let the person choose for a key of the world file. */
   async choose(path: Path): Promise<{ value: unknown } | null> {
+    const { visits } = this.studio;
     if (this.modules) this.asked = null; // files may have come meanwhile
     await this.ask();
-    if (!this.modules) return null;
+    if (!this.modules || this.studio.visits !== visits) return null;
     const robot = robotAt(path, this.studio.document.items);
     const role = roleOf(String(path.at(-1)));
     const chosen = await choose(TITLES[role], () => null, groupsFor(role, robot, this.modules), (answer) => otherUse(answer));
