@@ -9,7 +9,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose
-from mjsim.interface import Command, Estimate, Observation, RobotInfo, ShownLines, WorldMap
+from mjsim.interface import Command, Estimate, Observation, RobotInfo, Shown, WorldMap
 
 from .cost_to_go import UNREACHED, CostToGo
 from .distance_grid import DistanceGrid
@@ -21,6 +21,7 @@ from .path_integral import Leads, MotionPrices, PathIntegral
 from .range_views import RangeView, Views
 from .recovery import Around, Attempt, Recovery, Toward
 from .scan_alignment import ScanAlignment
+from .shown_plan import shown_plan
 from .way_plan import EXPLAINED, WayPlan
 
 FINE = 0.025
@@ -33,6 +34,8 @@ s, m]."""
 ROOM, AHEAD, UNHURRIED = 0.1, 0.15, 0.32
 """A motion is in the open with at least this clearance, plus this time at its speed; then it is chosen anew only after
 the third [m, s, s]."""
+SHOW = 0.2
+"""Time between two changes of what is shown [s]."""
 SOON = 1.5
 """Nearer to the goal than this, motions are chosen with each scan [s]."""
 BACKWARDS = 0.4
@@ -69,6 +72,7 @@ class GoToGoal:
         tolerance: float = 0.1,
         tolerance_deg: float = 4.0,
         cell: float = 0.05,
+        show_all: bool = False,
     ) -> None:
         """Set the goals.
 
@@ -80,6 +84,7 @@ class GoToGoal:
             tolerance: Distance at which a goal counts as reached [m].
             tolerance_deg: Difference at which the heading of a goal counts as reached.
             cell: Side of a cell of the planning grid; in large maps it is doubled until the grid is small enough [m].
+            show_all: Whether to show goals, costs and sampled motions too, five times a second, not only the path.
         """
         self._goals = _checked(goals)
         positive = {"speed": speed, "tolerance": tolerance, "tolerance_deg": tolerance_deg, "cell": cell}
@@ -89,7 +94,7 @@ class GoToGoal:
         if not clearance >= 0:
             raise ValueError(f"clearance is {clearance}; it must not be below 0")
         self._speed, self._clearance, self._tolerance, self._cell = speed, clearance, tolerance, cell
-        self._tolerance_turn = math.radians(tolerance_deg)
+        self._tolerance_turn, self._show_all = math.radians(tolerance_deg), show_all
 
     def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
         """Take the map; the first path is planned later."""
@@ -115,11 +120,13 @@ class GoToGoal:
         self._reason: str | None = None
         self._scan: Array = np.zeros((0, 2))
         self._jammed = self._is_open = False
-        self._chosen = -math.inf
+        self._now, self._chosen = 0.0, -math.inf
+        self._shown: tuple[Shown, ...] = ()
+        self._shown_at = -math.inf
 
     def command(self, seen: Observation, belief: Estimate) -> Command:
         """Return the next twist; zero at the last goal, and while every motion would collide."""
-        views = self._views.update(seen)
+        self._now, views = seen.time, self._views.update(seen)
         pose = self._pose(seen, belief.pose, views)
         # Half the scans of a fast lidar suffice to remember.
         views = views if seen.time >= self._looked + (SLOW_LOOK if self._is_open else self._pause) - 1e-6 else []
@@ -155,12 +162,17 @@ class GoToGoal:
         forward, left, turn = self._twist.tolist()
         return Command(forward=forward, left=left, turn=turn)
 
-    def show(self) -> tuple[ShownLines, ...]:
-        """Return the planned path, in the frame of the estimate, if there is one."""
+    def show(self) -> tuple[Shown, ...]:
+        """Return the planned path, in the frame of the estimate, if there is one; with `show_all` more."""
         if not self._left or self._way.field is None:
+            self._shown_at = -math.inf
             return ()
-        path = self._way.field.path(self._place)
-        return shown_path(path) if len(path) > 1 else ()
+        if self._now < self._shown_at + SHOW - 1e-6:
+            return self._shown
+        self._shown_at, path = self._now, self._way.field.path(self._place)
+        more = shown_plan(self._way, self._local, self._left, self._place) if self._show_all else ()
+        self._shown = (*more, *(shown_path(path) if len(path) > 1 else ()))
+        return self._shown
 
     def blocked(self) -> str | None:
         """Return why the robot does not get nearer to its goal, after 5 s; None while it does."""

@@ -101,6 +101,7 @@ class PathIntegral:
         """Poses of the chosen motion, shape (STEPS, 3)."""
         self.clearance = 0.0
         """Of the chosen motion, at its narrowest place [m]."""
+        self._sampled: tuple[Pose, Array] = (robot.prior, np.zeros((0, STEPS, 3)))
 
     @property
     def reach(self) -> float:
@@ -135,6 +136,7 @@ class PathIntegral:
         """
         wanted = self._samples()
         twists = self._limited(wanted, speed, prices.top)
+        self._sampled = pose, twists
         cost, hits = self._judged(pose, twists, map, field, prices)
         if hits.all():
             self.reset()
@@ -151,6 +153,12 @@ class PathIntegral:
         self.motion = np.stack(way, axis=-1)[0]
         self.clearance = float(self._clearance(*way, map).min())
         return self.planned
+
+    def candidates(self, most: int) -> Array:
+        """Return places on some of the motions that were sampled last, at most a number, shape (k, n, 2) [m]."""
+        pose, twists = self._sampled
+        x, y, _ = _rollout(pose, twists[:: 1 + (len(twists) - 1) // most])
+        return np.stack([x[:, ::3], y[:, ::3]], axis=-1)
 
     def apart(self, points: Array) -> float:
         """Return the distance between points (n, 2) and the circle about the body on the chosen motion [m]."""

@@ -49,6 +49,7 @@ class WayPlan:
         """The times planned last; None before the first plan to a goal."""
         self._planned, self._checked = -math.inf, -math.inf
         self._noted = dict[str, float]()
+        self._price: Array = np.zeros((0, 0))
         self.is_shut = False
         """Whether obstacles are only the walls of the map: without a way between them there is none."""
 
@@ -64,6 +65,11 @@ class WayPlan:
         self._built = self._planner.drawn(self._walls)
         self._doubt: NDArray[np.bool_] = np.full(self._planner.shape, not len(self._walls))
         self.field = None
+
+    @property
+    def cell(self) -> float:
+        """Side of a cell of the grid [m]."""
+        return self._planner.cell
 
     def contains(self, place: Array) -> bool:
         """Return whether a place (2,) is on the grid."""
@@ -107,7 +113,7 @@ class WayPlan:
         self._occupied, self._doubted = self._drawn(points), self._doubt.copy()
         distances = DistanceGrid(self._occupied, lower=self._planner.lower, cell=self._planner.cell).distance
         price = time_per_metre(distances, half_width=self._half_width, gap=self._gap, top=self._top, doubt=self._doubt)
-        price = self._priced(price, place, stuck)
+        self._price = price = self._priced(price, place, stuck)
         # What is much farther from the goal than the robot does not matter.
         far = math.inf if self.field is None else float(self.field.at(place)) + BEYOND
         field = self._planner.cost_to_go(price, goal, limit=far)
@@ -115,6 +121,18 @@ class WayPlan:
             field = self._planner.cost_to_go(price, goal)
         self.field = field
         return field
+
+    def costs(self, place: Array, *, half: float) -> tuple[Array, Array]:
+        """Return the costs planned with around a place (2,), and the corner of the first cell, shape (2,) [m].
+
+        Costs are 0 where the robot may be as fast as it can, and 1 where it cannot be.
+        """
+        (top, bottom), (left, right) = (
+            each.tolist() for each in self._planner.cells(place + np.array([[-half], [half]]))
+        )
+        fastest = 1.0 / self._top
+        cells = 1.0 - fastest / self._price[top : bottom + 1, left : right + 1]
+        return np.clip(cells, 0.0, 1.0), self._planner.lower + self._planner.cell * np.array([left, top])
 
     def _is_due(self, field: CostToGo, place: Array, now: float, points: Array) -> bool:
         """Return whether to plan anew: something has changed on the way, or somewhere for a longer time."""

@@ -8,7 +8,7 @@ from types import MappingProxyType
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.interface import Picture, Sighting
+from mjsim.interface import Picture, Shown, Sighting
 from mjsim.record import Recording, Tick
 from mjsim.video.scans import newest_points, recorded_points
 from mjsim.world import Looks
@@ -49,6 +49,8 @@ class Moment:
     ones."""
     scans: Mapping[str, Array] = field(default_factory=dict)
     """Points of the newest scan of each lidar, placed by the estimated pose, shape (n, 2) [m]."""
+    shown: Sequence[Shown] = ()
+    """Items that the modules of the robot show."""
 
 
 def moment_of(
@@ -83,6 +85,7 @@ def moment_of(
         looks=tick.looks,
         arms={name: motion.positions for name, motion in tick.joints.items()},
         scans=newest_points(seen.scans, lidars, belief.pose.as_array(), before.scans if before is not None else {}),
+        shown=belief.show,
     )
 
 
@@ -120,6 +123,7 @@ def moments(recording: Recording, robot: str, rows: Sequence[int]) -> Iterator[M
             things={name: places[row] for name, places in recording.things.items()},
             looks=looks,
             arms={name: joints.positions[row] for name, joints in recording.joints.items()},
+            shown=track.shown[row] if track.shown else (),
         )
 
 

@@ -9,6 +9,7 @@ from mjsim.geometry import Array, Pose, ellipse_points
 from mjsim.plan import PlanItem, arm_shapes, placed_at, start_of, world_shapes
 from mjsim.sim import LedPeople
 from mjsim.video.moment import Moment
+from mjsim.video.shown import shown_items
 from mjsim.world import View, World, first_looks
 
 OF_ROBOTS = ("robot", "heading", "link", "tool")
@@ -60,6 +61,7 @@ class PlanState:
             *(_lit(shape, looks.lamps) for shape in present),
             *(PlanItem(role="person", parts=(part,), tint=tint) for each in people.values() for part, tint in each),
             *(shape for name, pose in moment.others.items() for shape in self._body("other robot", name, pose)),
+            *shown_items(moment),
             *self._belief(moment),
             *self._arms(moment, robots),
         ]

@@ -106,3 +106,19 @@ def test_a_goal_for_who_takes_none_is_refused_in_a_line_and_the_run_goes_on():
 def test_goals_that_are_none_are_refused(goals, line):
     with pytest.raises(ValueError, match=line):
         GoToGoal(goals)
+
+
+def test_goals_costs_and_candidates_are_shown_if_that_is_wanted_five_times_a_second():
+    text = WORLD.replace("goals: [[2, 2, -90]]", "goals: [[5, 2, 90]], show_all: true")
+    shown = mjsim.run(mjsim.parse_world(text), seconds=0.36).robots["scout"].shown
+    assert len({id(items) for items in shown}) == 2
+    costs, candidates, goals, arrow, path = shown[-1]
+    assert [item.name for item in (costs, candidates, goals, path)] == ["costs", "candidates", "goals", "planned path"]
+    np.testing.assert_allclose(goals.points, [[5, 2, 0]])
+    np.testing.assert_allclose(arrow.points[:, :2], [[5, 2], [5, 2.4]], atol=1e-9)
+    # The walls at x = 0 cost 1, the middle of the room nothing.
+    row, wall = (int((2.0 - origin) / costs.resolution) for origin in (costs.origin.y, costs.origin.x + 2.0))
+    assert costs.cells[row, wall] == 1.0
+    assert costs.cells[row, wall + int(2.0 / costs.resolution)] < 0.5
+    starts = candidates.points[::2, :2].reshape(len(candidates.points) // 12, -1, 2)[:, 0]
+    assert np.hypot(*(starts - (2, 2)).T).max() < 0.2
