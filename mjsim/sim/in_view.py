@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from mjsim.compile import rgba_of
 from mjsim.geometry import Array
 from mjsim.sim.hiding import Hiding
 
@@ -72,6 +73,8 @@ class InView:
             drawn: Geoms that are drawn at all.
         """
         self._drawn = drawn
+        self.clear = np.array([geom for geom in drawn.tolist() if rgba_of(model, geom)[3] < 1.0], dtype=np.intp)
+        """Those that are transparent."""
         self._planes = np.asarray(model.geom_type[drawn] == mujoco.mjtGeom.mjGEOM_PLANE)
         sizes = model.geom_size[drawn]
         # Of a sphere around each [m]; a plane without sizes has no end.

@@ -75,18 +75,30 @@ class Renderer(Closes):
         self._option = mujoco.MjvOption()
         self._option.geomgroup[:] = [group in groups for group in range(len(self._option.geomgroup))]
         self._option.sitegroup[:] = 0
+        self._clear = False
+        """Whether something in the last image is transparent, which leaves no depth behind."""
         self._fixed = mujoco.MjvCamera()
         self._fixed.type = mujoco.mjtCamera.mjCAMERA_FIXED
         self._rgba = np.empty((height, width, 4), dtype=np.uint8)
         self._rgb = np.empty((height, width, 3), dtype=np.uint8)
 
-    def render(self, data: mujoco.MjData, camera: str | mujoco.MjvCamera, out: Picture | None = None) -> Picture:
+    def render(
+        self,
+        data: mujoco.MjData,
+        camera: str | mujoco.MjvCamera,
+        out: Picture | None = None,
+        *,
+        depths: list[Array] | None = None,
+        towards: Array | None = None,
+    ) -> Picture:
         """Return the image of a camera, RGB, upright, shape (height, width, 3).
 
         Args:
             data: The state, after `mj_forward` or `mj_step`.
             camera: Name of a camera of the model, or a free one.
             out: Written and returned when given; C-contiguous, of that shape.
+            depths: Gets the depth of the same pixels, as of `depth`, appended when given.
+            towards: Direction of the light at the camera, world frame, shape (3,); its optical axis when None.
 
         Raises:
             UsageError: There is no camera of that name.
@@ -98,11 +110,19 @@ class Renderer(Closes):
             view = self._update(data, camera, cull=not high)
             if canvas.lit is None:
                 self._light(data, view)
+                if towards is not None:
+                    self._turn_headlight(towards)
                 mujoco.mjr_render(self._rect, self._scene, canvas.mjr)
             else:
                 canvas.lit.draw(self._rect, self._scene, canvas.mjr, data)
             canvas.paint_background(general_light(self._model))
             self._read(canvas)
+            # Lists of a light map round otherwise, by millimetres at edges.
+            shared = canvas.lit is None and not self._clear
+            if depths is not None and shared:
+                depths.append(self._read_depth(canvas))
+        if depths is not None and not shared:
+            depths.append(self.depth(data, camera))
         cv2.cvtColor(self._rgba, cv2.COLOR_RGBA2RGB, dst=out)
         return out
 
@@ -120,16 +140,11 @@ class Renderer(Closes):
 
     def depth(self, data: mujoco.MjData, camera: str | mujoco.MjvCamera) -> Array:
         """Return the distance along the optical axis [m], +inf for background, shape (height, width)."""
-        inverse = np.empty(self._shape, dtype=np.float32)
         with self._canvas.at_work(self._rect.width, self._rect.height) as canvas:
             self._scene.flags[:] = INSTANCES  # the same depths, without the time that light and textures take
             self._update(data, camera, cull=True)
             mujoco.mjr_render(self._rect, self._scene, canvas.mjr)
-            mujoco.mjr_readPixels(None, inverse, self._rect, canvas.mjr)
-        znear, zfar = self._scene.camera[0].frustum_near, self._scene.camera[0].frustum_far
-        d = inverse[::-1].astype(np.float64)
-        # Inverse of the projection d = n (f - z) / (z (f - n)): 1 at the near plane, 0 at the far one.
-        return np.where(d > 0.0, znear * zfar / (d * (zfar - znear) + znear), np.inf)
+            return self._read_depth(canvas)
 
     @property
     def drawn(self) -> int:
@@ -151,6 +166,25 @@ class Renderer(Closes):
         if canvas.mjr.offSamples or not canvas.gl.reads_from_top:
             cv2.flip(self._rgba, 0, dst=self._rgba)
 
+    def _read_depth(self, canvas: Canvas) -> Array:
+        """Return the depth of what is rendered, as `depth` does."""
+        inverse = np.empty(self._shape, dtype=np.float32)
+        mujoco.mjr_readPixels(None, inverse, self._rect, canvas.mjr)
+        znear, zfar = self._scene.camera[0].frustum_near, self._scene.camera[0].frustum_far
+        d = inverse[::-1].astype(np.float64)
+        background = d <= 0.0
+        # Inverse of the projection d = n (f - z) / (z (f - n)): 1 at the near plane, 0 at the far one.
+        d *= zfar - znear
+        d += znear
+        np.divide(znear * zfar, d, out=d)
+        d[background] = np.inf
+        return d
+
+    def _turn_headlight(self, towards: Array) -> None:
+        for light in self._scene.lights[: self._scene.nlight]:
+            if light.headlight:
+                light.dir[:] = towards
+
     def _checked(self, out: Picture) -> Picture:
         if out.shape != (*self._shape, 3) or out.dtype != np.uint8 or not out.flags.c_contiguous:
             raise ValueError(f"out is {out.dtype} of shape {out.shape}; it must be C-contiguous uint8 {self._shape}, 3")
@@ -163,6 +197,7 @@ class Renderer(Closes):
         view = frustum_of(scene, width=self._rect.width, height=self._rect.height)
         in_view = self._in_view if self._apart is None or self._merged.intact else self._apart
         unseen = in_view.unseen(data, view) if cull else self._drawn[:0]
+        self._clear = len(np.setdiff1d(in_view.clear, unseen)) > 0
         groups = model.geom_group[unseen]
         model.geom_group[unseen] = UNSEEN
         try:

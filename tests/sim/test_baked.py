@@ -131,9 +131,11 @@ def test_tiles_of_the_floor_lie_where_plain_pictures_have_them(model: mujoco.MjM
 def test_depth_and_instances_are_those_of_plain_pictures(model: mujoco.MjModel, plain: Renderer, canvas: Canvas):
     data = forwarded(model)
     renderer = lit(canvas)
-    renderer.render(data, "r/eye")
+    depths: list[np.ndarray] = []
+    renderer.render(data, "r/eye", depths=depths)
     np.testing.assert_array_equal(renderer.segment(data, "r/eye"), plain.segment(data, "r/eye"))
     np.testing.assert_array_equal(renderer.depth(data, "r/eye"), plain.depth(data, "r/eye"))
+    np.testing.assert_array_equal(depths[0], plain.depth(data, "r/eye"))
 
 
 def test_events_change_the_weights_of_lamps_and_of_the_general_light(

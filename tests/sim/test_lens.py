@@ -77,6 +77,20 @@ def test_things_are_seen_where_the_lens_puts_them(lens):
         assert (colors[:, 0] > colors[:, 1] + 60).all()
 
 
+def test_a_wide_lens_sees_a_wall_at_one_depth_and_in_one_tone_across_its_pictures():
+    wall = "walls: [{points: [[1, -9], [1, 9]], height: 9, thickness: 0.2, color: '#808080'}]"
+    keys = "at: [0, 0, 4], width: 96, height: 72, fov_deg: 120, lens: {fisheye: [0, 0, 0, 0]}, depth: true, noise: 0"
+    with Simulation(
+        parse_world(f"mjsim: 1\n{wall}\nrobots: [{{name: r, at: [0, 0], sensors: [{{camera: c, {keys}}}]}}]")
+    ) as s:
+        seen = s.sense("r").cameras["c"]
+    assert seen.depth is not None
+    near = seen.depth < 1.0
+    assert near[:, 10:-10].all()  # as far as 60 degrees to the sides
+    np.testing.assert_allclose(seen.depth[near], 0.9, atol=1e-3)
+    assert np.ptp(seen.image[near].astype(int), axis=0).max() <= 1
+
+
 @pytest.mark.slow
 def test_half_the_field_of_view_is_still_at_the_edge():
     for lens in LENSES:

@@ -86,6 +86,20 @@ def test_an_unknown_camera_is_named_with_its_fix(model: mujoco.MjModel, renderer
         renderer.render(forwarded(model), "scout/frnt")
 
 
+@pytest.mark.parametrize("alpha", [1.0, 0.5], ids=["opaque", "transparent"])
+def test_the_depth_of_an_image_is_that_which_is_drawn_alone(alpha: float):
+    pane = f'<geom type="box" size="0.1 1 1" pos="3 0 0" rgba="1 0 0 {alpha}"/>'
+    eye = '<camera name="eye" pos="0 0 0.5" xyaxes="0 -1 0 0 0 1"/>'
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><worldbody><geom type="plane" size="5 5 1"/>{pane}{eye}</worldbody></mujoco>'
+    )
+    data, depths = forwarded(model), list[np.ndarray]()
+    with Renderer(model, width=32, height=24) as renderer:
+        renderer.render(data, "eye", depths=depths)
+        np.testing.assert_array_equal(depths[0], renderer.depth(data, "eye"))
+    assert depths[0][12, 16] == pytest.approx(2.9, abs=1e-4)
+
+
 def test_depth_is_what_rays_measure_along_the_optical_axis(world: World, model: mujoco.MjModel, renderer: Renderer):
     data, camera = forwarded(model), world.robots[0].sensors[0].model_copy(update={"width": WIDTH, "height": HEIGHT})
     intrinsics, transform = intrinsics_of(camera), robot_from_camera(camera)

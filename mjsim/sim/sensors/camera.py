@@ -22,11 +22,14 @@ from mjsim.sim.stereo import StereoDepth
 from mjsim.sim.streams import Streams
 from mjsim.world import Camera, Depth, Photons, Robot
 
+OPTICAL = np.array([1.0, -1.0, -1.0])
+"""Signs of the axes of MuJoCo's cameras in the optical frame (x right, y down, z ahead)."""
+
 
 def robot_from_camera(camera: Camera) -> Array:
     """Return the pose of the optical frame (x right, y down, z ahead) on its carrier, shape (4, 4) [m]."""
     transform = np.eye(4)
-    transform[:3, :3] = robot_from_view(camera) * [1.0, -1.0, -1.0]
+    transform[:3, :3] = robot_from_view(camera) * OPTICAL
     transform[:3, 3] = camera.at
     return transform
 
@@ -84,9 +87,10 @@ class OnboardCamera:
             stamp: The simulated time [s].
         """
         shutter, depth, segmentation = self._shutter, None, None
-        seen = shutter.picture(data, lambda: self._draw(data), self.imager.light)
-        if self._depth is not None:
-            depth = shutter.nearest(data, lambda: self._draw_depth(data))
+        depths: list[Array] | None = None if self._depth is None else []
+        seen = shutter.picture(data, lambda: self._draw(data, depths), self.imager.light)
+        if self._depth is not None and depths is not None:
+            depth = shutter.nearest(data, lambda: depths.pop(0))
             if self._stereo is not None:
                 sharp = np.asarray(seen if seen.dtype == np.uint8 else self._draw(data), dtype=np.uint8)
                 depth = self._stereo.measured(depth, sharp)
@@ -132,43 +136,61 @@ class OnboardCamera:
     def _imager_of(self, camera: Camera) -> Imager | PlainImager:
         return imager_of(camera, self.chances[0], np.random.default_rng(self._dirt))
 
-    def _draw(self, data: mujoco.MjData) -> Picture:
-        with self._straight_view():
-            picture = self._renderer.render(data, self._view)
-        return picture if self._bent is None else self._bent.bend(picture)
-
-    def _draw_depth(self, data: mujoco.MjData) -> Array:
-        with self._straight_view():
-            depth = self._renderer.depth(data, self._view)
-        return depth if self._bent is None else self._bent.bend_depth(depth)
+    def _draw(self, data: mujoco.MjData, depths: list[Array] | None = None) -> Picture:
+        """Return the image; its depth is appended to those given."""
+        bent = self._bent
+        if bent is None:
+            return self._renderer.render(data, self._view, depths=depths)
+        size, parts = (bent.height, bent.width, 3), None if depths is None else list[Array]()
+        pictures = np.empty((len(bent.turned), *size), dtype=np.uint8)
+        ahead = -data.cam_xmat[self._index, 2::3]
+        with self._straight_views(data) as views:
+            for _, picture in zip(views, pictures, strict=True):
+                self._renderer.render(data, self._view, picture, depths=parts, towards=ahead)
+        if depths is not None and parts is not None:
+            depths.append(bent.bend_depth(np.concatenate(parts)))
+        return bent.bend(pictures.reshape(-1, *size[1:]))
 
     def _draw_instances(self, data: mujoco.MjData) -> NDArray[np.int32]:
-        with self._straight_view():
-            geoms = self._renderer.segment(data, self._view)
-        instances = np.where(geoms >= 0, self._instances[geoms], np.int32(-1))
-        return instances if self._bent is None else self._bent.bend_instances(instances)
+        if self._bent is None:
+            return self._instances_at(self._renderer.segment(data, self._view))
+        with self._straight_views(data) as views:
+            geoms = np.concatenate([self._renderer.segment(data, self._view) for _ in views])
+        return self._bent.bend_instances(self._instances_at(geoms))
+
+    def _instances_at(self, geoms: NDArray[np.int32]) -> NDArray[np.int32]:
+        return np.where(geoms >= 0, self._instances[geoms], np.int32(-1))
 
     @contextmanager
-    def _straight_view(self) -> Iterator[None]:
-        """Widen the camera of the model to the undistorted picture that the lens distorts."""
-        if self._bent is None:
-            yield
-            return
-        before = self._model.cam_fovy[self._index]
-        self._model.cam_fovy[self._index] = self._bent.fov_y_deg
+    def _straight_views(self, data: mujoco.MjData) -> Iterator[Iterator[None]]:
+        """Give the camera, one after the other, the undistorted views that the lens distorts; restore it in the end."""
+        bent, index = self._bent, self._index
+        assert bent is not None
+        fov, axes = self._model.cam_fovy[index], data.cam_xmat[index].copy()
+
+        def views() -> Iterator[None]:
+            for turned in bent.turned:
+                # MuJoCo's cameras look along -z, with y up.
+                data.cam_xmat[index] = (axes.reshape(3, 3) @ (OPTICAL[:, None] * turned * OPTICAL)).ravel()
+                yield
+
+        self._model.cam_fovy[index] = bent.fov_y_deg
         try:
-            yield
+            yield views()
         finally:
-            self._model.cam_fovy[self._index] = before
+            self._model.cam_fovy[index], data.cam_xmat[index] = fov, axes
 
     def _measured(self, depth: Array, how: Depth) -> Array:
         """Return a depth with measurement errors, made in place."""
         if self._far is not None:
             chance = self._far.standard_normal(depth.shape, dtype=np.float32)
+            background = np.isinf(depth)
+            depth[background] = 0.0  # without an error
             error = np.square(depth)
             error *= how.noise
             error *= chance
-            np.add(depth, error, out=depth, where=np.isfinite(depth))
+            depth += error
+            depth[background] = np.inf
         nearest, farthest = how.range
         depth[depth > farthest] = np.inf
         depth[depth < nearest] = -np.inf
