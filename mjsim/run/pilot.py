@@ -121,7 +121,7 @@ def require_takes_goals(drivers: Mapping[str, Driver], robot: str) -> None:
     navigator = drivers[robot].navigator if robot in drivers else None
     if navigator is None:
         raise UsageError(f"robot '{robot}' has no navigator to take a goal; give it one, such as GoToGoal")
-    if isinstance(navigator, Hosted) or not _offers(navigator, Boundary(robot), "take_goal"):
+    if isinstance(navigator, Hosted) or not Boundary(robot).offers("navigator", navigator, "take_goal"):
         raise UsageError(
             f"{name_of(navigator)}, the navigator of robot '{robot}', takes no goals; choose one with take_goal(), such"
             " as GoToGoal"
