@@ -18,11 +18,13 @@ from mjsim.light.baked import ALWAYS, DOOR, GENERAL, LAMP, BakedLight, LightGrou
 from mjsim.light.crew import FEW, Crew, crew_of, processors
 from mjsim.light.emitters import DAYLIGHT, behind, inside_of, lamp_color, lamp_rectangle, window_rectangles
 from mjsim.light.geometry import OPEN, TEXEL, Atlas, atlas_of, moved_doors
+from mjsim.light.links import Links, links_of
 from mjsim.light.probes import ProbeGrid, grid_of
 from mjsim.light.rays import Light, Points, Rectangle
-from mjsim.light.spread import ROUNDS, filled, finer, on_image, smoothed
+from mjsim.light.spread import ROUNDS, filled, finer, on_image
 from mjsim.light.texels import Cells, cells_of
 from mjsim.light.work import Gathered, Surroundings, buried, gathered, lit
+from mjsim.progress import say
 from mjsim.world import LampEvent, World, item_names, leaves
 
 CELL, MOST_CELLS = 0.1, 110_000
@@ -33,8 +35,11 @@ PROBE_RAYS = 8
 """The same for a side of a probe."""
 TESTS, BURIED = 3, 0.85
 """Rays per side of the hemisphere that find texels within solids or narrow gaps, and the least share that do."""
-SETTLED, MOST_BOUNCES = 0.002, 40
-"""Largest change of light, relative to full light, at which reflection ends, and the most reflections."""
+SETTLED, MOST_BOUNCES = 0.01, 40
+"""Largest change of light, relative to full light, from which on each reflection is the same share of the one before,
+and the most reflections."""
+LARGEST_SHARE = 0.95
+"""Largest share of light that a reflection keeps, for rooms that are almost white."""
 MEAN, LEAST_GAIN, MOST_GAIN = 0.75, 0.3, 4.0
 """Mean general light of floor and walls within rooms, and bounds of the factor that makes it so."""
 BRIGHTEST, WHITE = 0.95, 1.0
@@ -43,6 +48,8 @@ SHARES = ("sky", "behind")
 """Shares of rays that are kept of what they hit."""
 MOST_LAMPS = 4
 """Lamps with a map of their own: those that events change, however many, then the first."""
+COARSE = 0.25
+"""Side of a texel above which a line says so [m]."""
 REACH = 6.0
 """Distance from a door within which it changes what rays hit [m]."""
 
@@ -80,6 +87,8 @@ def bake(
     """
     groups = len(_groups(world)) + len(moved_doors(world))
     shape = atlas_of(world, model, groups=groups, texel=texel)
+    if (side := float(shape.charts.size.max(initial=texel))) > COARSE:
+        say(f"world '{world.name}' is large: its light has one value in {side:.2g} m, and finer shadows are lost")
     few = len(shape.texels.at) < FEW
     with crew_of((1 if few else processors()) if processes is None else processes) as crew:
         return _Bake(world, shape, crew, done).light()
@@ -102,7 +111,8 @@ class _Bake:
         shape, sources = self._shape, self._sources
         around = self._around(np.zeros(0, np.int32))
         valid = (np.concatenate(self._crew.run(buried, around, shape.points, TESTS)) < BURIED) | self._views
-        cells = cells_of(shape.texels, valid, shape.charts, self._side)
+        links = links_of(around.room, shape.texels, shape.charts.shape, valid)
+        cells = cells_of(shape.texels, valid, shape.charts, self._side, links.pairs)
         grid = grid_of(self._world, shape)
         self._total = 1.05 * (len(valid) + len(cells.lead) + len(grid.points.points))
         image: NDArray[np.int32] = np.asarray(
@@ -110,11 +120,11 @@ class _Bake:
         )
         around = self._around(np.asarray(filled(image, image >= 0)).astype(np.int32).ravel())
         base = self._solved(around, cells, valid)
-        maps, probes = [self._map(base, cells, valid)], [self._probed(around, grid, base)]
+        maps, probes = [self._map(base, cells, links, valid)], [self._probed(around, grid, base)]
         names, start = list(sources.names), list(sources.start)
         for name in shape.ajar:
             opened = self._opened(base, name, cells, valid, image)
-            difference = self._map(opened, cells, valid) - maps[0]
+            difference = self._map(opened, cells, links, valid) - maps[0]
             maps.append(np.einsum("hwgc,gc->hwc", difference, sources.start)[:, :, None].astype(np.float32))
             change = self._probed(opened.around, grid, opened) - probes[0]
             probes.append(np.einsum("ngc,gc->nc", change, sources.start)[:, None].astype(np.float32))
@@ -162,10 +172,13 @@ class _Bake:
         outgoing, reflected = cells.mean(direct), np.zeros((len(albedo), 3 * groups), np.float32)
         first = outgoing + sky
         albedo = np.tile(albedo, groups)
+        added = np.ones_like(reflected)
         for _ in range(MOST_BOUNCES):
             leaving = np.vstack([albedo * (first + reflected), np.zeros((1, 3 * groups), np.float32)])
-            before, reflected = reflected, _gather(rays.hits, leaving)
-            if np.abs(reflected - before).max(initial=0.0) < SETTLED:
+            reflected, before, last = _gather(rays.hits, leaving), reflected, added
+            added = reflected - before
+            if np.abs(added).max(initial=0.0) < SETTLED:
+                reflected += added * _rest(added, last)
                 break
         leaving = np.vstack([albedo * (first + reflected), np.zeros((1, 3 * groups), np.float32)])
         return _Solved(around, direct, reflected + sky, leaving, rays)
@@ -188,15 +201,12 @@ class _Bake:
         hits[:, chosen], sky[chosen] = rays.hits, rays.sky
         return self._settled(around, cells, direct, Gathered(hits, sky, base.rays.behind))
 
-    def _map(self, solved: "_Solved", cells: Cells, valid: NDArray[np.bool_]) -> Light:
+    def _map(self, solved: "_Solved", cells: Cells, links: Links, valid: NDArray[np.bool_]) -> Light:
         """Return the light of each group on the atlas, shape (rows, columns, groups, 3)."""
         texels, charts = self._shape.texels, self._shape.charts
-        fine = finer(solved.indirect, cells, texels, charts.shape, self._side)
+        fine = links.smoothed(finer(solved.indirect, cells, texels, links, self._side), ROUNDS * self._side)
         known = np.asarray(on_image(charts.shape, texels.at, valid, False)).astype(bool)
-        image = smoothed(
-            np.asarray(on_image(charts.shape, texels.at, fine, 0.0), np.float32), known, ROUNDS * self._side
-        )
-        image += np.asarray(on_image(charts.shape, texels.at, solved.direct, 0.0), np.float32)
+        image = on_image(charts.shape, texels.at, fine + solved.direct, 0.0)
         whole: Light = np.asarray(filled(image, known), np.float32)
         return whole.reshape(*charts.shape, -1, 3)
 
@@ -323,6 +333,12 @@ def _gather(hits: NDArray[np.int32], leaving: Light) -> Light:
     for row in hits:
         total += leaving[row]
     return total / np.float32(len(hits))
+
+
+def _rest(added: Light, last: Light) -> Light:
+    """Return all further reflections relative to what one added after another: a geometric series, shape (k,)."""
+    share = np.clip(added.sum(axis=0) / np.maximum(last.sum(axis=0), 1e-6), 0.0, LARGEST_SHARE)
+    return np.asarray(share / (1.0 - share), dtype=np.float32)
 
 
 def _joined(parts: list[Gathered]) -> Gathered:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -104,6 +104,9 @@ def _solids(
     bodies = {leaf.name: model.body(f"{DOOR}{leaf.name}").id for leaf in leaves(world)}
     still = [geom for name, body in bodies.items() if name not in moved for geom in _geoms(model, body)]
     solids = [solid for geom in geoms + still if (solid := solid_of(model, data, geom)) is not None]
+    # People shade where they stand; their round bodies are too small for texels.
+    people = tuple(f"{person.name}/" for person in world.people)
+    solids = [replace(each, moves=each.moves or _body_of(model, each).startswith(people)) for each in solids]
     ajar = {}
     for name, angle in moved.items():
         states = []
@@ -115,6 +118,10 @@ def _solids(
             solids += leaf
         ajar[f"{DOOR}{name}"] = states[0], states[1]
     return tuple(solids), ajar
+
+
+def _body_of(model: mujoco.MjModel, solid: StillGeom) -> str:
+    return str(model.body(model.geom_bodyid[solid.geom]).name)
 
 
 def _geoms(model: mujoco.MjModel, body: int) -> list[int]:

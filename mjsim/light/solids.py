@@ -43,7 +43,7 @@ class StillGeom:
     is_ceiling: bool
     """Whether it is the ceiling, which has the general light."""
     moves: bool
-    """Whether it can move: then it casts shadows at its place at the start, but has no light map."""
+    """Whether it can move, or is a person: then it casts shadows at its place at the start, but has no light map."""
 
 
 def static_geoms(model: mujoco.MjModel) -> NDArray[np.intp]:

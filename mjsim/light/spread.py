@@ -1,14 +1,14 @@
 """Values of cells and texels spread over an atlas, without crossing walls or the borders of charts."""
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.light.charts import Whole
+from mjsim.light.links import Links
 from mjsim.light.rays import Light
 from mjsim.light.texels import Cells, Texels
 
-ROUNDS = 2
+ROUNDS = 3
 """Rounds of smoothing for each texel of a cell's side."""
 
 
@@ -30,20 +30,20 @@ def filled(image: NDArray[np.generic], known: NDArray[np.bool_]) -> NDArray[np.g
     return whole
 
 
-def finer(values: Light, cells: Cells, texels: Texels, shape: tuple[int, int], side: int) -> Light:
-    """Return values of cells at texels: linear between cells that no wall separates.
+def finer(values: Light, cells: Cells, texels: Texels, links: Links, side: int) -> Light:
+    """Return values of cells at texels: linear between cells that links join.
 
     Args:
         values: Of each cell, shape (cells, k).
         cells: Cells of the texels.
         texels: All texels.
-        shape: Rows and columns of the atlas.
+        links: Links between them.
         side: Texels along the side of a cell.
 
     Returns:
         Shape (texels, k); of texels without a cell zero.
     """
-    valid = np.flatnonzero(cells.of >= 0)
+    valid, shape = np.flatnonzero(cells.of >= 0), links.right.shape
     image = np.asarray(on_image(shape, texels.at, cells.of.astype(np.int32), -1))
     at = np.stack([texels.at % shape[1], texels.at // shape[1]], axis=1)[valid]
     total = np.zeros((len(valid), values.shape[1]), np.float32)
@@ -54,32 +54,11 @@ def finer(values: Light, cells: Cells, texels: Texels, shape: tuple[int, int], s
         cell = image[there[:, 1], there[:, 0]]
         middle = cells.middles[cell]
         near = np.clip(1.0 - np.abs(at - middle) / (side + 0.5), 0.0, None).prod(axis=1)
-        near[(cell < 0) | ~_seen(image, at, middle)] = 0.0
+        near[cell < 0] = 0.0
+        some = np.flatnonzero(near)
+        near[some] *= links.reach(at[some], middle[some], side + 1)
         total += near[:, None].astype(np.float32) * values[cell]
         weights += near[:, None].astype(np.float32)
     found = np.zeros((len(cells.of), values.shape[1]), np.float32)
     found[valid] = np.where(weights > 1e-3, total / np.maximum(weights, 1e-3), values[cells.of[valid]])
     return found
-
-
-def _seen(image: NDArray[np.generic], at: Whole, middle: Whole) -> NDArray[np.bool_]:
-    """Return whether only valid texels lie between texels and the middles of cells, shape (n,)."""
-    clear = np.ones(len(at), dtype=bool)
-    for share in (0.25, 0.5, 0.75):
-        column, row = np.rint(at + share * (middle - at)).astype(np.int64).T
-        clear &= np.asarray(image[row, column]) >= 0
-    return clear
-
-
-def smoothed(image: Light, known: NDArray[np.bool_], rounds: int) -> Light:
-    """Return an image smoothed over known texels.
-
-    Each round reaches one texel, so that no light crosses a wall or the border of a chart.
-    """
-    mask = known.astype(np.float32)
-    weight = np.maximum(cv2.blur(mask, (3, 3), borderType=cv2.BORDER_CONSTANT), 1e-6)
-    for _ in range(rounds):
-        image = image * mask[..., None]
-        flat = cv2.blur(image.reshape(*image.shape[:2], -1), (3, 3), borderType=cv2.BORDER_CONSTANT)
-        image = np.asarray(flat.reshape(image.shape) / weight[..., None], dtype=np.float32)
-    return np.asarray(image * mask[..., None], dtype=np.float32)

@@ -104,15 +104,27 @@ class Cells:
         return np.stack(sums, axis=1).astype(np.float32)
 
 
-def cells_of(texels: Texels, valid: NDArray[np.bool_], charts: Charts, side: int) -> Cells:
-    """Return cells of `side` x `side` texels; only valid texels count."""
+def cells_of(texels: Texels, valid: NDArray[np.bool_], charts: Charts, side: int, linked: Whole) -> Cells:
+    """Return cells of at most `side` x `side` texels; only valid texels count.
+
+    Args:
+        texels: All texels.
+        valid: Those that count.
+        charts: The charts in which they lie.
+        side: Texels along a side.
+        linked: Pairs of texels between which nothing stands, shape (n, 2); others are not in one cell.
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
     at = np.stack([texels.at % charts.shape[1], texels.at // charts.shape[1]], axis=1)
     chart = charts.of[texels.triangles]
     block = (at - charts.place[chart]) // side
-    keys = np.column_stack([chart, block])[valid]
-    _, cell = np.unique(keys, axis=0, return_inverse=True)
+    one, other = linked[(block[linked[:, 0]] == block[linked[:, 1]]).all(axis=1)].T
+    graph = coo_matrix((np.ones(len(one), np.int8), (one, other)), (len(at), len(at)))
+    cell = connected_components(graph, directed=False)[1]
     of = np.full(len(at), -1)
-    of[valid] = cell.ravel()
+    of[valid] = np.unique(cell[valid], return_inverse=True)[1]
     count = int(of.max(initial=-1)) + 1
     number = np.bincount(of[valid], minlength=count)
     middle = np.stack([np.bincount(of[valid], weights=column, minlength=count) / number for column in at[valid].T], 1)

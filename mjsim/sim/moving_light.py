@@ -23,10 +23,11 @@ class MovingLight:
         _, ny, nz = self._last + 1
         self._steps = np.array([ny * nz, nz, 1])
         bodies = moving_bodies(model)[model.geom_bodyid]
+        bodies = np.where(bodies > 0, bodies, model.body_rootid[model.geom_bodyid])
         by_size = np.lexsort([-model.geom_rbound, bodies])
         found, first = np.unique(bodies[by_size], return_index=True)
         largest = by_size[first][np.searchsorted(found, bodies)]
-        # What stands has the light of its own place.
+        # What is part of the building has the light of its own place.
         self._points = np.where(bodies > 0, largest, np.arange(model.ngeom))
         self._light = np.zeros((0, 3))
 

@@ -98,19 +98,8 @@ def light_of(scene, view, size, bounces, samples, seed):
     light, normal, at = (
         np.asarray(each).reshape(height, width, 3) for each in (light, np.array(at.sh_frame.n).T, np.array(at.p).T)
     )
-    # Rays between a picture and its wall, half a millimetre apart, find no light.
-    counts = counts.reshape(height, width) & (light.max(axis=2) > 0.0)
-    mean = filled(averaged(light, counts, normal, at), counts)
-    return np.where((counts | (light.max(axis=2) == 0.0))[..., None], mean, light), counts
-
-
-def filled(light, counts):
-    """Return light with that of a neighbour where it does not count, for strays."""
-    known, light = counts.copy(), light.copy()
-    for dy, dx in [(0, 1), (0, -1), (1, 0), (-1, 0)] * 2:
-        near, seen = np.roll(light, (dy, dx), axis=(0, 1)), np.roll(known, (dy, dx), axis=(0, 1))
-        light[~known & seen], known = near[~known & seen], known | seen
-    return light
+    counts = counts.reshape(height, width)
+    return np.where(counts[..., None], averaged(light, counts, normal, at), light), counts
 
 
 def averaged(light, counts, normal, at):

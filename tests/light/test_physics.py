@@ -155,6 +155,15 @@ obstacles: [{name: box, box: [1.5, 0.5, 0.5], at: [0, 0.32]}]
     assert above > 0.8 * aside
 
 
+def test_people_who_stand_shade_and_have_no_light_map():
+    world = parse_world("mjsim: 1\npeople: [{name: anna, at: [1, 1], sex: female}]\n")
+    model = compiled(compile_world(world))
+    atlas = atlas_of(world, model, texel=1.0)
+    people = [solid for solid in atlas.solids if model.geom(solid.geom).name.startswith("anna/")]
+    assert len(people) > 10
+    assert all(solid.shades and solid.moves for solid in people)
+
+
 def test_no_light_map_is_longer_than_opengl_allows():
     world = parse_world("mjsim: 1\nwalls: [{points: [[0, 0], [9000, 0]]}]\n")
     atlas = atlas_of(world, compiled(compile_world(world)), texel=1.0)
