@@ -62,6 +62,8 @@ MAY_IMPORT = {
     "bridge": RUN | {"exchange", "ros", "session"},
     "sweep": SWEEP,
     "video": VIDEO,
+    # Octave is found as for modules; arms that move become films.
+    "toolbox": VIDEO | {"modules"},
     "lab": RUN | REPORT | {"algorithms"},
     "ergonomics": SIM | REPORT,
     "experiments": RUN | REPORT | {"algorithms"},

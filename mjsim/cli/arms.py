@@ -71,10 +71,10 @@ def arm(
         write_file(plot, _picture(found, q, plot), overwrite=overwrite)
         print(plot)
     if drive:
-        _drive(name, end, arguments, no_browser=no_browser)
+        drive_arm(name, end, arguments, no_browser=no_browser)
 
 
-def _drive(name: str, end: str | None, arguments: "Mapping[str, str]", *, no_browser: bool) -> None:
+def drive_arm(name: str, end: str | None, arguments: "Mapping[str, str]", *, no_browser: bool) -> None:
     """Simulate an arm alone, in real time, on a page that moves it."""
     from contextlib import suppress
 

@@ -45,6 +45,7 @@ COMMANDS = {
     "export-world": "exchange",
     "arm": "arms",
     "lab": "laboratory",
+    "octave": "octave",
     "ergonomics": "ergonomics",
     "compile": "worlds",
     "schema": "worlds",

@@ -293,6 +293,25 @@ class Arm:
 
         return drawing(self.name, self.links, self._chain, self.posture(np.atleast_2d(np.asarray(q, dtype=float))))
 
+    def draw(self, axes: object, q: ArrayLike, *, bounds: Array | None = None) -> None:
+        """Draw the arm into 3-D axes of matplotlib at q, shape (n,) or (k, n).
+
+        Args:
+            axes: The axes.
+            q: Values of the joints; the last row is drawn strongest.
+            bounds: Points that the view includes, shape (m, 3) [m], such as `extent` gives; by default the arm.
+        """
+        from mjsim.mechanics.drawing import draw_arm
+
+        posture = self.posture(np.atleast_2d(np.asarray(q, dtype=float)))
+        draw_arm(axes, self.links, self._chain, posture, bounds=bounds)
+
+    def extent(self, q: ArrayLike) -> Array:
+        """Return the points that the drawn arm goes through at q of shape (k, n), shape (m, 3) [m]."""
+        from mjsim.mechanics.drawing import extent_of
+
+        return extent_of(self.links, self._chain, self.posture(np.atleast_2d(np.asarray(q, dtype=float))))
+
     def moved(self, base: Array, *, tool: Array | None = None) -> "Arm":
         """Return the same arm on another base, world_from_base, and with another tool, shape (4, 4) each [m]."""
         return dataclasses.replace(self, base=base, tool=self.tool if tool is None else tool)

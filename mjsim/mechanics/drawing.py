@@ -34,6 +34,23 @@ def drawing(name: str, links: tuple[Link, ...], chain: Chain, posture: Posture) 
     figure = Figure(figsize=(7.0, 6.2), layout="constrained")
     FigureCanvasAgg(figure)
     axes: Any = figure.add_subplot(projection="3d")
+    draw_arm(axes, links, chain, posture)
+    axes.set_title(name)
+    return figure
+
+
+def draw_arm(
+    axes: Any, links: tuple[Link, ...], chain: Chain, posture: Posture, *, bounds: Array | None = None
+) -> None:
+    """Draw an arm at k postures into 3-D axes, the last one strongest.
+
+    Args:
+        axes: Of matplotlib, with a 3-D projection.
+        links: From the base outwards.
+        chain: The same as arrays.
+        posture: Where the parts are, arrays with one leading axis of k.
+        bounds: Points that the view includes, shape (m, 3) [m]; by default those of the arm, with the way of its tool.
+    """
     lines, fingers = _lines(links, chain, posture), _fingers(links, chain, posture)
     strengths = [0.25] * (len(lines) - 1) + [1.0]
     for number, (line, strength) in enumerate(zip(lines, strengths, strict=True)):
@@ -41,13 +58,16 @@ def drawing(name: str, links: tuple[Link, ...], chain: Chain, posture: Posture) 
         for finger in fingers[number]:
             axes.plot(*finger.T, color=BONE, linewidth=3, alpha=strength, solid_capstyle="round")
         _draw_joints(axes, links, posture.joints[number], 0.05 * _reach(line), strength)
-    if len(lines) > 1:
+    if len(lines) > 1 and bounds is None:
         axes.plot(*posture.tool[:, :3, 3].T, color=COLORS[2], linewidth=1.0)
     _draw_frame(axes, posture.tool[-1], FRAME * _reach(lines[-1]), "")
     _draw_frame(axes, IDENTITY, FRAME * _reach(lines[-1]), "xyz")
-    _set_view(axes, lines.reshape(-1, 3))
-    axes.set_title(name)
-    return figure
+    _set_view(axes, lines.reshape(-1, 3) if bounds is None else bounds)
+
+
+def extent_of(links: tuple[Link, ...], chain: Chain, posture: Posture) -> Array:
+    """Return the points that an arm goes through at k postures, shape (m, 3) [m]."""
+    return _lines(links, chain, posture).reshape(-1, 3)
 
 
 def _lines(links: tuple[Link, ...], chain: Chain, posture: Posture) -> Array:

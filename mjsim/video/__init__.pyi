@@ -3,6 +3,7 @@ from .film import frame_rows as frame_rows
 from .film import frames_between as frames_between
 from .film import make_video as make_video
 from .film import require_film_name as require_film_name
+from .film import write_film as write_film
 from .ink import INK as INK
 from .ink import PAPER as PAPER
 from .ink import Letters as Letters

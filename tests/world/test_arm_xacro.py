@@ -47,7 +47,10 @@ def test_an_arm_of_xacro_reaches_as_far_as_its_arguments_say_to_the_frame_called
 
 @pytest.mark.parametrize(
     ("arguments", "says"),
-    [({"lenght": "1"}, ":1:1: .*has no xacro:arg 'lenght'; those that it uses are length"), ({"length": "x"}, "cannot be computed")],
+    [
+        ({"lenght": "1"}, ":1:1: .*has no xacro:arg 'lenght'; those that it uses are length"),
+        ({"length": "x"}, "cannot be computed"),
+    ],
 )
 def test_an_argument_that_is_wrong_is_one_line(two, arguments, says):
     with pytest.raises(MjsimError, match=says) as caught:

@@ -1,2 +1,3 @@
 from .host import OctaveHost as OctaveHost
+from .installed import find_octave as find_octave
 from .installed import octave_found as octave_found

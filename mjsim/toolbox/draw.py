@@ -1,0 +1,199 @@
+"""Draws recorded calls of figure functions with matplotlib."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from mjsim.geometry import Array
+from mjsim.mechanics import Arm
+from mjsim.toolbox.calls import FigureCall
+from mjsim.toolbox.marks import properties_of
+from mjsim.toolbox.robots import arm_of
+
+ORDER = ("#0072bd", "#d95319", "#edb120", "#7e2f8e", "#77ac30", "#4dbeee", "#a2142f")
+"""Colours of successive lines, as MATLAB has them."""
+POSTURES = 6
+"""Postures of an arm that a picture shows."""
+
+
+@dataclass(slots=True, eq=False)
+class AxesPane:
+    """One pair or triple of axes."""
+
+    axes: Any
+    spec: Any
+    hold: bool = False
+    lines: int = 0
+    """Lines drawn, which choose the colour of the next."""
+    labelled: list[Any] = field(default_factory=list)
+    """What a legend names, in order."""
+
+
+@dataclass(slots=True, eq=False)
+class ArmMotion:
+    """An arm that a figure shows, with its postures in order."""
+
+    arm: Arm
+    fields: Mapping[str, Any]
+    q: list[Array] = field(default_factory=list)
+    pane: AxesPane | None = None
+
+    def postures(self) -> Array:
+        """Return all postures, shape (k, n)."""
+        return np.vstack(self.q)
+
+
+Drawing = Callable[["ScriptFigures", FigureCall], Any]
+"""Draws a call; returns what a handle names, if there is anything."""
+
+
+class ScriptFigures:
+    """Figures by number, as the calls so far have drawn them."""
+
+    def __init__(self) -> None:
+        """Start without figures."""
+        self.figures: dict[int, Figure] = {}
+        self.files: list[tuple[int, str]] = []
+        """Figures that the script itself prints, with the names it gives them."""
+        self.motions: dict[int, list[ArmMotion]] = {}
+        self.driven: Mapping[str, Any] | None = None
+        """Fields of the arm that `drivebot` was called for last."""
+        self.skipped: set[str] = set()
+        """Functions that could not be drawn as called."""
+        self._panes: dict[int, dict[Any, AxesPane]] = {}
+        self._grids: dict[tuple[int, int, int], Any] = {}
+        self._current: dict[int, AxesPane] = {}
+        self._handles: dict[int, list[Any]] = {}
+
+    def draw(self, calls: Iterable[FigureCall], functions: Mapping[str, Drawing]) -> None:
+        """Draw calls in order, each by the function of its name; others draw nothing."""
+        for call in calls:
+            function = functions.get(call.name)
+            try:
+                if function is not None:
+                    self._handles[call.number] = list(function(self, call) or ())
+            except (ValueError, TypeError, IndexError, KeyError, AttributeError) as error:
+                self.skipped.add(f"{call.name}: {str(error).splitlines()[0] if str(error) else type(error).__name__}")
+        for motions in self.motions.values():
+            for motion in motions:
+                _draw_motion(motion)
+
+    def figure(self, number: int) -> Figure:
+        """Return a figure, made if necessary."""
+        if number not in self.figures:
+            self.figures[number] = Figure(figsize=(7.0, 5.2), layout="constrained")
+            FigureCanvasAgg(self.figures[number])
+            self._panes[number] = {}
+        return self.figures[number]
+
+    def pane(self, number: int, *, solid: bool | None = None) -> AxesPane:
+        """Return the current axes of a figure; solid or flat ones if it matters, made anew if they are the other."""
+        figure = self.figure(number)
+        if number not in self._current:
+            spec = figure.add_gridspec(1, 1)[0, 0]
+            self._panes[number][()] = self._current[number] = AxesPane(figure.add_subplot(spec), spec)
+        pane = self._current[number]
+        if solid and pane.axes.name != "3d":
+            title = pane.axes.get_title()
+            pane.axes.remove()
+            pane.axes = figure.add_subplot(pane.spec, projection="3d")
+            pane.axes.set_title(title)
+        return pane
+
+    def cleared(self, number: int, *, solid: bool = False) -> AxesPane:
+        """Return axes for a new plot: emptied unless they are held."""
+        pane = self.pane(number, solid=solid)
+        if not pane.hold:
+            if pane.axes.name == "3d" and not solid:
+                pane.axes.remove()
+                pane.axes = self.figure(number).add_subplot(pane.spec)
+            if pane.labelled or pane.axes.has_data():
+                pane.axes.clear()
+                self.motions[number] = [m for m in self.motions.get(number, []) if m.pane is not pane]
+            pane.lines, pane.labelled = 0, []
+        return pane
+
+    def subplot(self, call: FigureCall) -> None:
+        """Choose axes of a grid."""
+        numbers = [np.ravel(each) for each in call.arguments if isinstance(each, np.ndarray)]
+        if len(numbers) == 1:
+            value = int(numbers[0][0])
+            numbers = [np.array([value // 100]), np.array([value // 10 % 10]), np.array([value % 10])]
+        rows, columns = int(numbers[0][0]), int(numbers[1][0])
+        places = numbers[2].astype(int) - 1
+        key = (rows, columns, *places.tolist())
+        figure, panes = self.figure(call.figure), self._panes
+        if key not in panes[call.figure]:
+            # Only axes of one grid make room for each other's labels.
+            grid = self._grids.setdefault((call.figure, rows, columns), figure.add_gridspec(rows, columns))
+            down, across = places // columns, places % columns
+            spec = grid[int(down.min()) : int(down.max()) + 1, int(across.min()) : int(across.max()) + 1]
+            panes[call.figure][key] = AxesPane(figure.add_subplot(spec), spec)
+        self._current[call.figure] = panes[call.figure][key]
+
+    def close(self, call: FigureCall) -> None:
+        """Keep figures that are closed at the end of a script; those closed at its start are none yet."""
+
+    def clear_figure(self, call: FigureCall) -> None:
+        """Empty a figure."""
+        for each in (self.figures, self._panes, self._current, self.motions):
+            each.pop(call.figure, None)
+        self._grids = {key: grid for key, grid in self._grids.items() if key[0] != call.figure}
+
+    def save(self, call: FigureCall) -> None:
+        """Keep the name that the script saves the figure under."""
+        words = [word for word in call.arguments if isinstance(word, str) and not word.startswith("-")]
+        if words:
+            self.files.append((call.figure, words[0]))
+
+    def drive(self, call: FigureCall) -> None:
+        """Keep the arm of the sliders, and draw it into a figure of its own."""
+        self.driven = call.arguments[0]
+        self.robot(replace(call, figure=max(self.figures, default=0) + 1))
+
+    def robot(self, call: FigureCall) -> None:
+        """Add postures of an arm; successive ones of the same arm are one motion."""
+        fields, q = call.arguments[0], np.atleast_2d(call.arguments[1])
+        arm = arm_of(fields)
+        if q.shape[1] != arm.n:
+            raise ValueError(f"q has {q.shape[1]} columns; the arm has {arm.n} joints")
+        pane = self.pane(call.figure, solid=True)
+        motions = self.motions.setdefault(call.figure, [])
+        same = next((m for m in motions if m.pane is pane and m.arm.name == arm.name and m.arm.n == arm.n), None)
+        if same is None:
+            if not pane.hold:
+                pane = self.cleared(call.figure, solid=True)
+            same = ArmMotion(arm, fields, pane=pane)
+            self.motions.setdefault(call.figure, []).append(same)
+        same.q.append(q)
+
+    def set_properties(self, call: FigureCall) -> None:
+        """Set properties of what a handle names."""
+        if not call.arguments or not isinstance(call.arguments[0], np.ndarray):
+            return
+        for handle in np.ravel(call.arguments[0]).astype(int).tolist():
+            for artist in self._handles.get(handle, ()):
+                _set(artist, properties_of(call.arguments[1:]))
+
+
+def _set(artist: Any, properties: Mapping[str, Any]) -> None:
+    for key, value in properties.items():
+        if value is not None and hasattr(artist, f"set_{key}"):
+            getattr(artist, f"set_{key}")(value)
+
+
+def _draw_motion(motion: ArmMotion) -> None:
+    """Draw an arm at some of its postures, and the path of its tool."""
+    assert motion.pane is not None
+    q = motion.postures()
+    chosen = np.unique(np.linspace(0, len(q) - 1, min(len(q), POSTURES)).round().astype(int))
+    points = motion.arm.extent(q[:: max(1, len(q) // 50)])
+    motion.arm.draw(motion.pane.axes, q[chosen], bounds=points)
+    if len(q) > 2:
+        motion.pane.axes.plot(*motion.arm.fkine(q)[:, :3, 3].T, color=ORDER[0], lw=1.4)
+    if not motion.pane.axes.get_title():
+        motion.pane.axes.set_title(motion.arm.name)

@@ -1,0 +1,4 @@
+function h = plot(r, q, varargin)
+% PLOT  Draws an arm at joint values, a row for each posture.
+  h = mjsim_record('robot', [{mjsim_plain(r), double(q)}, varargin]);
+end

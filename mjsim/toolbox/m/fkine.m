@@ -1,0 +1,16 @@
+function T = fkine(varargin)
+% FKINE  Pose of the tool, 4 x 4, or 4 x 4 x k for q with k rows: fkine(r, q).
+  [r, rest] = mjsim_robot(varargin);
+  s = mjsim_plain(r);
+  q = rest{1};
+  n = numel(s.links);
+  if numel(q) == n, q = q(:)'; end
+  if size(q, 2) ~= n
+    error('q has %d columns; the arm has %d joints', size(q, 2), n);
+  end
+  T = zeros(4, 4, size(q, 1));
+  for k = 1:size(q, 1)
+    frames = mjsim_frames(s, q(k, :));
+    T(:, :, k) = frames(:, :, n) * s.tool;
+  end
+end

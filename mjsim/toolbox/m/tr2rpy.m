@@ -1,0 +1,15 @@
+function rpy = tr2rpy(T)
+% TR2RPY  Roll, pitch and yaw of a pose, a row for each.
+  rpy = zeros(size(T, 3), 3);
+  for k = 1:size(T, 3)
+    R = T(1:3, 1:3, k);
+    if hypot(R(1, 1), R(2, 1)) < 1e-12
+      roll = 0; pitch = atan2(-R(3, 1), R(1, 1)); yaw = atan2(-R(2, 3), R(2, 2));
+    else
+      roll = atan2(R(2, 1), R(1, 1));
+      pitch = atan2(-R(3, 1), cos(roll) * R(1, 1) + sin(roll) * R(2, 1));
+      yaw = atan2(sin(roll) * R(1, 3) - cos(roll) * R(2, 3), cos(roll) * R(2, 2) - sin(roll) * R(1, 2));
+    end
+    rpy(k, :) = [roll pitch yaw];
+  end
+end

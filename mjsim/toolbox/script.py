@@ -1,0 +1,209 @@
+"""Runs a script in Octave and writes its figures."""
+
+import io
+import re
+import subprocess
+import tempfile
+import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mjsim.errors import UsageError
+from mjsim.interface import quoted
+from mjsim.modules import find_octave
+from mjsim.output import free_paths, write_set
+from mjsim.toolbox.calls import read_calls, write_recorders
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from mjsim.toolbox.draw import ArmMotion, ScriptFigures
+
+HERE = Path(__file__).parent
+FLAGS = ("--norc", "--no-history", "--no-line-editing", "--no-window-system", "--quiet", "--no-gui")
+QUIET = ("possible-matlab-short-circuit-operator", "function-name-clash", "shadowed-function", "language-extension")
+PACE, LONGEST = 25.0, 100
+"""Frames of a film in a second, and the maximum number of different ones."""
+REPEATS = 2
+"""Frames for which each posture is shown."""
+CJK = ("Noto Sans CJK JP", "Noto Sans CJK SC", "Noto Sans CJK TC", "Noto Sans CJK KR", "WenQuanYi Zen Hei",
+       "WenQuanYi Micro Hei", "IPAexGothic", "IPAGothic", "TakaoGothic", "Droid Sans Fallback", "Arial Unicode MS",
+       "Unifont")  # fmt: skip
+"""Fonts for letters that the usual one lacks, those that are installed."""
+GLYPH = re.compile(r"Glyph (\d+) ")
+MARK = "mjsim-error: "
+"""Before the error of a script on standard error."""
+RESOLUTION = 110
+"""Of PNG files [dots per inch]."""
+
+
+@dataclass(frozen=True, slots=True)
+class ScriptRun:
+    """What came of a script."""
+
+    files: tuple[Path, ...]
+    """Files that were written."""
+    notes: tuple[str, ...]
+    """What could not be drawn, one line each."""
+    driven: Path | None
+    """File of the arm for which the script opened sliders."""
+    error: str | None
+    """What ended the script before its end; its figures until then are written."""
+
+
+def run_script(script: Path, folder: Path, *, overwrite: bool = False) -> ScriptRun:
+    """Run a script in Octave, with the functions for arms, and write its figures as PNG and PDF, arms as films too.
+
+    What the script prints goes to standard output.
+
+    Args:
+        script: The script; it runs in its own folder.
+        folder: Output folder; created if necessary.
+        overwrite: Whether files may be replaced.
+
+    Raises:
+        UsageError: The script does not exist, Octave is not installed, or a file exists.
+    """
+    if not script.is_file() or script.suffix != ".m":
+        raise UsageError(f"no script '{script}'; name a file that ends in .m")
+    free_paths(folder, ["figure-1.png"], overwrite=overwrite)
+    with tempfile.TemporaryDirectory(prefix="mjsim-octave-") as place:
+        write_recorders(Path(place))
+        record = Path(place) / "calls.mat"
+        error = _run(script.resolve(), Path(place), record)
+        calls = list(read_calls(record)) if record.is_file() else []
+    files, notes, driven = _drawn_files(calls)
+    write_set(folder, files, of=f"script {script.name}", overwrite=overwrite)
+    return ScriptRun(
+        tuple(folder / name for name in files), tuple(notes), None if driven is None else folder / driven, error
+    )
+
+
+def _run(script: Path, recorders: Path, record: Path) -> str | None:
+    """Run Octave; return the error that ended the script, as one line."""
+    words = [find_octave(), *FLAGS, "--eval", _code(script, recorders, record)]
+    done = subprocess.run(words, cwd=script.parent, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, check=False)
+    lines = done.stderr.decode(errors="replace").splitlines()
+    lines = [line for line in lines if "DISPLAY" not in line and "GUI features" not in line and line.strip()]
+    marked = next((line.removeprefix(MARK) for line in lines if line.startswith(MARK)), None)
+    if marked is None and done.returncode:
+        ended = f"ended with exit code {done.returncode}"
+        marked = next((line for line in lines if line.startswith(("error:", "parse error"))), ended)
+    return None if marked is None else f"{script.name}: {marked.removeprefix('error: ')}"
+
+
+def _code(script: Path, recorders: Path, record: Path) -> str:
+    """Return what Octave evaluates: the script in the base workspace, so that `clear all` is its own."""
+    quiet = "".join(f"warning('off','Octave:{name}');" for name in QUIET)
+    folders = (recorders, HERE / "recorder", HERE / "m", script.parent)
+    paths = "".join(f"addpath({quoted(str(folder))});" for folder in folders[::-1])
+    called = f"source({quoted(str(script))})"
+    if _is_function(script):
+        called = f"feval({quoted(script.stem)})"
+    told = f"fprintf(stderr,'{MARK}%s\\n',mjsim_told(mjsim_caught,{quoted(str(script))}));"
+    return f"{quiet}{paths}mjsim_start({quoted(str(record))});try,{called};catch mjsim_caught,{told}exit(1);end"
+
+
+def _is_function(script: Path) -> bool:
+    """Return whether the file is a function instead of a script."""
+    text = re.sub(r"(?m)^\s*[%#].*$", "", script.read_text(errors="replace")).lstrip()
+    return bool(re.match(rf"function\b[^\n]*\b{re.escape(script.stem)}\b", text))
+
+
+def _drawn_files(calls: Sequence[Any]) -> tuple[dict[str, bytes], list[str], str | None]:
+    """Return the files of recorded calls by name, what could not be drawn, and the name of the driven arm's file."""
+    from matplotlib import rc_context
+
+    from mjsim.toolbox.draw import ScriptFigures
+    from mjsim.toolbox.functions import FUNCTIONS
+
+    drawn, notes = ScriptFigures(), []
+    files: dict[str, bytes] = {}
+    with rc_context({"font.family": ["DejaVu Sans", *_installed(CJK)], "axes.unicode_minus": False}):
+        drawn.draw(calls, FUNCTIONS)
+        for number, figure in sorted(drawn.figures.items()):
+            names = [f"figure-{number}", *(Path(name).stem for shown, name in drawn.files if shown == number)]
+            pictures, missing = _pictures(figure)
+            for name in dict.fromkeys(names):
+                files |= {f"{name}.{kind}": data for kind, data in pictures.items()}
+            if missing:
+                notes.append(f"figure {number}: no installed font has '{missing}'; install fonts-noto-cjk")
+            films = {m.arm.name: m for m in drawn.motions.get(number, []) if len(m.postures()) > 2}
+            files |= {f"figure-{number}{_tail(k)}.mp4": _film(m) for k, m in enumerate(films.values())}
+    notes += [f"not drawn as written: {each}" for each in sorted(drawn.skipped)]
+    driven = None
+    if drawn.driven is not None:
+        driven = f"{re.sub('[^A-Za-z0-9_-]+', '_', str(drawn.driven['name'])) or 'arm'}.yaml"
+        files[driven] = _arm_file(drawn).encode()
+    return files, notes, driven
+
+
+def _tail(number: int) -> str:
+    return f"-{number + 1}" if number else ""
+
+
+def _installed(names: Sequence[str]) -> list[str]:
+    from matplotlib.font_manager import fontManager
+
+    there = {font.name for font in fontManager.ttflist}
+    return [name for name in names if name in there]
+
+
+def _pictures(figure: "Figure") -> tuple[dict[str, bytes], str]:
+    """Return a figure as PNG and PDF, and the letters that no font has."""
+    found = {}
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        for kind in ("png", "pdf"):
+            place = io.BytesIO()
+            figure.savefig(place, format=kind, dpi=RESOLUTION)
+            found[kind] = place.getvalue()
+    codes = [int(match[1]) for each in told if (match := GLYPH.search(str(each.message)))]
+    return found, "".join(dict.fromkeys(map(chr, codes)))
+
+
+def _film(motion: "ArmMotion") -> bytes:
+    """Return the film of an arm's motion."""
+    from mjsim.video import write_film
+
+    with tempfile.TemporaryDirectory(prefix="mjsim-film-") as place:
+        file = Path(place) / "film.mp4"
+        write_film(_frames(motion), file)
+        return file.read_bytes()
+
+
+def _frames(motion: "ArmMotion") -> Iterator[np.ndarray[Any, np.dtype[np.uint8]]]:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    q = motion.postures()
+    rows = np.unique(np.linspace(0, len(q) - 1, min(len(q), LONGEST)).round().astype(int))
+    figure = Figure(figsize=(4.8, 4.4), dpi=100)
+    canvas: Any = FigureCanvasAgg(figure)
+    axes: Any = figure.add_axes((0.0, 0.0, 1.0, 0.95), projection="3d")
+    bounds, way = motion.arm.extent(q[rows]), motion.arm.fkine(q)[:, :3, 3]
+    for row in rows:
+        axes.clear()
+        motion.arm.draw(axes, q[row], bounds=bounds)
+        axes.plot(*way[: row + 1].T, color="#0072bd", lw=1.2)
+        axes.set_title(motion.arm.name)
+        canvas.draw()
+        picture = np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
+        for _ in range(REPEATS):
+            yield picture
+
+
+def _arm_file(drawn: "ScriptFigures") -> str:
+    """Return the table of the driven arm as a file that `mjsim arm` reads."""
+    import json
+
+    from mjsim.toolbox.robots import arm_rows
+
+    assert drawn.driven is not None
+    rows, convention = arm_rows(drawn.driven)
+    lines = "".join(f"    - {json.dumps(row)}\n" for row in rows)
+    return f"# From a script of MATLAB.\ndh:\n  convention: {convention}\n  unit: m\n  rows:\n{lines}"

@@ -1,0 +1,147 @@
+"""Scripts in the manner of textbooks run in Octave: the numbers of `Arm` and of closed forms, and their figures."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import loadmat
+
+import mjsim
+from mjsim.mechanics import Arm, jtraj
+from mjsim.toolbox import run_script
+
+SCRIPTS = Path(__file__).parent / "scripts"
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(shutil.which("octave-cli") is None, reason="no Octave here"),
+]
+UP6 = [(0, 0, 0.15, np.pi / 2), (0, 0, 0.57, 0), (0, 0, 0.13, np.pi / 2), (0, 0.64, 0, -np.pi / 2),
+       (0, 0, 0, np.pi / 2), (0, 0.095, 0, 0)]  # fmt: skip
+EXACT = {"rtol": 1e-12, "atol": 1e-12}
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    """All scripts, one after the other in one Octave: the folder of their results, and what came of them."""
+    folder = tmp_path_factory.mktemp("scripts")
+    for script in SCRIPTS.glob("*.m"):
+        shutil.copy(script, folder)
+    names = sorted(script.name for script in SCRIPTS.glob("*.m"))
+    assert len(names) == 20
+    (folder / "all_of_them.m").write_text("".join(f"clear all; source('{name}');\n" for name in names))
+    return folder, run_script(folder / "all_of_them.m", folder / "out")
+
+
+def of(ran, name: str) -> dict[str, np.ndarray]:
+    return loadmat(ran[0] / f"{name}.mat")
+
+
+def test_every_script_runs_to_its_end(ran):
+    assert ran[1].error is None
+    assert not [note for note in ran[1].notes if "not drawn" in note]
+
+
+def test_the_puma_of_the_scripts_is_that_of_mjsim(ran):
+    # The preset's shoulder is above the floor, that of the old toolbox in the origin.
+    puma, got = mjsim.arm("puma560"), of(ran, "s01")
+    floor = np.eye(4)
+    floor[2, 3] = -puma.links[0].dh[1]
+    puma = puma.moved(floor)
+    qn = [0, np.pi / 4, np.pi, 0, np.pi / 4, 0]
+    for key, q in (("Tz", np.zeros(6)), ("Tr", [0, np.pi / 2, -np.pi / 2, 0, 0, 0]), ("Tn", qn)):
+        np.testing.assert_allclose(got[key], puma.fkine(q), **EXACT)
+    got = of(ran, "s04")
+    np.testing.assert_allclose(got["tau"], puma.rne(got["q"], got["qd"], got["qdd"]), **EXACT)
+    np.testing.assert_array_equal(got["tau"], got["same"])
+    got = of(ran, "s05")
+    q = np.zeros((*got["a"].shape, 6))
+    q[..., 1], q[..., 2] = got["a"], got["b"]
+    np.testing.assert_allclose(got["g"], puma.gravload(q)[..., 1], **EXACT)
+    got = of(ran, "s06")
+    np.testing.assert_allclose(got["Mn"], puma.inertia(qn), **EXACT)
+    np.testing.assert_allclose(got["C"], puma.coriolis(qn, np.full(6, 0.3)), **EXACT)
+    got = of(ran, "s07")
+    np.testing.assert_allclose(got["J0"], puma.jacob0(qn), **EXACT)
+    np.testing.assert_allclose(got["Jn"], puma.jacobe(qn), **EXACT)
+
+
+def test_paths_are_those_of_mjsim(ran):
+    got = of(ran, "s02")
+    expected = jtraj(np.zeros(6), [0, np.pi / 2, -np.pi / 2, 0, 0, 0], got["t"].ravel())
+    for key, values in zip(("q", "qd", "qdd"), expected, strict=True):
+        np.testing.assert_allclose(got[key], values, **EXACT)
+
+
+def test_inverse_kinematics_reaches_its_poses(ran):
+    for name, wanted, reached in (("s03", "T", "reached"), ("s08", "T", "again")):
+        got = of(ran, name)
+        np.testing.assert_allclose(got[reached], got[wanted], atol=1e-9)
+
+
+def test_both_orders_of_links_make_the_same_arm(ran):
+    arm, q = Arm.from_dh(UP6), of(ran, "s08")["q"][0]
+    for name in ("s08", "s09"):
+        np.testing.assert_allclose(of(ran, name)["T"], arm.fkine(q), **EXACT)
+    got = of(ran, "s09")
+    np.testing.assert_allclose(got["Tt"][:3, 3], got["T"][:3, 3] + 0.1 * got["T"][:3, 2], **EXACT)
+
+
+def test_a_planar_arm_moves_and_weighs_as_its_closed_form(ran):
+    got, (a, b), (u, v), (x, y) = of(ran, "s10"), (0.3, 0.5), (0.2, -0.4), (1.0, 2.0)
+    p = [np.cos(a) + 0.7 * np.cos(a + b), np.sin(a) + 0.7 * np.sin(a + b), 0.0]
+    np.testing.assert_allclose(got["p"].ravel(), p, **EXACT)
+    g2 = 9.81 * 0.35 * np.cos(a + b)
+    g1 = 9.81 * (2 * 0.5 + 1) * np.cos(a) + g2
+    np.testing.assert_allclose(got["g"].ravel(), [g1, g2], **EXACT)
+    own, side, h = 0.35**2 + 0.1, 0.35 * np.cos(b), 0.35 * np.sin(b)
+    tau = [
+        (2 * 0.25 + 1 + own + 2 * side) * x + (own + side) * y - h * (2 * u * v + v * v) + g1,
+        (own + side) * x + own * y + h * u * u + g2,
+    ]
+    np.testing.assert_allclose(got["tau"].ravel(), tau, **EXACT)
+
+
+def test_slides_and_modified_tables_are_those_of_mjsim(ran):
+    rows = [{"d": 0.4}, {"alpha": -np.pi / 2, "slide": True}, {"slide": True}]
+    slider, got = Arm.from_dh(rows), of(ran, "s11")
+    np.testing.assert_allclose(got["T"], slider.fkine([np.pi / 3, 0.2, 0.5]), **EXACT)
+    np.testing.assert_allclose(got["J"], slider.jacob0([np.pi / 3, 0.2, 0.5]), **EXACT)
+    table = [{"d": 0.3}, {"alpha": -np.pi / 2, "a": 0.1}, {"a": 0.5, "d": 0.1}]
+    masses = [{"mass": k, "center": [0.1, 0.02 * k, 0.03], "inertia": [0.1, 0.2, 0.3, 0, 0, 0]} for k in (1, 2, 3)]
+    arm, got = Arm.from_dh([a | b for a, b in zip(table, masses, strict=True)], "modified"), of(ran, "s12")
+    q, qd, qdd = (got[key][0] for key in ("q", "qd", "qdd"))
+    np.testing.assert_allclose(got["T"], arm.fkine(q), **EXACT)
+    np.testing.assert_allclose(got["J"], arm.jacob0(q), **EXACT)
+    np.testing.assert_allclose(got["tau"][0], arm.rne(q, qd, qdd), **EXACT)
+    np.testing.assert_allclose(got["M"], arm.inertia(q), **EXACT)
+
+
+def test_frames_controllers_and_energies_are_right(ran):
+    got = of(ran, "s13")
+    np.testing.assert_allclose(got["rpy"][0], [0.1, 0.2, 0.3], **EXACT)
+    np.testing.assert_allclose(got["eul"][0], [0.1, 0.2, 0.3], **EXACT)
+    np.testing.assert_allclose(got["half"][:2, :2], [[np.cos(0.5), -np.sin(0.5)], [np.sin(0.5), np.cos(0.5)]], **EXACT)
+    # Euler's steps of 0.01 s leave 0.004.
+    assert np.abs(of(ran, "s15")["last"]).max() < 0.01
+    got = of(ran, "s20")
+    # Two rods of 1 m along x of a vertical plane that they leave: z is up, so nothing pulls in it.
+    np.testing.assert_allclose(got["k"], 0.0, atol=1e-9)
+    got = of(ran, "s19")
+    np.testing.assert_array_equal(got["T"], got["S"])
+
+
+def test_figures_arms_and_films_are_files(ran):
+    folder, made = ran
+    names = {file.name for file in made.files}
+    numbers = (20, 30, 40, 50, 80, 140, 150, 160, 170, 180, 190, 200)
+    assert names >= {f"figure-{number}.{kind}" for number in numbers for kind in ("png", "pdf")}
+    assert {"figure-140.mp4", "swing.png", "by_matrix.yaml"} <= names
+    assert all((folder / "out" / name).stat().st_size > 1000 for name in names if not name.endswith("yaml"))
+    assert made.driven is not None
+    assert mjsim.arm(str(made.driven)).n == 2
+
+
+def test_letters_that_no_font_has_are_told(ran):
+    told = [note for note in ran[1].notes if note.startswith("figure 180: ")]
+    assert told == ["figure 180: no installed font has 'ワークスペ'; install fonts-noto-cjk"] or not told
