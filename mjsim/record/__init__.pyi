@@ -46,6 +46,9 @@ from .recording import Recording as Recording
 from .recording import Track as Track
 from .recording import check_fit as check_fit
 from .shown import grid_png as grid_png
+from .summary import RecordingSummary as RecordingSummary
+from .summary import recorded_world as recorded_world
+from .summary import recording_summary as recording_summary
 from .tick import Order as Order
 from .tick import RobotEvent as RobotEvent
 from .tick import Tick as Tick

@@ -59,7 +59,7 @@ def read_recording(path: str | Path) -> Recording:
     run: _Run | None = None
     for message in raw_messages(path, head=head):
         if run is None:
-            run = _Run(path, _world(path, head))
+            run = _Run(path, world_in(path, head))
         try:
             run.take(message)
         except FAULTS as error:
@@ -95,7 +95,7 @@ def _recording(path: Path, head: Head, run: "_Run") -> Recording:
     )
 
 
-def _world(path: Path, head: Head) -> World:
+def world_in(path: Path, head: Head) -> World:
     """Return the world stored in a recording."""
     if WORLD_NAME not in head.files or "seed" not in head.metadata.get(METADATA_NAME, {}):
         raise RecordingError(f"'{path}' is an MCAP file, but not a recording made by mjsim")

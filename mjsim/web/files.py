@@ -11,13 +11,14 @@ from mjsim.output import write_new, write_whole
 from mjsim.web.answers import RefusedError
 from mjsim.web.folder import Folder
 from mjsim.web.items import Json
-from mjsim.web.shipped import MODELS, PICTURES, SHIPPED, is_shipped, shipped
+from mjsim.web.shipped import MODELS, PICTURES, SHIPPED, is_shipped, shipped, shipped_abouts
 from mjsim.world import (
     MAX_BYTES,
     Source,
     holds_file,
     read_file,
     too_large,
+    world_summary,
     worlds_folder,
 )
 
@@ -33,13 +34,20 @@ _HEAD = 16_384
 _PASSED_OVER = ("node_modules", "__pycache__", "site-packages")
 
 
+def recordings_below(root: Path) -> Iterator[Path]:
+    """Yield the recordings in and below a folder."""
+    return (path for path in files_below(root) if path.suffix.lower() == ".mcap")
+
+
 def listed(folder: Folder) -> Json:
     """Return worlds, recordings, sweeps, pictures and models in and below a folder, and all that mjsim ships."""
     worlds, recordings, sweeps, pictures, models = [], [], [], [], []
+    abouts = shipped_abouts()
     for path in files_below(folder.root):
         name, kind = folder.name(path), path.suffix.lower()
         if kind in (".yaml", ".yml") and _contains(path, _WORLD):
             worlds.append(name)
+            abouts[name] = _summary(path)
         elif kind == ".mcap":
             recordings.append(name)
         elif path.name == SWEEP and path.parent != folder.root:
@@ -49,7 +57,8 @@ def listed(folder: Folder) -> Json:
         elif kind in MODELS and not name.startswith("out/") and _contains(path, _MODEL):
             models.append(name)
     found = {"worlds": worlds, "recordings": recordings, "sweeps": sweeps, "pictures": pictures, "models": models}
-    return {"folder": str(folder.root), **{kind: sorted(names) for kind, names in found.items()}, "shipped": shipped()}
+    lists = {kind: sorted(names) for kind, names in found.items()}
+    return {"folder": str(folder.root), **lists, "shipped": shipped(), "abouts": abouts}
 
 
 def source_of(folder: Folder, path: str) -> Source:
@@ -188,6 +197,14 @@ def files_below(root: Path) -> Iterator[Path]:
                 waiting.append((Path(entry.path), depth + 1))
             elif holds_file(root, Path(entry.path)):
                 yield Path(entry.path)
+
+
+def _summary(path: Path) -> str:
+    """Return the description of a world; '' if it has none, or is gone."""
+    try:
+        return world_summary(path)
+    except OSError:
+        return ""
 
 
 def _contains(path: Path, word: re.Pattern[bytes]) -> bool:

@@ -28,6 +28,7 @@ from mjsim.web.folder import Folder
 from mjsim.web.local import HEADERS
 from mjsim.web.news import TickNews
 from mjsim.web.open_recordings import Opened, Shelf
+from mjsim.web.recorded import Recorded, plan_of
 from mjsim.web.reviewing import WHOLE, default_film, recording_json, row_at, row_json
 
 LARGEST = 4_000_000_000
@@ -52,9 +53,11 @@ class ReviewApi:
     def __init__(self, folder: Folder, *, scene: Scene) -> None:
         """Store the folder, and the function that returns the plan of a world."""
         self._folder, self._scene = folder, scene
-        self._shelf, self._films = Shelf(), Films()
+        self._shelf, self._films, self._recorded = Shelf(), Films(), Recorded(folder)
         self.routes: Sequence[BaseRoute] = [
+            Route("/api/recordings", answer_get(lambda _: self._recorded.cards()), methods=["GET"]),
             Route("/api/recording", answer_get(self._whole), methods=["GET"]),
+            Route("/api/recording/plan", answer_get(self._plan), methods=["GET"]),
             Route("/api/recording/tick", answer_get(self._tick), methods=["GET"]),
             Route("/api/recording/picture", answer_get(self._picture), methods=["GET"]),
             Route("/api/recording/scene", answer_get(self._scene_in_3d), methods=["GET"]),
@@ -77,6 +80,12 @@ class ReviewApi:
     def _whole(self, request: Request) -> dict[str, Any]:
         path, opened = self._opened(request)
         return recording_json(opened.recording, path=path, scene=self._scene(opened.recording.world))
+
+    def _plan(self, request: Request) -> Response:
+        """Return the response with a small plan of a recording's world."""
+        path = self._folder.path(request.query_params.get("path", ""))
+        data = plan_of(path, "dark" if request.query_params.get("theme") == "dark" else "light")
+        return Response(data, media_type="image/svg+xml", headers={**HEADERS, "Cache-Control": "private, max-age=60"})
 
     def _tick(self, request: Request) -> TickNews:
         _, opened = self._opened(request)

@@ -6,7 +6,7 @@ from importlib import resources
 from typing import Any
 
 from mjsim.exchange import TEMPLATES, template_summary
-from mjsim.world import preset_names, shipped_worlds, worlds_folder
+from mjsim.world import preset_names, shipped_worlds, world_summary, worlds_folder
 
 SHIPPED = "shipped:"
 """Prefix of the path of a shipped world on the page."""
@@ -29,6 +29,16 @@ def shipped() -> dict[str, Any]:
         "templates": list(TEMPLATES),
         "about": {name: template_summary(name) for name in TEMPLATES},
     }
+
+
+def shipped_abouts() -> dict[str, str]:
+    """Return the description of each shipped world by its path on the page."""
+    return dict(_abouts())
+
+
+@cache
+def _abouts() -> tuple[tuple[str, str], ...]:
+    return tuple((f"{SHIPPED}{name}", world_summary(worlds_folder() / f"{name}.yaml")) for name in shipped()["worlds"])
 
 
 def _presets(place: str) -> list[str]:

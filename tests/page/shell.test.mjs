@@ -1,6 +1,7 @@
-// The address of the page, and charts that nobody chose.
+// The address of the page, charts that nobody chose, and what recordings are of.
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { factsOf } from "page/review/facts";
 import { suggested } from "page/charts/suggested";
 import { addressOf, isSamePlace, placeAt } from "page/shell/address";
 
@@ -33,4 +34,13 @@ test("the positions of joints are suggested, a chart for each topic", () => {
   ]);
   assert.deepEqual(suggested(fields, { fields: 1, charts: 1 }).map((chart) => chart.fields), [[fields[1]]]);
   assert.deepEqual(suggested([["/run", "pace"]], { fields: 6, charts: 8 }), []);
+});
+
+test("a recording has date, length, world and robots, as far as they are known", () => {
+  const when = new Date(2026, 10, 29, 7, 5).getTime() / 1000;
+  const card = { path: "run.mcap", when, bytes: 1, world: "hall", robots: ["ann", "bob"], seconds: 125.6 };
+  assert.deepEqual(factsOf(card), ["2026-11-29 07:05", "2:06", "hall", "ann, bob"]);
+  assert.equal(factsOf({ ...card, seconds: 59.4 })[1], "59 s");
+  assert.equal(factsOf({ ...card, seconds: 0.96 })[1], "1.0 s");
+  assert.deepEqual(factsOf({ ...card, seconds: null, world: "", robots: [] }), ["2026-11-29 07:05"]);
 });

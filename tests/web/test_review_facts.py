@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 
 import httpx
 import numpy as np
@@ -277,3 +278,22 @@ def test_an_upload_that_is_no_recording_or_too_large_leaves_nothing(ask, root, m
     assert answer.status_code == 413
     assert sorted((root / "out/brought").glob("*")) == before
     assert not list((root / "out/brought").glob(".*"))
+
+
+def test_recordings_are_listed_with_their_world_robots_and_length_the_newest_first(root, recording, ask):
+    (root / "none.mcap").write_bytes(b"nothing")
+    cut = root / "cut.mcap"
+    cut.write_bytes((root / RUN).read_bytes()[:-200])
+    os.utime(root / RUN, (1e9, 1e9))
+    cards = {card["path"]: card for card in ask("/api/recordings").json()}
+    assert list(cards)[-1] == RUN
+    whole = {"world": recording.world.name, "robots": ["scout"], "seconds": pytest.approx(recording.time[-1])}
+    assert cards[RUN] == {"path": RUN, "when": 1e9, "bytes": (root / RUN).stat().st_size, **whole}
+    assert cards["cut.mcap"] == {**cards["cut.mcap"], **whole, "seconds": None}
+    assert [cards["none.mcap"][key] for key in ("world", "robots", "seconds")] == ["", [], None]
+    plan = ask(f"/api/recording/plan?path={RUN}&theme=dark")
+    assert plan.headers["content-type"].startswith("image/svg+xml")
+    assert b"<svg" in plan.content
+    assert ask("/api/recording/plan?path=none.mcap").status_code == 400
+    for name in ("none.mcap", "cut.mcap"):
+        (root / name).unlink()

@@ -44,6 +44,7 @@ const { metafile } = await build({
   },
   outdir: target,
   bundle: true,
+  loader: { ".glsl": "text" },
   minify: true,
   format: "esm",
   target: ["chrome111", "firefox113", "safari16.4"],

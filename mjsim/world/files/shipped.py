@@ -2,12 +2,15 @@
 
 import re
 from importlib import resources
+from itertools import takewhile
 from pathlib import Path
 
 from mjsim.errors import UsageError, did_you_mean
 
 SCHEMA_LINE = re.compile(r"\A# yaml-language-server:.*\n")
 """Line for completion in editors; the schema is only beside the shipped worlds."""
+HEAD = 16_384
+"""A description is looked for in so many bytes."""
 
 
 def worlds_folder() -> Path:
@@ -43,9 +46,10 @@ def world_path(place: str | Path) -> Path:
 
 
 def world_summary(path: Path) -> str:
-    """Return the first sentence of the comment at the top of a world file."""
-    text = SCHEMA_LINE.sub("", path.read_text(encoding="utf-8"))
-    comment = " ".join(line.lstrip("# ") for line in text.partition("\nmjsim:")[0].splitlines())
+    """Return the first sentence of the comment at the top of a world file; '' if there is none."""
+    with path.open("rb") as file:
+        text = SCHEMA_LINE.sub("", file.read(HEAD).decode("utf-8", "replace"))
+    comment = " ".join(line.lstrip("# ") for line in takewhile(lambda line: line.startswith("#"), text.splitlines()))
     return re.split(r"(?<=\.)\s", comment, maxsplit=1)[0]
 
 

@@ -103,6 +103,8 @@ export interface Folder {
   pictures: string[];
   /** Files of MJCF and URDF. */
   models: string[];
+  /** Descriptions of worlds by their paths; '' for none. */
+  abouts: Record<string, string>;
   world: string | null;
   mode: "studio" | "live";
   shipped: {

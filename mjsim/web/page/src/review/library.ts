@@ -4,8 +4,13 @@ import { ApiError } from "../api";
 import { el, refill } from "../dom";
 import { button } from "../run/controls";
 import type { Studio } from "../shell/view";
+import { theme, themeChanged } from "../shell/theme";
+import { factsOf, type RecordingCard } from "./facts";
 import { recordings } from "./recording";
 import { said, word } from "../words/words";
+
+/** Fewer recordings are found without a search. */
+const FEW = 6;
 
 export class Library {
   readonly element = el("div", { class: "run-library" });
@@ -17,22 +22,42 @@ export class Library {
   private readonly every = button({ class: "quiet run-small" }, () => this.tickAll(), word("review.tickAll"));
   private readonly foot = el("div", { class: "run-compare", hidden: true }, this.every, this.go);
   private readonly hint = el("p", { class: "hint" });
+  /** What recordings are of, the newest first. */
+  private cards: RecordingCard[] = [];
+  private readonly search = el("input", {
+    type: "search",
+    hidden: true,
+    placeholder: word("review.findARecording"),
+    "aria-label": word("review.findARecording"),
+    oninput: () => this.filter(),
+  });
 
   constructor(
     private readonly studio: Studio,
     private readonly open: (path: string) => void,
     private readonly compare: (paths: string[]) => Promise<void>,
   ) {
-    this.element.append(this.list, this.sweeps, this.hint, this.foot);
+    themeChanged.on(() => {
+      for (const picture of this.list.querySelectorAll("img")) picture.src = recordings.plan(picture.dataset["of"] ?? "", theme());
+    });
+    this.element.append(this.search, this.list, this.sweeps, this.hint, this.foot);
+  }
+
+  /** Ask what the recordings are of. */
+  async load(): Promise<void> {
+    this.cards = await recordings.cards();
   }
 
   show(chosen: string | null): void {
     const { recordings, sweeps } = this.studio.folder;
+    const newest = [...new Set([...this.cards.map(({ path }) => path), ...recordings])].filter((path) => recordings.includes(path));
     for (const path of this.ticked) if (!recordings.includes(path) && !sweeps.includes(path)) this.ticked.delete(path);
-    refill(this.list, ...recordings.map((path) => el("li", {}, this.box(path), this.entry(path, path === chosen))));
+    refill(this.list, ...newest.map((path) => el("li", {}, this.box(path), this.entry(path, path === chosen))));
     const swept = sweeps.map((path) => el("li", {}, el("label", {}, this.box(path), path)));
     refill(this.sweeps, sweeps.length > 0 && el("h2", {}, word("review.sweeps")), sweeps.length > 0 && el("ul", {}, ...swept));
     this.foot.hidden = recordings.length + sweeps.length === 0;
+    this.search.hidden = recordings.length < FEW;
+    this.filter();
     this.count();
     this.hint.textContent = recordings.length
       ? word("review.orDropAnMcapFile")
@@ -59,6 +84,15 @@ export class Library {
       const file = event.dataTransfer?.files[0];
       if (file) void this.upload(file);
     });
+  }
+
+  /** Show those whose name, folder, date, world or robots have all words that are searched for. */
+  private filter(): void {
+    const words = this.search.hidden ? [] : this.search.value.toLowerCase().split(/\s+/);
+    for (const entry of this.list.children) {
+      const text = (entry.textContent ?? "").toLowerCase();
+      entry.toggleAttribute("hidden", !words.every((part) => text.includes(part)));
+    }
   }
 
   private box(path: string): HTMLInputElement {
@@ -102,6 +136,7 @@ export class Library {
 
   private entry(path: string, chosen: boolean): HTMLButtonElement {
     const cut = path.lastIndexOf("/") + 1;
+    const card = this.cards.find((each) => each.path === path);
     return el(
       "button",
       {
@@ -112,8 +147,10 @@ export class Library {
         "aria-current": chosen ? "true" : null,
         onclick: () => this.open(path),
       },
+      card?.world ? el("img", { src: recordings.plan(path, theme()), alt: "", loading: "lazy", "data-of": path }) : null,
       el("b", {}, path.slice(cut)),
       el("span", { class: "hint" }, path.slice(0, cut)),
+      card ? el("span", { class: "run-facts" }, ...factsOf(card).map((fact) => el("span", { class: "hint" }, fact))) : null,
     );
   }
 

@@ -1,6 +1,7 @@
 /** What the server knows of a recording. */
 
 import { getBytes, getJson, postJson, type Bounds, type Item } from "../api";
+import type { RecordingCard } from "./facts";
 import type { Column, Field } from "../charts/plotter";
 import type { EventNews, JointFacts, Outside, RobotFacts, RobotTick, TickNews, TrackHistory } from "../run/protocol";
 
@@ -45,6 +46,8 @@ function query(address: string, values: Record<string, string | number>): string
 }
 
 export const recordings = {
+  cards: () => getJson<RecordingCard[]>("/api/recordings"),
+  plan: (path: string, theme: string) => query("/api/recording/plan", { path, theme }),
   open: (path: string) => getJson<Recording>(query("/api/recording", { path })),
   tick: (path: string, time: number) => getJson<TickNews>(query("/api/recording/tick", { path, time })),
   fields: (path: string) => getJson<Field[]>(query("/api/recording/fields", { path })),

@@ -138,7 +138,7 @@ export class ReviewView implements View {
 
   /** Show what is in the folder now. */
   private async list(): Promise<void> {
-    await this.studio.refresh().catch((error) => this.studio.toasts.error(error));
+    await Promise.all([this.studio.refresh(), this.library.load()]).catch((error) => this.studio.toasts.error(error));
     this.library.show(this.recording?.path ?? null);
     if (!this.recording) this.showEmpty();
   }

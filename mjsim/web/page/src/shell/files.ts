@@ -227,9 +227,11 @@ export class Files {
   private worldList(drafts: Draft[], answer: (wanted: Wanted) => void): Child[] {
     const { folder } = this.studio;
     const cards = (worlds: string[], prefix: string): HTMLElement[] =>
-      worlds.map((world) =>
-        el("button", { class: "card", onclick: () => answer({ open: prefix + world }) }, called(world)),
-      );
+      worlds.map((world) => {
+        const about = folder.abouts[prefix + world] ?? "";
+        const said = { class: "card", "aria-label": world, "aria-description": about || null };
+        return el("button", { ...said, onclick: () => answer({ open: prefix + world }) }, called(world), about && el("span", { class: "hint" }, about));
+      });
     const own = folder.worlds.length
       ? el("div", { class: "cards" }, ...cards(folder.worlds, ""))
       : el("p", { class: "hint" }, word("shell.noWorldFileIn"));

@@ -327,6 +327,7 @@ export const EN = {
   "review.figure": "Statistic",
   "review.figures": "Statistics",
   "review.figuresOf": "Figures: {cells}",
+  "review.findARecording": "Find a recording",
   "review.fromAbove": "From above",
   "review.fromTo": "{from} s to {to} s",
   "review.goToRun": "Go to Run",
