@@ -4,7 +4,7 @@ import json
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from functools import cache
+from functools import cache, lru_cache
 from importlib import resources
 from itertools import islice
 from pathlib import Path
@@ -73,10 +73,27 @@ def shipped_modules() -> Sequence[tuple[str, Json]]:
     return found
 
 
-def _own(files: Sequence[tuple[Path, str]], source: Source) -> Iterator[tuple[str, Json]]:
-    """Yield the modules in files of a folder; their classes may inherit from shipped ones."""
+def _own(files: Sequence[tuple[Path, str]], source: Source) -> Sequence[tuple[str, Json]]:
+    """Return the modules in files of a folder; their classes may inherit from shipped ones."""
+    code = tuple((path, place, _stamp(path)) for path, place in files if path.suffix in (".py", ".m"))
+    return _own_offers(code, source.file, source.folder) if code else ()
+
+
+@lru_cache(maxsize=4)
+def _own_offers(code: Sequence[tuple[Path, str, object]], file: str, folder: Path | None) -> Sequence[tuple[str, Json]]:
+    files = [(path, place) for path, place, _ in code]
     inherits = any(_names(path, _SHIPPED) for path, _ in files)
-    yield from _offered([*(_shipped_files() if inherits else ()), *files], source, but=_SHIPPED)
+    shipped = _shipped_files() if inherits else ()
+    return tuple(_offered([*shipped, *files], Source(file=file, folder=folder), but=_SHIPPED))
+
+
+def _stamp(path: Path) -> tuple[int, int] | None:
+    """Return what changes with the content of a file; None if there is no such file."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size
 
 
 def _names(path: Path, word: str) -> bool:

@@ -92,6 +92,14 @@ DIALOGS = {
     "another browser": lambda page: page.get_by_role("button", name="Open in another browser").click(),
     "models": lambda page: (choose(page, "model"), page.locator(".pick").first.click()),
     "arms": lambda page: (choose(page, "arm"), page.locator(".pick").first.click()),
+    "modules of a robot": lambda page: (
+        page.locator(".outline-name", has_text="scout").click(),
+        page.get_by_role("button", name="scout: Navigator").first.click(),
+    ),
+    "pictures": lambda page: (
+        page.get_by_role("button", name="Picture or marker (P)").click(),
+        page.locator(".strip .pick").click(),
+    ),
     "module": lambda page: (
         page.get_by_text("mjsim.algorithms.waypoints:Waypoints").click(),
         page.keyboard.press("F12"),
