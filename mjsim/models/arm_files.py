@@ -141,7 +141,7 @@ class _ArmGatherer(Gatherer):
     def __init__(self, path: str, read: Read, arguments: Mapping[str, str]) -> None:
         super().__init__(path, read)
         self._main, self._arguments = path, arguments
-        self._absent: tuple[str, ...] = ()
+        self._absent: tuple[tuple[str, str], ...] = ()
         self.missing: set[str] = set()
         self._meshes = PlainMeshes(self._named, self._gone, guarded=True)
 
@@ -183,7 +183,7 @@ class _ArmGatherer(Gatherer):
 
     def notes(self) -> Iterator[str]:
         left_out = [FileItem(Fate.LEFT_OUT, "mesh", name, INSTEAD) for name in sorted(self.missing)]
-        left_out += [FileItem(Fate.LEFT_OUT, f"include of which nothing is used: {each}") for each in self._absent]
+        left_out += [FileItem(Fate.LEFT_OUT, "include", place, why) for place, why in self._absent]
         yield from inventory(left_out)
 
 

@@ -43,7 +43,7 @@ def test_every_robot_reaches_its_largest_speed_and_stands_level():
 def test_tyres_roll_at_the_radius_that_odometry_goes_by():
     # One that balances sways about its axle; test_balancing looks at its tyres.
     names = [name for name in preset_names() if name not in ("robotino", "youbot", "balancer")]
-    keys = "odometry: {ticks: null, noise: {}}"  # as fine as can be
+    keys = "odometry: {ticks: null, noise: {distance: 0, turn: 0}}"  # as fine as can be
     lines = [f"  - {{name: {name}, preset: {name}, at: [0, {4 * k}], {keys}}}\n" for k, name in enumerate(names)]
     with Simulation(parse_world("mjsim: 1\nrobots:\n" + "".join(lines))) as sim:
         for name in names:

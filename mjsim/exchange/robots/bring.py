@@ -74,6 +74,9 @@ def bring_robot(
         gear = moved_sideways(gear, anatomy, robot, options, file=str(path))
     except UsageError as error:
         raise UsageError(source.placed(str(error)) + _perhaps_missing(source, robot)) from None
+    if not anatomy.shapes:
+        gone = inventory(item for item in robot.items if "mesh" in item.kind)
+        raise UsageError(f"{path}: no part of it has a shape; {'; '.join(gone) or 'give its links visual shapes'}")
     # Rollers belong to their wheels: they are neither casters nor fixed joints.
     anatomy, _ = without_rollers(anatomy)
     stand = find_stand(anatomy, gear, acceleration=MARGIN * ACCELERATION)

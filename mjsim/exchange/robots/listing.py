@@ -105,8 +105,8 @@ def amiss(source: RobotSource, robot: RobotFiles, anatomy: Anatomy, stand: Stand
         fate = Fate.MENDED if left_out == note else Fate.LEFT_OUT
         yield FileItem(fate, source.shown(left_out))
     yield from robot.items
-    for include in source.absent:
-        yield FileItem(Fate.LEFT_OUT, f"include of which nothing is used: {include}")
+    for place, why in source.absent:
+        yield FileItem(Fate.LEFT_OUT, "include of which nothing is used", place.rpartition("/")[2], why)
     for name in source.moved:
         yield FileItem(Fate.MENDED, "file", name, "its absolute path is of another machine; taken from the package")
     for name in sorted(source.missing):

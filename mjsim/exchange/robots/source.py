@@ -60,8 +60,8 @@ class RobotSource:
         self._folders, self._xacro = Folders(self._path, packages, search=search), given
         self._root = self._folders.root
         self._asked: frozenset[str] = frozenset()
-        self.absent: tuple[str, ...] = ()
-        """Includes of xacro that were not found, each with its place."""
+        self.absent: tuple[tuple[str, str], ...] = ()
+        """Place of each include of xacro that was not found, and what is missing."""
         self._packages = packages
         self.moved: list[str] = []
         """Files named by the path that they had elsewhere."""

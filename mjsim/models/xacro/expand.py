@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from difflib import SequenceMatcher
 from pathlib import Path
 from typing import Protocol
 
@@ -48,8 +49,8 @@ class Expander:
         self._files, self._given = files, given
         self._paths = [path]
         self._read: dict[Path, XacroNode] = {}
-        self.missing: list[str] = []
-        """Includes that were not found, each with its place; nothing may call what they declare."""
+        self.missing: list[tuple[str, str]] = []
+        """Place of each include that was not found, and what is missing; nothing may call what it declares."""
         self._text = Substitution(given, self.budget, lambda: self._paths[-1].parent)
         own: Mapping[str, Callable[..., Value]] = {
             "load_yaml": self._load_yaml,
@@ -102,7 +103,7 @@ class Expander:
             return PYTHON[name]
         suggestion = likely(name, (key for key in declared if key.isidentifier()))
         hint = suggestion if suggestion.startswith("; did") else "; declare it"
-        absent = f"; {self.missing[0]}" if self.missing else ""
+        absent = f"; {self._absent(name)}" if self.missing else ""
         raise XacroError(f"no xacro:property '{name:.60}'{hint}, or give --arg {name:.60}=VALUE{absent}")
 
     def _expand(self, node: XacroNode, into: XacroNode, scope: Scope, macros: Macros) -> None:
@@ -231,7 +232,8 @@ class Expander:
         try:
             macro, outer, known = _found(node.word or "", scope, macros)
         except XacroError as error:
-            raise (XacroError(f"{error}; {self.missing[0]}") if self.missing else error) from None
+            absent = f"; {self._absent(node.word or '')}" if self.missing else ""
+            raise XacroError(f"{error}{absent}") from None
         inner = Scope(self._evaluated, parent=outer)
         values = {
             name: literal(self._text.value(value, scope))
@@ -288,7 +290,7 @@ class Expander:
                     if not str(error).startswith("no file"):
                         raise
                     if not optional:
-                        self.missing.append(f"{node.file}:{node.line}:{node.column}: {error}")
+                        self.missing.append((f"{node.file}:{node.line}:{node.column}", str(error)))
                     continue
                 with _placed(root):
                     self._expand_inside(root, into, scope, macros)
@@ -300,8 +302,13 @@ class Expander:
         except XacroError as error:
             if ABSENT not in str(error):
                 raise
-            self.missing.append(f"{node.file}:{node.line}:{node.column}: {error}")
+            self.missing.append((f"{node.file}:{node.line}:{node.column}", str(error)))
             return []
+
+    def _absent(self, name: str) -> str:
+        """Return which missing include is most likely to declare a name."""
+        best = max(self.missing, key=lambda each: SequenceMatcher(None, name, each[1]).ratio())
+        return ": ".join(best)
 
     @contextmanager
     def _inside(self, path: Path) -> Iterator[None]:

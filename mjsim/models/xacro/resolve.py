@@ -33,8 +33,8 @@ class Resolved:
     text: str
     asked: frozenset[str] = frozenset()
     """Names of arguments and variables that it declares or uses."""
-    missing: tuple[str, ...] = ()
-    """Includes that were not found, each with its place."""
+    missing: tuple[tuple[str, str], ...] = ()
+    """Place of each include that was not found, and what is missing."""
 
 
 def resolved(text: str, path: Path, *, shown: Path, given: Given, files: Files) -> "Resolved":
@@ -61,7 +61,7 @@ def resolved(text: str, path: Path, *, shown: Path, given: Given, files: Files) 
     _refuse_bare_macros(node)
     made = written(expander.expanded(node))
     if expander.missing and "<link" not in made:
-        raise UsageError(printable(expander.missing[0]))
+        raise UsageError(printable(": ".join(expander.missing[0])))
     # Both $(find NAME) and package://NAME are a package, with or without file:// before it.
     return Resolved(made.replace("file://package://", "package://"), expander.asked, tuple(expander.missing))
 
