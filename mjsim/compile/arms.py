@@ -30,6 +30,10 @@ DIGITS = 12
 """Decimals of angles in degrees, so that 30 degrees stay 30 after conversion through radians."""
 
 
+NO_TORQUE = 1e-9
+"""Largest torque of the motor of a joint that another one moves [N m, N]."""
+
+
 def add_arms(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, originals: dict[str, LoadedFile]) -> None:
     """Add the arms of a robot to its base in their initial configuration.
 
@@ -64,7 +68,23 @@ def _add_links(spec: mujoco.MjSpec, base: mujoco.MjsBody, item: RobotArm, name: 
         _add_joint(body, link, f"{name}/joint{number}", start)
         _add_motor(spec, link, f"{name}/joint{number}")
         bodies.append(body)
+    if item.model is not None:
+        _couple(spec, item, name)
     return bodies
+
+
+def _couple(spec: mujoco.MjSpec, item: RobotArm, name: str) -> None:
+    """Couple the joints of an arm as its file does; the motor of one that follows another has no torque."""
+    start = item.start()
+    for joint, leader, ratio, offset in item.file_arm.couplings:
+        called, other = f"{name}/joint{joint + 1}", f"{name}/joint{leader + 1}"
+        # MuJoCo's equality is about the positions at the start.
+        data = [ratio * start[leader] + offset - start[joint], ratio, *[0.0] * 9]
+        spec.add_equality(
+            type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT, name1=called, name2=other, data=data
+        )
+        motor = spec.actuator(called)
+        motor.ctrllimited, motor.ctrlrange = True, [-NO_TORQUE, NO_TORQUE]
 
 
 def _add_visuals(

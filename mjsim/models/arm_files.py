@@ -1,12 +1,12 @@
 """Reads arms from MJCF and URDF files: the chain of joints, masses, motors and shapes, as plain numbers.
 
-The file's actuators, springs and joint couplings are ignored: each joint gets a torque motor with the limits in the
-file. Joints outside the chain are rigid.
+The file's actuators and springs are ignored: each joint gets a torque motor with the limits in the file, unless it is
+coupled to another one. Joints outside the chain are rigid.
 """
 
 import posixpath
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -17,6 +17,7 @@ from mjsim.errors import did_you_mean
 from mjsim.geometry import Array
 from mjsim.inventory import Fate, FileItem, inventory
 from mjsim.models.arm_checks import ArmFileError, check_joints, check_numbers, checked_inertias
+from mjsim.models.arm_couplings import Coupling, coupled, equalities, mimics
 from mjsim.models.arm_motors import Motors, motors_of
 from mjsim.models.arm_tree import ArmTree, carried_by, chain_to, tree_of
 from mjsim.models.arm_xacro import expanded
@@ -29,7 +30,6 @@ from mjsim.models.robot_meshes import PlainMeshes, without_shapes
 WEIGHTLESS = 1e-9
 """A link with a smaller mass has no mass in its file [kg]."""
 INSTEAD = "it cannot be read; collision shapes are used instead"
-UNCOUPLED = "left out: couplings of joints, each has a motor of its own"
 TOOLS = [re.compile(rf"(^|_){word}(_link|_frame)?$") for word in ("tcp", "tool0", "tool", "attachment_site", "flange")]
 """Names of the frame at the end of an arm, those that count first."""
 ELEMENT_NAME = re.compile(r"(?:Element name|mesh|joint) '([^']+)'")
@@ -92,6 +92,8 @@ class FileArm:
     """Mass [kg], centre (3,) [m] and inertia about it (3, 3) [kg m^2] of what no joint moves."""
     apart: frozenset[tuple[int, int]]
     """Pairs of links that may pass through each other."""
+    couplings: tuple[tuple[int, int, float, float], ...]
+    """Index of a link whose joint another one moves, index of that one, ratio and offset [rad, m]."""
     notes: tuple[str, ...]
     """Notes on what was left out or assumed."""
 
@@ -117,9 +119,7 @@ def read_arm(
     check_joints(root, path)
     check_numbers(root, path)
     notes = checked_inertias(root, path)
-    if root.find("joint/mimic") is not None:
-        notes.append(UNCOUPLED)
-    motors = motors_of(root)
+    motors, couplings = motors_of(root), [*mimics(root)]
     gatherer.keep(root, ROBOT)
     if root.tag == "robot":
         without_shapes(root, gatherer.missing)
@@ -132,7 +132,8 @@ def read_arm(
     tree = tree_of(model)
     last, flange, found = _end(model, tree, path, end)
     notes += [f"flange: at '{found}', by its name; end names another frame"] if found else []
-    return _arm(files, model, tree, last, flange, motors, [*notes, *gatherer.notes()])
+    couplings += equalities(model)
+    return _arm(files, model, tree, last, flange, motors, couplings, [*notes, *gatherer.notes()])
 
 
 class _ArmGatherer(Gatherer):
@@ -266,6 +267,7 @@ def _arm(
     last: int,
     flange: Array,
     motors: Motors,
+    couplings: Sequence[Coupling],
     notes: list[str],
 ) -> FileArm:
     chain, fingers = tree.path_to(last), carried_by(tree, last)
@@ -273,8 +275,6 @@ def _arm(
     held = [body for body in tree.moving if body not in active]
     if held:
         notes.append(f"rigid: {len(held)} joints outside the chain")
-    if model.neq or model.ntendon:
-        notes.append(UNCOUPLED)
     if (model.jnt_stiffness > 0.0).any():
         notes.append("left out: springs of joints")
     tree = tree.with_rigid(held)
@@ -286,6 +286,12 @@ def _arm(
     bare = [link.name for link in links if link.mass is None]
     if bare:
         notes.append(f"no mass: what {', '.join(bare)} move; capsules of 1000 kg/m^3 instead")
+    pairs = coupled(couplings, [link.name for link in links])
+    notes += [
+        f"coupled: '{links[a].name}' is {k:g} times '{links[b].name}'{f' + {c:g}' * (c != 0.0)}" for a, b, k, c in pairs
+    ]
+    if len(pairs) < model.neq + model.ntendon + len(couplings) - len([*equalities(model)]):
+        notes.append("left out: other couplings of joints, each has a motor of its own")
     still = [body for body in range(1, model.nbody) if not tree.root_of[body]]
     return FileArm(
         files=files,
@@ -295,6 +301,7 @@ def _arm(
         flange=flange,
         shapes=tuple(_shapes(model, tree, number_of)),
         base=weighed(model, tree.data, still or [0]),
+        couplings=pairs,
         apart=frozenset(_separate_pairs(model, tree, number_of)),
         notes=tuple(notes),
     )
