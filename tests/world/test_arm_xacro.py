@@ -5,7 +5,8 @@ import pytest
 
 import mjsim
 from mjsim.errors import MjsimError
-from mjsim.world import arm_item, load_world
+from mjsim.interface import JointGoal
+from mjsim.world import Source, arm_item, load_world
 from tests.models.test_mesh_files import collada
 
 LINK = """<link name="{0}">{1}<inertial><mass value="1"/><origin xyz="${{l / 2}} 0 0"/>
@@ -70,3 +71,31 @@ def test_a_world_has_an_arm_of_xacro(two):
         mjsim.parse_world(
             "mjsim: 1\nrobots: [{name: r, base: fixed, at: [0, 0], arms: [{preset: puma560, arguments: {a: b}}]}]"
         )
+
+
+FINGER = """<link name="{0}"><inertial><mass value="0.1"/>
+  <inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="{0}_joint" type="prismatic"><parent link="lower"/><child link="{0}"/><origin xyz="0.4 0 0"/>
+  <axis xyz="0 {1} 0"/><limit lower="-0.1" upper="0.1" effort="10" velocity="1"/>{2}</joint>"""
+MIMIC = '<mimic joint="left_joint" multiplier="0.5" offset="0.02"/>'
+
+
+def test_a_mimic_joint_follows_its_leader(tmp_path):
+    arm = LINK.format("upper", "", "base", "0") + LINK.format("lower", "", "upper", "0.4")
+    fingers = FINGER.format("left", 1, "") + FINGER.format("right", -1, MIMIC)
+    text = f'<robot name="g"><link name="base"/>{arm}{fingers}</robot>'.replace("${l / 2}", "0.2")
+    (tmp_path / "g.urdf").write_text(text)
+    world = mjsim.parse_world(
+        "mjsim: 1\nrobots:\n  - {name: r, base: fixed, at: [0, 0], arms: [{model: g.urdf}]}\n",
+        source=Source(file="w.yaml", folder=tmp_path),
+    )
+    (item,) = world.robots[0].arms
+    assert "coupled: 'right_joint' is 0.5 times 'left_joint', +0.02" in item.file_arm.notes
+    goal = JointGoal(positions=(0.0, 0.0, 0.06, 0.0))
+    with mjsim.Simulation(world, seed=1) as sim:
+        for _ in range(50):
+            sim.apply("r", mjsim.Command(joints={"arm": goal}))
+            sim.step()
+        left, right = sim.sense("r").joints["arm"].positions[2:]
+    assert left == pytest.approx(0.06, abs=2e-3)
+    assert right == pytest.approx(0.5 * left + 0.02, abs=1e-3)
