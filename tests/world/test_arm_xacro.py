@@ -90,7 +90,7 @@ def test_a_mimic_joint_follows_its_leader(tmp_path):
         source=Source(file="w.yaml", folder=tmp_path),
     )
     (item,) = world.robots[0].arms
-    assert "coupled: 'right_joint' is 0.5 times 'left_joint', +0.02" in item.file_arm.notes
+    assert "coupled: 'right_joint' is 0.5 times 'left_joint' + 0.02" in item.file_arm.notes
     goal = JointGoal(positions=(0.0, 0.0, 0.06, 0.0))
     with mjsim.Simulation(world, seed=1) as sim:
         for _ in range(50):
