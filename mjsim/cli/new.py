@@ -20,7 +20,7 @@ from mjsim.cli.robots import (
     write_robot,
 )
 from mjsim.errors import UsageError
-from mjsim.output import require_free, write_file
+from mjsim.output import require_free, write_file, write_files
 from mjsim.progress import say
 
 if TYPE_CHECKING:
@@ -30,7 +30,9 @@ if TYPE_CHECKING:
 MapFile = Annotated[
     Path | None,
     typer.Option(
-        "--from", metavar="FILE", help="YAML file or image of a map, SVG or DXF drawing, or MATLAB data (.mat, .m)."
+        "--from",
+        metavar="FILE",
+        help="Map (.yaml or image), drawing (.svg, .dxf), MATLAB data (.mat, .m), or scene (.world, .sdf, MJCF .xml).",
     ),
 ]
 MazeSize = Annotated[str | None, typer.Option(metavar="9x9", help="A maze with this many cells.")]
@@ -177,7 +179,9 @@ def new(
     if source is not None:
         from mjsim.exchange import Reading
 
-        brought = _from_file(source, options, Reading(scale, thickness, layer or (), furniture == "keep", rows))
+        models = None if output is None else f"{output.stem}_models"
+        reading = Reading(scale, thickness, layer or (), furniture == "keep", rows, folder=models)
+        brought = _from_file(source, options, reading)
     else:
         brought = _made(options, seed=seed, cell=cell, beacons=beacons)
     _write(brought, output, overwrite=overwrite)
@@ -213,7 +217,12 @@ def _write(brought: "Brought", output: Path | None, *, overwrite: bool) -> None:
     for line in brought.report:
         say(line)
     if output is None:
+        if brought.files:
+            raise UsageError("the world has models of its own, in a folder beside it; name its file with -o WORLD.yaml")
         print(brought.text, end="")
+    elif brought.files:
+        write_files(output.parent, {output.name: brought.text.encode(), **brought.files}, overwrite=overwrite)
+        print(output)
     else:
         print(write_file(output, brought.text.encode(), overwrite=overwrite))
 

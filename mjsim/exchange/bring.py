@@ -17,6 +17,7 @@ from mjsim.exchange.maps import name_of, specks, world_from_grid
 from mjsim.exchange.maze import maze_size, maze_world
 from mjsim.exchange.place import with_newcomer
 from mjsim.exchange.plan_in import FloorPlan, read_plan
+from mjsim.exchange.scenes import bring_scene, is_scene
 from mjsim.exchange.svg_in import read_svg
 from mjsim.exchange.template import template_text
 from mjsim.exchange.text import world_text
@@ -128,7 +129,7 @@ def bring_landmarks(path: Path, *, robot: Newcomer | None, reading: Reading) -> 
 
 
 def bring_file(path: Path, *, robot: Newcomer | None, reading: Reading | None = None) -> Brought:
-    """Return the world of a map's YAML file, an SVG or DXF drawing, or a MATLAB landmark map.
+    """Return the world of a map's YAML file, a drawing, a MATLAB landmark map, or a scene of Gazebo or MuJoCo.
 
     Raises:
         UsageError: The file is none of these, or cannot be read.
@@ -140,7 +141,12 @@ def bring_file(path: Path, *, robot: Newcomer | None, reading: Reading | None = 
         return bring_landmarks(path, robot=robot, reading=reading or Reading())
     if kind in (".svg", ".dxf"):
         return bring_drawing(path, robot=robot, reading=reading or Reading())
-    raise UsageError(f"'{path}' is not a supported file; name a map's .yaml, an .svg, a .dxf, a .mat or an .m file")
+    if is_scene(path):
+        given = reading or Reading()
+        return bring_scene(path, robot=robot, search=given.models, folder=given.folder or f"{name_of(path)}_models")
+    raise UsageError(
+        f"'{path}' is not a supported file; name a map's .yaml, an .svg, a .dxf, a .mat or .m, or a scene: .world, .sdf, .xml"
+    )
 
 
 def bring_maze(

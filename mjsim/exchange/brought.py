@@ -1,7 +1,7 @@
 """What the importers of worlds take and give."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +19,8 @@ class Brought:
     """Text of the world file."""
     report: Sequence[str] = ()
     """Lines that tell the user what was done and what was left out."""
+    files: Mapping[str, bytes] = field(default_factory=dict)
+    """Files that the world names, by their paths beside it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +37,10 @@ class Reading:
     """Whether to turn furniture into obstacles."""
     rows: bool = False
     """Whether a table of MATLAB that fits both ways has an item in each row."""
+    models: Sequence[Path] = ()
+    """Folders with folders of models that a scene may name."""
+    folder: str | None = None
+    """Name of the folder for the models of a scene, beside the world."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
@@ -21,24 +22,34 @@ ADVICE: Mapping[str, str] = {
     ".dxf": "save it as DXF R2000 or later",
     ".svg": "save it as plain SVG",
     ".m": "check that it is a script of literal assignments",
+    ".world": "check that Gazebo opens it",
+    ".sdf": "check that Gazebo opens it",
+    ".xml": "check that MuJoCo opens it",
     ".mat": "write a MAT-file of version 5 to 7 with: save('-v7', 'map.mat', 'lm', 'wp')",
 }
 """Kind of a file -> what to do if it cannot be read."""
 SEEN_ABOVE = 4
 """Folders above the file of a robot in which its ROS packages are looked for."""
+SCENES = (".world", ".sdf", ".xml", ".mjcf")
+"""File suffixes of scenes of other simulators."""
+MODEL_PATHS = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH")
+"""Variables of Gazebo with folders of models."""
 MOST_LINKS = 1000
 """Maximum number of links beside a map that are followed."""
 
 
 def bring_file(path: Path, *, robot: Newcomer | None, reading: Reading | None = None) -> Brought:
-    """Return the world of a map's YAML file, an SVG or DXF drawing, or a MATLAB landmark map.
+    """Return the world of a map's YAML file, a drawing, a MATLAB landmark map, or a scene of Gazebo or MuJoCo.
 
     Raises:
         UsageError: The file is none of these, or cannot be read.
     """
     place = [] if robot is None or robot.folder is None else [robot.folder]
-    text, report = _read("world_file", path, robot, reading, folders=place)
-    return Brought(text, report)
+    if path.suffix.lower() in SCENES:
+        above, search = path.absolute().parents, _model_folders()
+        place += [above[min(SEEN_ABOVE, len(above) - 1)], *search]
+        reading = replace(reading or Reading(), models=search)
+    return Brought(*_read("world_file", path, robot, reading, folders=place))
 
 
 def world_from_dxf(
@@ -155,6 +166,12 @@ def bring_robot(
     xacro = {"arguments": dict(arguments), "environment": dict(environment)}
     keywords: dict[str, Any] = {"name": name, "options": options, "packages": dict(packages), "search": search, **xacro}
     return BroughtRobot(*guarded(f"{INSIDE}:robot", path, about=path, folders=folders, **keywords))
+
+
+def _model_folders() -> list[Path]:
+    """Return the folders in which the user keeps models of Gazebo, as its variables name them."""
+    entries = [entry for key in MODEL_PATHS for entry in os.environ.get(key, "").split(os.pathsep)]
+    return [Path(entry) for entry in entries if entry]
 
 
 def _package_folders() -> list[Path]:

@@ -14,11 +14,11 @@ from mjsim.world import format_world
 
 
 def world_file(path: Path, robot: Newcomer | None, reading: Reading | None) -> Plain:
-    """Return the text of a world made from a file, and the lines of the report."""
+    """Return the text of a world made from a file, the lines of the report, and the files that the world names."""
     from mjsim.exchange.bring import bring_file
 
     brought = bring_file(path, robot=robot, reading=reading)
-    return brought.text, list(brought.report)
+    return brought.text, list(brought.report), dict(brought.files)
 
 
 def dxf_world(path: Path, reading: Reading) -> Plain:

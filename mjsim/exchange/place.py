@@ -12,7 +12,20 @@ from mjsim.exchange.brought import PRESET, Newcomer
 from mjsim.exchange.pixels import Cells
 from mjsim.exchange.preset_files import NO_NOISE, inhabited, robot_of
 from mjsim.geometry import Array
-from mjsim.world import Grid, Modules, Robot, Run, Use, World, cells_of, check_world, grid_of, sensor_names, solid
+from mjsim.world import (
+    Grid,
+    ModelObstacle,
+    Modules,
+    Robot,
+    Run,
+    Use,
+    World,
+    cells_of,
+    check_world,
+    grid_of,
+    sensor_names,
+    solid,
+)
 
 ROBOT = "scout"
 """Name of the robot."""
@@ -24,6 +37,8 @@ LEGS, SHORTEST_LEG = 4, 1.0
 """Maximum number of legs, and minimum length of each [m]."""
 STARTS = 24
 """Maximum number of start positions tried."""
+HEIGHTS = (0.06, 0.35)
+"""Further heights at which things with an underside or a shape of their own are looked at [m]."""
 MAST, HIGHEST = 0.04, 0.45
 """Height of a lidar above the body, and its maximum height above the floor, at which it also sees low objects [m]."""
 ODOMETRY_NOISE = {"distance": 0.01, "turn": 0.02}
@@ -43,15 +58,27 @@ ESTIMATORS = {
 WAYPOINTS = "mjsim.algorithms.waypoints:Waypoints"
 
 
-def with_newcomer(world: World, robot: Newcomer | None, *, grid: Grid | None = None) -> tuple[World, Sequence[str]]:
+def with_newcomer(
+    world: World,
+    robot: Newcomer | None,
+    *,
+    grid: Grid | None = None,
+    start: tuple[float, float, float] | None = None,
+) -> tuple[World, Sequence[str]]:
     """Return the world with a robot, or unchanged if `robot` is None, and what the user should know of its place.
+
+    Args:
+        world: A world without a robot.
+        robot: The robot to add.
+        grid: Grid of known free space; by default the inside of the walls.
+        start: Where it should start if there is space: x, y [m], heading [rad].
 
     Raises:
         UsageError: There is no space for the robot, or the preset does not exist.
     """
     if robot is None:
         return world, ()
-    whole, cut_off = _with_robot(world, robot, grid)
+    whole, cut_off = _with_robot(world, robot, grid, start)
     return whole, [*without_route(whole), *cut_off]
 
 
@@ -95,7 +122,9 @@ def with_robot(
     return _with_robot(world, Newcomer(preset, lidar, estimator, folder), grid)[0]
 
 
-def _with_robot(world: World, newcomer: Newcomer, grid: Grid | None) -> tuple[World, list[str]]:
+def _with_robot(
+    world: World, newcomer: Newcomer, grid: Grid | None, start: tuple[float, float, float] | None = None
+) -> tuple[World, list[str]]:
     """Return a world with a robot, and a line on the areas that it cannot reach; see `with_robot`."""
     preset, lidar, estimator, folder = newcomer.preset, newcomer.lidar, newcomer.estimator, newcomer.folder
     away, grid = _clearance(world, grid)
@@ -111,10 +140,14 @@ def _with_robot(world: World, newcomer: Newcomer, grid: Grid | None) -> tuple[Wo
             f"the {preset} has no lidar to localise with; add --lidar, one of {', '.join(sensor_names('lidar'))}"
         )
     tight = need - ELBOW_ROOM + TIGHT
-    away, cut_off = _connected(away, grid, tight)
-    tours = (_tour(away, grid, start, room) for room in (need, tight) for start in _starts(away, grid, room))
-    at, *tour = next((tour for tour in tours if len(tour) > 1), _starts(away, grid, need)[:1] * 2)
-    heading = round(math.degrees(math.atan2(*(tour[0] - at)[::-1])), 1)
+    wanted = [] if start is None or not _is_free(away, grid, start, tight) else [np.array(start[:2])]
+    away, cut_off = _connected(away, grid, tight, wanted)
+    places = [*wanted, *_starts(away, grid, tight if wanted else need)]
+    tours = (_tour(away, grid, place, room) for room in (need, tight) for place in wanted or _starts(away, grid, room))
+    at, *tour = next((tour for tour in tours if len(tour) > 1), places[:1] * 2)
+    heading = round(math.degrees(start[2] if wanted and start else math.atan2(*(tour[0] - at)[::-1])), 1)
+    if start is not None and not wanted:
+        cut_off.append(f"the start in the file, [{start[0]:.2f}, {start[1]:.2f}], is not free; the robot is elsewhere")
     robot = _robot(preset, lidar, at=_place(at), heading=heading, errs=estimator is not None, folder=folder)
     back = [*tour[-2::-1], at]
     points = [np.round(point, 2).tolist() for point in [*tour, *back]]
@@ -155,8 +188,11 @@ def _robot(
 def _clearance(world: World, grid: Grid | None) -> tuple[Array, Grid]:
     """Return the distance of each cell's centre from solid or unknown space [m], and the grid."""
     import cv2
+    import shapely
 
     shape = solid(world)
+    if any(thing.elevation or isinstance(thing, ModelObstacle) for thing in world.obstacles):
+        shape = shapely.union_all([shape, *(solid(world, height=height) for height in HEIGHTS)])
     if grid is None and shape.is_empty:
         size = np.zeros((200, 200), dtype=bool)
         from mjsim.geometry import Pose
@@ -175,13 +211,26 @@ def _clearance(world: World, grid: Grid | None) -> tuple[Array, Grid]:
     return np.asarray(np.maximum(away - 0.5, 0.0) * grid.resolution, dtype=float), grid
 
 
-def _connected(away: Array, grid: Grid, need: float) -> tuple[Array, list[str]]:
-    """Return clearances in the largest area that a robot can drive through, 0 elsewhere, and a line on other areas.
+def _is_free(away: Array, grid: Grid, start: tuple[float, float, float], need: float) -> bool:
+    """Return whether a robot has the clearance that it needs at a place [m]."""
+    row, column = _cell(away, grid, np.array(start[:2]))
+    return bool(away[row, column] >= need)
+
+
+def _cell(away: Array, grid: Grid, place: Array) -> tuple[int, int]:
+    """Return row and column of the cell at a place, shape (2,) [m], or of the nearest one."""
+    column, row = np.floor(grid.cells(place[None])[0]).astype(int).clip(0, np.array(away.shape)[::-1] - 1).tolist()
+    return row, column
+
+
+def _connected(away: Array, grid: Grid, need: float, wanted: Sequence[Array]) -> tuple[Array, list[str]]:
+    """Return clearances in the area where a robot drives, 0 elsewhere, and a line on other areas.
 
     Args:
         away: Clearance of each cell [m].
         grid: The grid of these cells.
         need: Clearance that the robot needs [m].
+        wanted: A place in this area, shape (2,) [m]; none for the largest one.
     """
     import cv2
 
@@ -190,6 +239,8 @@ def _connected(away: Array, grid: Grid, need: float) -> tuple[Array, list[str]]:
     order = (1 + np.argsort(-areas, kind="stable")).tolist()
     if not order:
         return away, []
+    for place in wanted:
+        order.sort(key=lambda part: part != parts[_cell(away, grid, place)])
     others = [k for k in order[1:] if areas[k - 1] >= ROOM]
     places = [np.round(grid.corners(middles[k] + 0.5), 1).tolist() for k in others[:MOST_ROOMS]]
     more = ", and others" if len(others) > MOST_ROOMS else ""

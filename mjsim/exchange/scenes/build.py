@@ -1,0 +1,192 @@
+"""Makes a world of a scene: walls, boxes, cylinders, spheres, and model files for all else."""
+
+import hashlib
+import math
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from mjsim.exchange.maps import DIGITS
+from mjsim.exchange.scenes.model_text import model_files
+from mjsim.exchange.scenes.shells import walls_of_shell
+from mjsim.exchange.scenes.solids import Scene, Solid, Thing
+from mjsim.exchange.scenes.walls import walls_of
+from mjsim.geometry import Array
+from mjsim.inventory import Fate
+from mjsim.world import BoxObstacle, CylinderObstacle, Lamp, ModelObstacle, Source, SphereObstacle, Wall, World
+
+FLOOR, SLAB, LARGE = 0.03, 0.12, 4.0
+"""What ends at most this high above the floor is floor, and so is what ends below the second height [m] and is at least
+this large [m^2]."""
+OVERHEAD = 2.2
+"""What begins above this height meets no robot [m]."""
+MOST_LAMPS = 100
+THINNEST = 1e-3
+"""Minimum size [m]."""
+
+Obstacle = BoxObstacle | CylinderObstacle | SphereObstacle | ModelObstacle
+
+
+@dataclass(slots=True)
+class Built:
+    """A world, and the model files that it names, by their paths beside it."""
+
+    walls: list[Wall] = field(default_factory=list)
+    obstacles: list[Obstacle] = field(default_factory=list)
+    files: dict[str, bytes] = field(default_factory=dict)
+    counts: Counter[str] = field(default_factory=Counter)
+    models: dict[str, str] = field(default_factory=dict)
+    """Digest of a model -> its file."""
+
+
+def build_world(scene: Scene, *, name: str, folder: str) -> tuple[World, dict[str, bytes]]:
+    """Return the world of a scene, and the model files that it names.
+
+    Args:
+        scene: The scene; what becomes of its parts is noted in it.
+        name: Name of the world.
+        folder: Folder of the model files beside the world.
+    """
+    built = Built()
+    static = [(thing, solid) for thing in scene.things if thing.mass is None for solid in thing.solids]
+    static = [(thing, solid) for thing, solid in static if _counts(scene, thing, solid)]
+    found, used = walls_of([solid for _, solid in static])
+    taken = set(used)
+    built.walls += found
+    if found:
+        names = dict.fromkeys(static[index][0].name for index in used)
+        for each in names:
+            scene.tell(Fate.KEPT, "wall", each)
+    left: dict[str, tuple[Thing, list[Solid]]] = {}
+    for index, (thing, solid) in enumerate(static):
+        if index not in taken:
+            left.setdefault(thing.name, (thing, []))[1].append(solid)
+    for thing, solids in left.values():
+        _add_static(built, scene, thing, solids, folder)
+    for thing in scene.things:
+        if thing.mass is not None:
+            _add_movable(built, scene, thing, folder)
+    named = [wall.model_copy(update={"name": f"wall-{k}"}) for k, wall in enumerate(built.walls, start=1)]
+    world = World(name=name, walls=tuple(named), obstacles=tuple(built.obstacles), lamps=tuple(_lamps(scene)))
+    return world, built.files
+
+
+def _counts(scene: Scene, thing: Thing, solid: Solid) -> bool:
+    """Return whether a static solid is something that a robot can meet or see."""
+    points = solid.corners()
+    heights, (wide, deep) = points[:, 2], np.ptp(points[:, :2], axis=0)
+    if heights.max() <= FLOOR or (heights.max() <= SLAB and wide * deep >= LARGE):
+        scene.tell(Fate.KEPT, "floor", thing.name)
+        return False
+    if heights.min() >= OVERHEAD:
+        scene.tell(Fate.LEFT_OUT, "part overhead", thing.name, f"it begins above {OVERHEAD} m")
+        return False
+    return True
+
+
+def _add_static(built: Built, scene: Scene, thing: Thing, solids: Sequence[Solid], folder: str) -> None:
+    """Add what is no wall of a static thing: simple shapes one by one, all others as one model."""
+    others = []
+    for solid in solids:
+        plain = _plain(solid, built, thing.name)
+        walls, things = walls_of_shell(solid)
+        built.walls += walls
+        built.obstacles += [each.model_copy(update={"name": _named(built, thing.name)}) for each in things]
+        if walls or things:
+            scene.tell(Fate.GUESSED, "walls from a hollow mesh", thing.name, "traced where it is cut at 0.3 m")
+        elif plain is None:
+            others.append(solid)
+        else:
+            built.obstacles.append(plain)
+    if others and (obstacle := _model(built, scene, thing, others, folder, {})) is not None:
+        built.obstacles.append(obstacle)
+    scene.tell(Fate.KEPT, "static model", thing.name)
+
+
+def _add_movable(built: Built, scene: Scene, thing: Thing, folder: str) -> None:
+    """Add a movable thing: as a simple shape if it is one, else as a model."""
+    assert thing.mass is not None, "static things have none"
+    keys = {"movable": True, "mass": round(min(max(thing.mass, 1e-3), 1e5), 4)}
+    plain = _plain(thing.solids[0], built, thing.name, keys) if len(thing.solids) == 1 else None
+    obstacle = plain or _model(built, scene, thing, thing.solids, folder, keys)
+    if obstacle is None:
+        return
+    built.obstacles.append(obstacle)
+    scene.tell(Fate.KEPT, "movable model", thing.name)
+
+
+def _plain(solid: Solid, built: Built, name: str, keys: dict[str, Any] | None = None) -> Obstacle | None:
+    """Return an upright box or cylinder, or a sphere, as an obstacle; None for anything else."""
+    if solid.kind == "mesh" or not (solid.is_upright or solid.kind == "sphere"):
+        return None
+    at = tuple((np.round(solid.pose[:2, 3], DIGITS) + 0.0).tolist())
+    low = float(solid.pose[2, 3] - solid.half[2])
+    given: dict[str, Any] = {"name": _named(built, name), "at": at, **(keys or {})}
+    if low > 1e-3:
+        given["elevation"] = round(low, DIGITS)
+    cut = min(low, 0.0)  # What is below the floor is not there.
+    if solid.color is not None:
+        given["color"] = solid.color
+    sizes = [round(max(size, THINNEST), DIGITS) for size in solid.size]
+    if solid.kind == "sphere":
+        return SphereObstacle(sphere=sizes[0], **given)
+    sizes[-1] = round(max(solid.size[-1] + cut, THINNEST), DIGITS)
+    if solid.kind == "cylinder":
+        return CylinderObstacle(cylinder=(sizes[0], sizes[1]), **given)
+    heading = (math.degrees(solid.heading) + 90.0) % 180.0 - 90.0
+    return BoxObstacle(box=(sizes[0], sizes[1], sizes[2]), heading_deg=round(heading, 2) + 0.0, **given)
+
+
+def _model(
+    built: Built, scene: Scene, thing: Thing, solids: Sequence[Solid], folder: str, keys: dict[str, Any]
+) -> Obstacle | None:
+    """Return solids as one obstacle with a model file; equal things share a file. None if MuJoCo cannot read it."""
+    yaw = math.atan2(thing.pose[1, 0], thing.pose[0, 0])
+    base = np.eye(4)
+    base[:2, :2] = [[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]]
+    base[:2, 3] = thing.pose[:2, 3]
+    inward = np.linalg.inv(base)
+    local = [solid.moved(inward) for solid in solids]
+    low = float(min(solid.corners()[:, 2].min() for solid in local))
+    text, meshes = model_files(local, moves="mass" in keys)
+    digest = hashlib.sha256(b"".join([text.encode(), *meshes.values()])).hexdigest()
+    if digest not in built.models:
+        own = _file_name(thing.name, len(built.models))
+        built.models[digest] = f"{folder}/{own}/model.xml"
+        built.files[built.models[digest]] = text.encode()
+        built.files |= {f"{folder}/{own}/{mesh}": data for mesh, data in meshes.items()}
+    given: dict[str, Any] = {"name": _named(built, thing.name), "model": built.models[digest], **keys}
+    given["at"] = tuple((np.round(base[:2, 3], DIGITS) + 0.0).tolist())
+    given["heading_deg"] = round(math.degrees(yaw), 2) + 0.0
+    given["elevation"] = round(max(low, 0.0), DIGITS)
+    try:
+        return ModelObstacle.model_validate(given, context={"source": Source(attached=built.files)})
+    except ValidationError as error:
+        scene.tell(Fate.LEFT_OUT, "model", thing.name, error.errors()[0]["msg"][:200])
+        return None
+
+
+def _named(built: Built, name: str) -> str:
+    """Return a new name for an obstacle."""
+    plain = re.sub(r"[^A-Za-z0-9_-]+", "-", name).strip("-")[:48] or "thing"
+    built.counts[plain] += 1
+    return plain if built.counts[plain] == 1 else f"{plain}-{built.counts[plain]}"
+
+
+def _file_name(name: str, number: int) -> str:
+    return f"{re.sub(r'[^A-Za-z0-9_-]+', '_', name).strip('_')[:40] or 'model'}_{number}"
+
+
+def _lamps(scene: Scene) -> Iterator[Lamp]:
+    for light in scene.lights[:MOST_LAMPS]:
+        at: Array = np.round(light.place, DIGITS)
+        height = max(float(at[2]), 0.05)
+        x, y = (at[:2] + 0.0).tolist()
+        yield Lamp(at=(x, y), height=height, color=light.color, range=min(max(light.reach, 0.1), 100.0))
+    if len(scene.lights) > MOST_LAMPS:
+        scene.tell(Fate.LEFT_OUT, f"lamps beyond the first {MOST_LAMPS}")

@@ -1,0 +1,104 @@
+"""Files that SDF names: models in folders with a model.config, meshes beside them."""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.etree.ElementTree import Element, ParseError, fromstring
+
+from mjsim.errors import UsageError
+from mjsim.exchange.bounded_file import read_bounded
+from mjsim.models import RefusedXmlError, checked_xml
+
+MAX_XML = 50_000_000
+"""Maximum size of a file [bytes]."""
+ABOVE = 4
+"""Folders above the file in which models are looked for."""
+
+
+def read_xml(path: Path) -> Element:
+    """Return the root of an XML file.
+
+    Raises:
+        UsageError: The file does not exist, is too large, or is not XML.
+    """
+    data = read_bounded(path, limit=MAX_XML, kind="an SDF file")
+    try:
+        return fromstring(checked_xml(data, deepest=200))
+    except RefusedXmlError as error:
+        raise UsageError(f"'{path}' {error}") from None
+    except ParseError as error:
+        raise UsageError(f"'{path}' is not XML: {error}; correct it") from None
+
+
+@dataclass(slots=True)
+class Folders:
+    """Finds what `model://NAME`, `package://NAME` and relative names refer to."""
+
+    path: Path
+    """The file with the scene."""
+    search: Sequence[Path]
+    """Folders of models that the user has named."""
+    _models: dict[Path, Element] = field(default_factory=dict)
+
+    def find(self, uri: str, beside: Path) -> Path | None:
+        """Return the path of a file or folder; None if it is not there.
+
+        Args:
+            uri: As written.
+            beside: Folder of the file that names it.
+        """
+        kind, sign, rest = uri.strip().partition("://")
+        if not sign:
+            return _existing(beside / kind)
+        if kind not in ("model", "package", "file"):
+            return None
+        if kind == "file" and (found := _existing(beside / rest.lstrip("/"))):
+            return found
+        return next((found for folder in self._around() if (found := _existing(folder / rest))), None)
+
+    def _around(self) -> list[Path]:
+        """Return the folders in which folders of models may be."""
+        above = [self.path.absolute().parent, *self.path.absolute().parents[1 : ABOVE + 1]]
+        return [*self.search, *(place for folder in above for place in (folder / "models", folder))]
+
+    def model_file(self, place: Path) -> Path:
+        """Return the SDF file of a model's folder, as its model.config names it; or the file itself.
+
+        Raises:
+            UsageError: The folder has no SDF file.
+        """
+        if place.is_file():
+            return place
+        named = [
+            ((each.get("version") or "0").split("."), (each.text or "").strip())
+            for each in _sdf_named_in(place / "model.config")
+        ]
+        newest = sorted(named, key=lambda entry: [int(part) if part.isdecimal() else 0 for part in entry[0]])
+        for name in [*(name for _, name in reversed(newest)), "model.sdf"]:
+            if name and (found := _existing(place / name)) and found.is_file():
+                return found
+        raise UsageError(f"'{place}' has no model.sdf; name one in its model.config")
+
+    def read(self, path: Path) -> Element:
+        """Return the root of an SDF file, parsed once."""
+        if path not in self._models:
+            self._models[path] = read_xml(path)
+        return self._models[path]
+
+
+def _sdf_named_in(config: Path) -> list[Element]:
+    """Return the elements of a model.config that name SDF files; none if it is missing or broken."""
+    try:
+        return list(read_xml(config).iter("sdf")) if config.is_file() else []
+    except UsageError:
+        return []
+
+
+def _existing(path: Path) -> Path | None:
+    """Return a path that exists, without '..'; None otherwise, also if it may not be read."""
+    try:
+        place = Path(os.path.normpath(path))
+        return place if place.exists() else None
+    except (OSError, ValueError):
+        return None

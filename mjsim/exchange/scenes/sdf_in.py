@@ -1,0 +1,264 @@
+"""Reads worlds and models of Gazebo: SDF 1.4 to 1.12, with included models.
+
+References:
+    SDFormat specification 1.12, http://sdformat.org/spec
+"""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from mjsim.errors import UsageError
+from mjsim.exchange.scenes.meshes import MeshFiles
+from mjsim.exchange.scenes.sdf_files import Folders
+from mjsim.exchange.scenes.sdf_frames import Frames, floats, own_pose
+from mjsim.exchange.scenes.sdf_looks import color_of
+from mjsim.exchange.scenes.solids import Light, Scene, Solid, Thing
+from mjsim.geometry import Array
+from mjsim.inventory import Fate
+
+MAX_INCLUDES = 12
+"""Maximum nesting of included models."""
+DRIVEN = ("drive", "skid", "steer", "planar_move", "mecanum", "omni", "controller")
+"""Parts of the names of plug-ins that move a robot."""
+USUAL_MASS = 1.0
+"""Mass of a link without one, as SDF defines [kg]."""
+GROUND, SUN = ("ground_plane", "ground plane"), ("sun",)
+"""Models of Gazebo that a world of mjsim has anyway."""
+_TRUE = ("true", "1")
+
+
+def read_sdf(path: Path, *, search: list[Path]) -> Scene:
+    """Return the scene of an SDF file: of its first world, or of its models.
+
+    Args:
+        path: The file.
+        search: Further folders with folders of models.
+
+    Raises:
+        UsageError: The file cannot be read, or has something that is not as SDF demands.
+    """
+    folders = Folders(path, search)
+    root = folders.read(path)
+    if root.tag not in ("sdf", "gazebo"):
+        raise UsageError(f"'{path}' begins with <{root.tag[:40]}>; a scene of Gazebo begins with <sdf>")
+    worlds = root.findall("world")
+    reader = _Reader(path, folders)
+    for other in worlds[1:]:
+        reader.scene.tell(Fate.LEFT_OUT, "world", other.get("name", ""), "a file gives one world, its first")
+    reader.world(worlds[0] if worlds else root)
+    return reader.scene
+
+
+class _Reader:
+    """Collects the scene of one file."""
+
+    def __init__(self, path: Path, folders: Folders) -> None:
+        self.scene, self._path, self._folders = Scene(), path, folders
+        self._meshes = MeshFiles(self.scene)
+
+    def world(self, world: Element) -> None:
+        """Take the models, lights and includes of a world, or of a file without one."""
+        frames = self._frames(world, self._path)
+        for child in world:
+            if child.tag in ("model", "include"):
+                self._model(child, frames, np.eye(4), self._path, static=False, above="", alone=False, depth=0)
+            elif child.tag == "light":
+                self._light(child, frames, np.eye(4))
+            elif child.tag in ("actor", "road", "population"):
+                self.scene.tell(Fate.LEFT_OUT, child.tag, child.get("name", ""), "mjsim has no such thing from a file")
+
+    def _frames(self, element: Element, file: Path) -> Frames:
+        def inner(child: Element) -> Frames | None:
+            found = self._opened(child, file)
+            return None if found is None else self._frames(*found)
+
+        return Frames(element, str(self._path), inner)
+
+    def _opened(self, element: Element, file: Path) -> tuple[Element, Path] | None:
+        """Return the model in an element, which may include a file, and its file; None if it cannot be had."""
+        if element.tag == "model":
+            return element, file
+        if element.tag != "include":
+            return None
+        uri = (element.findtext("uri") or "").strip()
+        place = self._folders.find(uri, file.parent)
+        if place is None:
+            return None
+        inner = self._folders.model_file(place)
+        root = self._folders.read(inner)
+        model = root if root.tag == "model" else root.find("model")
+        return None if model is None else (model, inner)
+
+    def _model(
+        self,
+        element: Element,
+        outer: Frames,
+        world_from_outer: Array,
+        file: Path,
+        *,
+        static: bool,
+        above: str,
+        alone: bool,
+        depth: int,
+    ) -> None:
+        """Take a model or an include."""
+        if depth > MAX_INCLUDES:
+            raise UsageError(f"'{self._path}' nests models more than {MAX_INCLUDES} deep; is it a loop?")
+        if element.tag == "include" and self._is_stock(element):
+            return
+        found = self._opened(element, file)
+        uri = (element.findtext("uri") or "").strip()
+        if found is None:
+            self.scene.tell(Fate.LEFT_OUT, "model", uri or element.get("name", ""), _why_missing(uri))
+            return
+        model, inner_file = found
+        own = (element.findtext("name") or "").strip() or element.get("name") or model.get("name") or "model"
+        name = f"{above}::{own}" if above and not alone else above or own
+        bare = element.tag == "include" and element.find("pose") is None
+        placed = model if bare else element
+        world_from_model = world_from_outer @ outer.pose_of(placed)
+        static = static or _is_true(element.find("static")) or _is_true(model.find("static"))
+        if not static and _is_robot(model):
+            self._robot(name, world_from_model)
+            return
+        frames = self._frames(model, inner_file)
+        self._links(model, frames, world_from_model, inner_file, name, static=static)
+        for child in model:
+            if child.tag in ("model", "include"):
+                alone = len(model.findall("include")) + len(model.findall("model")) + len(model.findall("link")) == 1
+                down = {"static": static, "above": name, "alone": alone, "depth": depth + 1}
+                self._model(child, frames, world_from_model, inner_file, **down)
+            elif child.tag == "light":
+                self._light(child, frames, world_from_model)
+
+    def _is_stock(self, element: Element) -> bool:
+        """Return whether an include is the ground or the sun of Gazebo."""
+        last = (element.findtext("uri") or "").strip().rstrip("/").rpartition("/")[2].lower()
+        return last in GROUND or last in SUN
+
+    def _robot(self, name: str, world_from_robot: Array) -> None:
+        x, y, heading = world_from_robot[0, 3], world_from_robot[1, 3], math.atan2(*world_from_robot[[1, 0], 0])
+        self.scene.starts.append((float(x), float(y), heading))
+        why = "its start is kept; bring its URDF in by mjsim new --robot-from"
+        self.scene.tell(Fate.LEFT_OUT, "robot", name, why)
+
+    def _links(
+        self, model: Element, frames: Frames, world_from_model: Array, file: Path, name: str, *, static: bool
+    ) -> None:
+        """Take the links of a model as one rigid thing."""
+        solids, mass, bare = [], 0.0, 0
+        for link in model.findall("link"):
+            found = list(self._solids(link, frames, world_from_model, file, name))
+            bare += not found and link.find("visual") is not None
+            solids += found
+            mass += _mass_of(link, name)
+        joints = [joint for joint in model.findall("joint") if joint.get("type") not in (None, "fixed")]
+        if joints and not static:
+            kinds = ", ".join(sorted({joint.get("type", "") for joint in joints}))
+            self.scene.tell(Fate.GUESSED, "model", name, f"one rigid thing, without its joints ({kinds})")
+        if bare:
+            self.scene.tell(Fate.LEFT_OUT, "model part without collision shape", name, "robots pass through it")
+        if solids:
+            self.scene.add(Thing(name, solids, world_from_model, None if static else max(mass, 1e-3)))
+
+    def _solids(self, link: Element, frames: Frames, world_from_model: Array, file: Path, name: str) -> Iterator[Solid]:
+        """Yield the collision shapes of a link, in the colours of what is visible of it."""
+        looks = [color for visual in link.findall("visual") if (color := color_of(visual)) is not None]
+        for visual in link.findall("visual"):
+            if visual.find("material//albedo_map") is not None or visual.find("material//texture") is not None:
+                self.scene.tell(Fate.LEFT_OUT, "texture", name, "its colour is kept")
+        for number, part in enumerate(link.findall("collision")):
+            geometry = part.find("geometry")
+            own, frame = own_pose(part, f"'{self._path}': {name}")
+            pose = world_from_model @ (frames.frame(frame) if frame else frames.pose_of(link)) @ own
+            color = looks[min(number, len(looks) - 1)] if looks else None
+            if geometry is not None:
+                yield from self._shapes(geometry, pose, color, file, name)
+
+    def _shapes(self, geometry: Element, pose: Array, color: str | None, file: Path, name: str) -> Iterator[Solid]:
+        """Yield the solids of a geometry."""
+        where = f"'{self._path}': {name}"
+        for shape in geometry:
+            number = _numbers_of(shape, where)
+            if shape.tag == "box":
+                yield Solid("box", tuple(floats(shape.findtext("size"), 3, where)), pose, color)
+            elif shape.tag in ("cylinder", "capsule", "cone"):
+                radius, length = number("radius"), number("length")
+                if shape.tag != "cylinder":
+                    self.scene.tell(Fate.GUESSED, shape.tag, name, "a cylinder of its size")
+                length += 2.0 * radius if shape.tag == "capsule" else 0.0
+                yield Solid("cylinder", (radius, length), pose, color)
+            elif shape.tag == "sphere":
+                yield Solid("sphere", (number("radius"),), pose, color)
+            elif shape.tag == "mesh":
+                yield from self._mesh(shape, pose, color, file, name)
+            elif shape.tag == "polyline":
+                yield from self._meshes.prisms(shape, pose, color, where)
+            elif shape.tag == "plane":
+                self._plane(shape, pose, name)
+            elif shape.tag != "empty":
+                self.scene.tell(Fate.LEFT_OUT, shape.tag, name, "no such shape in mjsim")
+
+    def _mesh(self, shape: Element, pose: Array, color: str | None, file: Path, name: str) -> Iterator[Solid]:
+        uri = (shape.findtext("uri") or "").strip()
+        scale = floats(shape.findtext("scale", "1 1 1"), 3, f"'{self._path}': {name}: scale")
+        place = self._folders.find(uri, file.parent)
+        if place is None or not place.is_file():
+            self.scene.tell(Fate.LEFT_OUT, "mesh", uri, _why_missing(uri))
+            return
+        if shape.find("submesh") is not None:
+            self.scene.tell(Fate.GUESSED, "mesh", uri, "the whole mesh, not the part that is named")
+        yield from self._meshes.solids(place, np.array(scale), pose, color)
+
+    def _plane(self, shape: Element, pose: Array, name: str) -> None:
+        normal = pose[:3, :3] @ floats(shape.findtext("normal", "0 0 1"), 3, f"'{self._path}': {name}: normal")
+        if normal[2] < 0.99 * np.linalg.norm(normal) or abs(pose[2, 3]) > 0.05:
+            self.scene.tell(Fate.LEFT_OUT, "plane", name, "a world has one floor, at height 0")
+
+    def _light(self, light: Element, frames: Frames, world_from_outer: Array) -> None:
+        name = light.get("name", "")
+        if light.get("type") not in ("point", "spot"):
+            if light.get("type") != "directional" or name.lower() not in SUN:
+                self.scene.tell(Fate.LEFT_OUT, "directional light", name, "a world has ambient light and lamps")
+            return
+        if light.get("type") == "spot":
+            self.scene.tell(Fate.GUESSED, "spot light", name, "a lamp that shines in all directions")
+        where = f"'{self._path}': light '{name}'"
+        place = (world_from_outer @ frames.pose_of(light))[:3, 3]
+        reach = float(floats(light.findtext("attenuation/range", "10"), 1, f"{where}: range")[0])
+        self.scene.lights.append(Light(name, place, color_of(light) or "#ffffff", reach))
+
+
+def _numbers_of(shape: Element, where: str) -> Any:
+    """Return what gives a number of a shape by its name [m]."""
+    return lambda key: floats(shape.findtext(key), 1, f"{where}: {key} of a {shape.tag}")[0]
+
+
+def _mass_of(link: Element, name: str) -> float:
+    text = link.findtext("inertial/mass")
+    return USUAL_MASS if text is None else abs(floats(text, 1, f"mass of {name}")[0])
+
+
+def _is_true(element: Element | None) -> bool:
+    return element is not None and (element.text or "").strip().lower() in _TRUE
+
+
+def _is_robot(model: Element) -> bool:
+    """Return whether a model drives: it has a plug-in for that, or at least two endless hinges and a sensor."""
+    plugins = [f"{plugin.get('name', '')} {plugin.get('filename', '')}".lower() for plugin in model.iter("plugin")]
+    if any(word in plugin for plugin in plugins for word in DRIVEN):
+        return True
+    hinges = sum(joint.get("type") in ("revolute", "continuous") for joint in model.iter("joint"))
+    return hinges >= 2 and model.find(".//sensor") is not None
+
+
+def _why_missing(uri: str) -> str:
+    """Return why a file that a scene names is not there, and what to do."""
+    if uri.startswith(("http://", "https://")):
+        return "nothing is fetched from the network; put the model beside the file and name it model://NAME"
+    return "not found; put its folder beside the file, in 'models' there, or in a folder of GAZEBO_MODEL_PATH"

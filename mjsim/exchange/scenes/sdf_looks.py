@@ -1,0 +1,37 @@
+"""Colours of SDF: of a material, a script of Gazebo, or a light."""
+
+from collections.abc import Mapping
+from xml.etree.ElementTree import Element
+
+SCRIPTS: Mapping[str, str] = {
+    "grey": "#b3b3b3",
+    "darkgrey": "#2d2d2d",
+    "white": "#ffffff",
+    "flatblack": "#1a1a1a",
+    "black": "#000000",
+    "red": "#ff0000",
+    "green": "#00ff00",
+    "blue": "#0000ff",
+    "yellow": "#ffff00",
+    "orange": "#ff8800",
+    "purple": "#ff00ff",
+    "turquoise": "#00ffff",
+    "wood": "#8a6f4d",
+    "bricks": "#a05a44",
+    "skyblue": "#2133e6",
+}
+"""Names of materials of Gazebo, without 'Gazebo/'."""
+
+
+def color_of(element: Element) -> str | None:
+    """Return the colour of a visual or a light as '#rrggbb'; None if it has none."""
+    for key in ("material/diffuse", "diffuse", "material/ambient"):
+        words = (element.findtext(key) or "").split()
+        try:
+            shares = [min(max(float(word), 0.0), 1.0) for word in words[:3]]
+        except ValueError:
+            continue
+        if len(shares) == 3 and shares == shares:
+            return "#" + "".join(f"{round(255 * share):02x}" for share in shares)
+    script = (element.findtext("material/script/name") or "").rpartition("/")[2].lower()
+    return SCRIPTS.get(script)

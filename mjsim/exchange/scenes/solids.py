@@ -1,0 +1,129 @@
+"""What the files of other simulators consist of, whatever their format: solids with their poses, lamps, robots."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from mjsim.errors import UsageError
+from mjsim.geometry import Array
+from mjsim.inventory import Fate, FileItem
+
+Kind = Literal["box", "cylinder", "sphere", "mesh"]
+FARTHEST = 1e4
+"""Maximum absolute value of a coordinate or a size [m]."""
+UPRIGHT = 1e-3
+"""Maximum sine of the tilt of an upright solid."""
+MOST_SOLIDS = 20_000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solid:
+    """A solid with its pose."""
+
+    kind: Kind
+    size: tuple[float, ...]
+    """Full sizes x, y, z of a box; radius and height of a cylinder; radius of a sphere; () for a mesh [m]."""
+    pose: Array
+    """In the frame of its thing or of the world, shape (4, 4) [m]."""
+    color: str | None = None
+    """'#rrggbb'."""
+    vertices: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    """Of a mesh, in its own frame, shape (n, 3) [m]."""
+    faces: Array = field(default_factory=lambda: np.zeros((0, 3), dtype=int))
+    """Vertices of its triangles, shape (m, 3)."""
+
+    def __post_init__(self) -> None:
+        """Check the numbers before geometry is computed with them.
+
+        Raises:
+            UsageError: A number is not finite, or too large.
+        """
+        numbers = np.concatenate([self.size, self.pose.ravel(), self.vertices.ravel()])
+        if not (np.abs(numbers) <= FARTHEST).all():
+            raise UsageError(f"a {self.kind} has a number that is not finite, or above {FARTHEST:g} m; correct it")
+        if any(value <= 0.0 for value in self.size):
+            raise UsageError(f"a {self.kind} has a size of {min(self.size):g} m; sizes are above 0")
+
+    @property
+    def is_upright(self) -> bool:
+        """Whether its z axis is vertical."""
+        return bool(np.hypot(self.pose[0, 2], self.pose[1, 2]) <= UPRIGHT)
+
+    @property
+    def heading(self) -> float:
+        """Direction of its x axis from above [rad]."""
+        return math.atan2(self.pose[1, 0], self.pose[0, 0])
+
+    @property
+    def half(self) -> Array:
+        """Half of its sizes along its own axes, shape (3,) [m]; of a mesh about its middle."""
+        if self.kind == "mesh":
+            return np.asarray(np.ptp(self.vertices, axis=0) / 2)
+        if self.kind == "box":
+            return np.array(self.size) / 2
+        radius = self.size[0]
+        return np.array([radius, radius, radius if self.kind == "sphere" else self.size[1] / 2])
+
+    def corners(self) -> Array:
+        """Return points whose convex hull contains it, shape (n, 3) [m]."""
+        signs = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T
+        local = self.vertices if self.kind == "mesh" else signs * self.half
+        return np.asarray(local @ self.pose[:3, :3].T + self.pose[:3, 3])
+
+    def moved(self, outer_from_inner: Array) -> "Solid":
+        """Return it in an outer frame."""
+        return Solid(self.kind, self.size, outer_from_inner @ self.pose, self.color, self.vertices, self.faces)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Thing:
+    """A model of a scene: rigid, static or movable."""
+
+    name: str
+    solids: Sequence[Solid]
+    """Poses in the world frame."""
+    pose: Array
+    """Of its own frame in the world, shape (4, 4) [m]."""
+    mass: float | None = None
+    """Mass of a movable thing [kg]; None for a static one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Light:
+    """A lamp."""
+
+    name: str
+    place: Array
+    """Shape (3,) [m]."""
+    color: str
+    reach: float
+    """[m]"""
+
+
+@dataclass(slots=True)
+class Scene:
+    """The contents of a file."""
+
+    things: list[Thing] = field(default_factory=list)
+    lights: list[Light] = field(default_factory=list)
+    starts: list[tuple[float, float, float]] = field(default_factory=list)
+    """Poses of its robots: x, y [m], heading [rad]."""
+    items: list[FileItem] = field(default_factory=list)
+    """What became of its parts."""
+
+    def tell(self, fate: Fate, kind: str, name: str = "", why: str = "") -> None:
+        """Note what became of a part of the file."""
+        self.items.append(FileItem(fate, kind, name, why))
+
+    def add(self, thing: Thing) -> None:
+        """Add a thing.
+
+        Raises:
+            UsageError: There are too many solids.
+        """
+        self.things.append(thing)
+        if sum(len(each.solids) for each in self.things[-1:]) > MOST_SOLIDS or len(self.things) > MOST_SOLIDS:
+            raise UsageError(f"the scene has more than {MOST_SOLIDS} solids; make it simpler")
