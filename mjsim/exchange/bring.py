@@ -143,9 +143,10 @@ def bring_file(path: Path, *, robot: Newcomer | None, reading: Reading | None = 
         return bring_drawing(path, robot=robot, reading=reading or Reading())
     if is_scene(path):
         given = reading or Reading()
-        return bring_scene(path, robot=robot, search=given.models, folder=given.folder or f"{name_of(path)}_models")
+        return bring_scene(path, robot=robot, search=[*given.models], folder=given.folder or f"{name_of(path)}_models")
     raise UsageError(
-        f"'{path}' is not a supported file; name a map's .yaml, an .svg, a .dxf, a .mat or .m, or a scene: .world, .sdf, .xml"
+        f"'{path}' is not a supported file; name a map's .yaml, a drawing (.svg, .dxf), MATLAB data (.mat, .m) or"
+        " a scene (.world, .sdf, .xml)"
     )
 
 

@@ -17,6 +17,7 @@ from .files import ROBOT as ROBOT
 from .files import ModelFiles as ModelFiles
 from .files import Read as Read
 from .files import gather_model as gather_model
+from .mesh_files import whole_mesh as whole_mesh
 from .notes import note as note
 from .notes import noted as noted
 from .picture_heads import any_picture_size as any_picture_size
@@ -55,5 +56,9 @@ from .xacro import XacroError as XacroError
 from .xacro import parsed as parsed
 from .xacro import plain_yaml as plain_yaml
 from .xacro import resolved as resolved
+from .surroundings import MjcfScene as MjcfScene
+from .surroundings import SceneBody as SceneBody
+from .surroundings import SceneGeom as SceneGeom
+from .surroundings import read_mjcf_scene as read_mjcf_scene
 from .xml_text import RefusedXmlError as RefusedXmlError
 from .xml_text import checked_xml as checked_xml

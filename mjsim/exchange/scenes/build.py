@@ -13,8 +13,8 @@ from pydantic import ValidationError
 
 from mjsim.exchange.maps import DIGITS
 from mjsim.exchange.scenes.model_text import model_files
-from mjsim.exchange.scenes.shells import walls_of_shell
-from mjsim.exchange.scenes.solids import Scene, Solid, Thing
+from mjsim.exchange.scenes.shells import traced
+from mjsim.exchange.scenes.solids import Scene, SceneSolid, SceneThing
 from mjsim.exchange.scenes.walls import walls_of
 from mjsim.geometry import Array
 from mjsim.inventory import Fate
@@ -26,6 +26,8 @@ this large [m^2]."""
 OVERHEAD = 2.2
 """What begins above this height meets no robot [m]."""
 MOST_LAMPS = 100
+TOUCHING = 0.02
+"""Solids this close are one obstacle [m]."""
 THINNEST = 1e-3
 """Minimum size [m]."""
 
@@ -62,7 +64,7 @@ def build_world(scene: Scene, *, name: str, folder: str) -> tuple[World, dict[st
         names = dict.fromkeys(static[index][0].name for index in used)
         for each in names:
             scene.tell(Fate.KEPT, "wall", each)
-    left: dict[str, tuple[Thing, list[Solid]]] = {}
+    left: dict[str, tuple[SceneThing, list[SceneSolid]]] = {}
     for index, (thing, solid) in enumerate(static):
         if index not in taken:
             left.setdefault(thing.name, (thing, []))[1].append(solid)
@@ -76,7 +78,7 @@ def build_world(scene: Scene, *, name: str, folder: str) -> tuple[World, dict[st
     return world, built.files
 
 
-def _counts(scene: Scene, thing: Thing, solid: Solid) -> bool:
+def _counts(scene: Scene, thing: SceneThing, solid: SceneSolid) -> bool:
     """Return whether a static solid is something that a robot can meet or see."""
     points = solid.corners()
     heights, (wide, deep) = points[:, 2], np.ptp(points[:, :2], axis=0)
@@ -89,26 +91,51 @@ def _counts(scene: Scene, thing: Thing, solid: Solid) -> bool:
     return True
 
 
-def _add_static(built: Built, scene: Scene, thing: Thing, solids: Sequence[Solid], folder: str) -> None:
+def _add_static(built: Built, scene: Scene, thing: SceneThing, solids: Sequence[SceneSolid], folder: str) -> None:
     """Add what is no wall of a static thing: simple shapes one by one, all others as one model."""
+    found = traced(solids)
+    built.walls += found.walls
+    built.obstacles += [each.model_copy(update={"name": _named(built, thing.name)}) for each in found.things]
+    if found.used:
+        scene.tell(
+            Fate.GUESSED, "hollow mesh", thing.name, "its walls are traced where it is cut 0.3 m above the floor"
+        )
+    if found.dropped:
+        scene.tell(Fate.LEFT_OUT, "hollow mesh part", thing.name, "it begins above 0.3 m")
+    gone = {id(solid) for solid in (*found.used, *found.dropped)}
     others = []
     for solid in solids:
+        if id(solid) in gone:
+            continue
         plain = _plain(solid, built, thing.name)
-        walls, things = walls_of_shell(solid)
-        built.walls += walls
-        built.obstacles += [each.model_copy(update={"name": _named(built, thing.name)}) for each in things]
-        if walls or things:
-            scene.tell(Fate.GUESSED, "walls from a hollow mesh", thing.name, "traced where it is cut at 0.3 m")
-        elif plain is None:
+        if plain is None:
             others.append(solid)
         else:
             built.obstacles.append(plain)
-    if others and (obstacle := _model(built, scene, thing, others, folder, {})) is not None:
-        built.obstacles.append(obstacle)
+    for group in _touching(others):
+        if (obstacle := _model(built, scene, thing, group, folder, {})) is not None:
+            built.obstacles.append(obstacle)
     scene.tell(Fate.KEPT, "static model", thing.name)
 
 
-def _add_movable(built: Built, scene: Scene, thing: Thing, folder: str) -> None:
+def _touching(solids: Sequence[SceneSolid]) -> list[list[SceneSolid]]:
+    """Return groups of solids whose bounding boxes touch from above: things apart are obstacles of their own."""
+    import shapely
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    if not solids:
+        return []
+    ends = np.array([[points.min(axis=0), points.max(axis=0)] for points in (solid.corners() for solid in solids)])
+    low, high = ends[:, 0, :2] - TOUCHING, ends[:, 1, :2] + TOUCHING
+    boxes = shapely.box(*low.T, *high.T)
+    pairs = shapely.STRtree(boxes).query(boxes, predicate="intersects")
+    graph = coo_matrix((np.ones(pairs.shape[1]), pairs), shape=(len(solids),) * 2)
+    _, label = connected_components(graph, directed=False)
+    return [[solids[k] for k in np.flatnonzero(label == group).tolist()] for group in np.unique(label).tolist()]
+
+
+def _add_movable(built: Built, scene: Scene, thing: SceneThing, folder: str) -> None:
     """Add a movable thing: as a simple shape if it is one, else as a model."""
     assert thing.mass is not None, "static things have none"
     keys = {"movable": True, "mass": round(min(max(thing.mass, 1e-3), 1e5), 4)}
@@ -120,7 +147,7 @@ def _add_movable(built: Built, scene: Scene, thing: Thing, folder: str) -> None:
     scene.tell(Fate.KEPT, "movable model", thing.name)
 
 
-def _plain(solid: Solid, built: Built, name: str, keys: dict[str, Any] | None = None) -> Obstacle | None:
+def _plain(solid: SceneSolid, built: Built, name: str, keys: dict[str, Any] | None = None) -> Obstacle | None:
     """Return an upright box or cylinder, or a sphere, as an obstacle; None for anything else."""
     if solid.kind == "mesh" or not (solid.is_upright or solid.kind == "sphere"):
         return None
@@ -143,14 +170,14 @@ def _plain(solid: Solid, built: Built, name: str, keys: dict[str, Any] | None = 
 
 
 def _model(
-    built: Built, scene: Scene, thing: Thing, solids: Sequence[Solid], folder: str, keys: dict[str, Any]
+    built: Built, scene: Scene, thing: SceneThing, solids: Sequence[SceneSolid], folder: str, keys: dict[str, Any]
 ) -> Obstacle | None:
     """Return solids as one obstacle with a model file; equal things share a file. None if MuJoCo cannot read it."""
     yaw = math.atan2(thing.pose[1, 0], thing.pose[0, 0])
     base = np.eye(4)
     base[:2, :2] = [[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]]
     base[:2, 3] = thing.pose[:2, 3]
-    inward = np.linalg.inv(base)
+    inward: Array = np.asarray(np.linalg.inv(base), dtype=float)
     local = [solid.moved(inward) for solid in solids]
     low = float(min(solid.corners()[:, 2].min() for solid in local))
     text, meshes = model_files(local, moves="mass" in keys)

@@ -11,7 +11,8 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
 from mjsim.exchange.scenes.sdf_frames import floats
-from mjsim.exchange.scenes.solids import Scene, Solid
+from mjsim.exchange.scenes.solids import Scene, SceneSolid
+from mjsim.exchange.strokes import Indices
 from mjsim.geometry import Array
 from mjsim.inventory import Fate
 from mjsim.models import whole_mesh
@@ -31,14 +32,18 @@ _HEAD, _RECORD = 84, np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)),
 """Length of the header of a binary STL [bytes], and its triangles."""
 
 
+Part = tuple[Array, Indices]
+"""Vertices, shape (n, 3) [m], and triangles, shape (m, 3)."""
+
+
 class MeshFiles:
     """Reads each mesh once, and notes what could not be read."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
-        self._parts: dict[Path, list[tuple[Array, Array]]] = {}
+        self._parts: dict[Path, list[Part]] = {}
 
-    def solids(self, path: Path, scale: Array, pose: Array, color: str | None) -> Iterator[Solid]:
+    def solids(self, path: Path, scale: Array, pose: Array, color: str | None) -> Iterator[SceneSolid]:
         """Yield the parts of a mesh.
 
         Args:
@@ -50,9 +55,9 @@ class MeshFiles:
         if path not in self._parts:
             self._parts[path] = self._read(path)
         for vertices, faces in self._parts[path]:
-            yield boxed(Solid("mesh", (), pose, color, vertices * scale, faces))
+            yield boxed(SceneSolid("mesh", (), pose, color, vertices * scale, faces))
 
-    def prisms(self, shape: Element, pose: Array, color: str | None, where: str) -> Iterator[Solid]:
+    def prisms(self, shape: Element, pose: Array, color: str | None, where: str) -> Iterator[SceneSolid]:
         """Yield the prism on a `<polyline>`."""
         height = floats(shape.findtext("height", "1"), 1, f"{where}: height")[0]
         ring = [floats(point.text, 2, f"{where}: point") for point in shape.findall("point")]
@@ -62,9 +67,9 @@ class MeshFiles:
         vertices = np.array([[*point, z] for z in (0.0, height) for point in ring])
         here, ahead = np.arange(count), (np.arange(count) + 1) % count
         sides = [np.stack([here, ahead, ahead + count], axis=1), np.stack([here, ahead + count, here + count], axis=1)]
-        yield boxed(Solid("mesh", (), pose, color, vertices, np.concatenate(sides)))
+        yield boxed(SceneSolid("mesh", (), pose, color, vertices, np.concatenate(sides)))
 
-    def _read(self, path: Path) -> list[tuple[Array, Array]]:
+    def _read(self, path: Path) -> list[Part]:
         """Return vertices, shape (n, 3) [m], and triangles, shape (m, 3), of each connected part of a file."""
         try:
             data = read_bounded(path, limit=MAX_BYTES, kind="a mesh")
@@ -99,7 +104,7 @@ def stl_triangles(data: bytes) -> Array:
     return np.asarray(records["corners"], dtype=float)
 
 
-def parts_of(triangles: Array) -> list[tuple[Array, Array]]:
+def parts_of(triangles: Array) -> list[Part]:
     """Return vertices and faces of each connected part; of the whole if there are very many.
 
     Args:
@@ -120,13 +125,13 @@ def parts_of(triangles: Array) -> list[tuple[Array, Array]]:
     return [_compact(vertices, faces[of_face == part]) for part in range(count)]
 
 
-def _compact(vertices: Array, faces: Array) -> tuple[Array, Array]:
+def _compact(vertices: Array, faces: Indices) -> Part:
     """Return the vertices that faces use, and the faces with their new numbers."""
     used, numbers = np.unique(faces, return_inverse=True)
     return vertices[used], numbers.reshape(-1, 3)
 
 
-def boxed(solid: Solid) -> Solid:
+def boxed(solid: SceneSolid) -> SceneSolid:
     """Return a mesh, or the upright box that it is; a flat one becomes a thin box."""
     from scipy.spatial import ConvexHull, QhullError
 
@@ -141,13 +146,13 @@ def boxed(solid: Solid) -> Solid:
     return box if hull.volume >= BOXLIKE * float(np.prod(box.size)) and _is_full(solid, hull.volume) else solid
 
 
-def _is_full(solid: Solid, volume: float) -> bool:
+def _is_full(solid: SceneSolid, volume: float) -> bool:
     """Return whether the triangles of a mesh enclose nearly its convex hull."""
     a, b, c = (solid.vertices[solid.faces[:, k]] - solid.vertices[0] for k in range(3))
     return abs(float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum())) / 6.0 >= BOXLIKE * volume
 
 
-def _smallest_box(solid: Solid) -> Solid:
+def _smallest_box(solid: SceneSolid) -> SceneSolid:
     """Return the smallest upright box around a mesh, in the frame of the world."""
     import shapely
 
@@ -156,11 +161,11 @@ def _smallest_box(solid: Solid) -> Solid:
     low, high = points[:, 2].min(), points[:, 2].max()
     corners = shapely.get_coordinates(ring)[:4]
     if len(corners) < 4:
-        return Solid("box", (1e-3, 1e-3, max(1e-3, float(high - low))), solid.pose, solid.color)
+        return SceneSolid("box", (1e-3, 1e-3, max(1e-3, float(high - low))), solid.pose, solid.color)
     along, across = corners[1] - corners[0], corners[2] - corners[1]
     pose = np.eye(4)
     pose[:2, 0] = along / max(1e-9, float(np.hypot(*along)))
     pose[:2, 1] = -pose[1, 0], pose[0, 0]
     pose[:3, 3] = *corners.mean(axis=0), (low + high) / 2
     sizes = (float(np.hypot(*along)), float(np.hypot(*across)), float(high - low))
-    return Solid("box", tuple(max(1e-3, size) for size in sizes), pose, solid.color)
+    return SceneSolid("box", tuple(max(1e-3, size) for size in sizes), pose, solid.color)

@@ -5,7 +5,8 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 
-from mjsim.exchange.scenes.solids import Solid
+from mjsim.exchange.scenes.solids import SceneSolid
+from mjsim.exchange.strokes import Indices
 from mjsim.geometry import Array
 
 MOST_TRIANGLES = 20_000
@@ -13,7 +14,7 @@ MOST_TRIANGLES = 20_000
 USUAL = "#8a6f4d"
 
 
-def model_files(solids: Sequence[Solid], *, moves: bool) -> tuple[str, dict[str, bytes]]:
+def model_files(solids: Sequence[SceneSolid], *, moves: bool) -> tuple[str, dict[str, bytes]]:
     """Return the text of an MJCF model, and its meshes by file name.
 
     Args:
@@ -31,7 +32,9 @@ def model_files(solids: Sequence[Solid], *, moves: bool) -> tuple[str, dict[str,
         if solid.kind == "mesh":
             name = f"part{number}"
             files[f"{name}.obj"] = _obj(*_bounded(solid.vertices, solid.faces))
-            SubElement(asset, "mesh", name=name, file=f"{name}.obj", **({} if moves else {"inertia": "shell"}))
+            mesh = SubElement(asset, "mesh", name=name, file=f"{name}.obj")
+            if not moves:
+                mesh.set("inertia", "shell")
             geom.set("type", "mesh")
             geom.set("mesh", name)
         else:
@@ -43,7 +46,7 @@ def model_files(solids: Sequence[Solid], *, moves: bool) -> tuple[str, dict[str,
     return tostring(root, encoding="unicode") + "\n", files
 
 
-def _bounded(vertices: Array, faces: Array) -> tuple[Array, Array]:
+def _bounded(vertices: Array, faces: Indices) -> tuple[Array, Indices]:
     """Return a mesh, or its convex hull if it has many triangles."""
     from scipy.spatial import ConvexHull
 
@@ -59,7 +62,7 @@ def _bounded(vertices: Array, faces: Array) -> tuple[Array, Array]:
     return corners, turned
 
 
-def _obj(vertices: Array, faces: Array) -> bytes:
+def _obj(vertices: Array, faces: Indices) -> bytes:
     """Return a mesh as Wavefront OBJ."""
     lines = [f"v {x:.6g} {y:.6g} {z:.6g}" for x, y, z in vertices.tolist()]
     lines += [f"f {a} {b} {c}" for a, b, c in (faces + 1).tolist()]
@@ -75,4 +78,4 @@ def _quaternion(pose: Array) -> Array:
 
 
 def _text(numbers: Sequence[float] | Array) -> str:
-    return " ".join(f"{float(number) + 0.0:.6g}" for number in numbers)
+    return " ".join(f"{round(float(number), 6) + 0.0:g}" for number in numbers)

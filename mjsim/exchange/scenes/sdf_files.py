@@ -50,17 +50,28 @@ class Folders:
         """
         kind, sign, rest = uri.strip().partition("://")
         if not sign:
-            return _existing(beside / kind)
+            return self._existing(beside / kind)
         if kind not in ("model", "package", "file"):
             return None
-        if kind == "file" and (found := _existing(beside / rest.lstrip("/"))):
+        if kind == "file" and (found := self._existing(beside / rest.lstrip("/"))):
             return found
-        return next((found for folder in self._around() if (found := _existing(folder / rest))), None)
+        return next((found for folder in self._around() if (found := self._existing(folder / rest))), None)
 
     def _around(self) -> list[Path]:
         """Return the folders in which folders of models may be."""
         above = [self.path.absolute().parent, *self.path.absolute().parents[1 : ABOVE + 1]]
         return [*self.search, *(place for folder in above for place in (folder / "models", folder))]
+
+    def _existing(self, path: Path) -> Path | None:
+        """Return a file or folder that exists below the folders that may be read, links followed; None otherwise."""
+        above = self.path.absolute().parents
+        roots = [above[min(ABOVE, len(above) - 1)], *self.search]
+        try:
+            place = Path(os.path.realpath(path))
+            inside = any(place.is_relative_to(os.path.realpath(root)) for root in roots)
+            return place if inside and place.exists() else None
+        except (OSError, ValueError):
+            return None
 
     def model_file(self, place: Path) -> Path:
         """Return the SDF file of a model's folder, as its model.config names it; or the file itself.
@@ -76,7 +87,7 @@ class Folders:
         ]
         newest = sorted(named, key=lambda entry: [int(part) if part.isdecimal() else 0 for part in entry[0]])
         for name in [*(name for _, name in reversed(newest)), "model.sdf"]:
-            if name and (found := _existing(place / name)) and found.is_file():
+            if name and (found := self._existing(place / name)) and found.is_file():
                 return found
         raise UsageError(f"'{place}' has no model.sdf; name one in its model.config")
 
@@ -93,12 +104,3 @@ def _sdf_named_in(config: Path) -> list[Element]:
         return list(read_xml(config).iter("sdf")) if config.is_file() else []
     except UsageError:
         return []
-
-
-def _existing(path: Path) -> Path | None:
-    """Return a path that exists, without '..'; None otherwise, also if it may not be read."""
-    try:
-        place = Path(os.path.normpath(path))
-        return place if place.exists() else None
-    except (OSError, ValueError):
-        return None

@@ -6,6 +6,7 @@ References:
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element
@@ -17,7 +18,7 @@ from mjsim.exchange.scenes.meshes import MeshFiles
 from mjsim.exchange.scenes.sdf_files import Folders
 from mjsim.exchange.scenes.sdf_frames import Frames, floats, own_pose
 from mjsim.exchange.scenes.sdf_looks import color_of
-from mjsim.exchange.scenes.solids import Light, Scene, Solid, Thing
+from mjsim.exchange.scenes.solids import Light, Scene, SceneSolid, SceneThing
 from mjsim.geometry import Array
 from mjsim.inventory import Fate
 
@@ -54,6 +55,22 @@ def read_sdf(path: Path, *, search: list[Path]) -> Scene:
     return reader.scene
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Outer:
+    """What a model or an include is in: the world, or a model."""
+
+    frames: Frames
+    world_from_outer: Array
+    """Shape (4, 4) [m]."""
+    file: Path
+    name: str = ""
+    """Empty for the world."""
+    static: bool = False
+    alone: bool = False
+    """Whether it has nothing else in it: then what it includes has its name."""
+    depth: int = 0
+
+
 class _Reader:
     """Collects the scene of one file."""
 
@@ -66,7 +83,7 @@ class _Reader:
         frames = self._frames(world, self._path)
         for child in world:
             if child.tag in ("model", "include"):
-                self._model(child, frames, np.eye(4), self._path, static=False, above="", alone=False, depth=0)
+                self._model(child, _Outer(frames, np.eye(4), self._path))
             elif child.tag == "light":
                 self._light(child, frames, np.eye(4))
             elif child.tag in ("actor", "road", "population"):
@@ -94,45 +111,34 @@ class _Reader:
         model = root if root.tag == "model" else root.find("model")
         return None if model is None else (model, inner)
 
-    def _model(
-        self,
-        element: Element,
-        outer: Frames,
-        world_from_outer: Array,
-        file: Path,
-        *,
-        static: bool,
-        above: str,
-        alone: bool,
-        depth: int,
-    ) -> None:
+    def _model(self, element: Element, outer: "_Outer") -> None:
         """Take a model or an include."""
-        if depth > MAX_INCLUDES:
+        if outer.depth > MAX_INCLUDES:
             raise UsageError(f"'{self._path}' nests models more than {MAX_INCLUDES} deep; is it a loop?")
         if element.tag == "include" and self._is_stock(element):
             return
-        found = self._opened(element, file)
+        found = self._opened(element, outer.file)
         uri = (element.findtext("uri") or "").strip()
         if found is None:
             self.scene.tell(Fate.LEFT_OUT, "model", uri or element.get("name", ""), _why_missing(uri))
             return
         model, inner_file = found
         own = (element.findtext("name") or "").strip() or element.get("name") or model.get("name") or "model"
-        name = f"{above}::{own}" if above and not alone else above or own
+        name = f"{outer.name}::{own}" if outer.name and not outer.alone else outer.name or own
         bare = element.tag == "include" and element.find("pose") is None
         placed = model if bare else element
-        world_from_model = world_from_outer @ outer.pose_of(placed)
-        static = static or _is_true(element.find("static")) or _is_true(model.find("static"))
+        world_from_model = outer.world_from_outer @ outer.frames.pose_of(placed)
+        static = outer.static or _is_true(element.find("static")) or _is_true(model.find("static"))
         if not static and _is_robot(model):
             self._robot(name, world_from_model)
             return
         frames = self._frames(model, inner_file)
         self._links(model, frames, world_from_model, inner_file, name, static=static)
+        alone = len([child for child in model if child.tag in ("include", "model", "link")]) == 1
+        inner = _Outer(frames, world_from_model, inner_file, name, static, alone, outer.depth + 1)
         for child in model:
             if child.tag in ("model", "include"):
-                alone = len(model.findall("include")) + len(model.findall("model")) + len(model.findall("link")) == 1
-                down = {"static": static, "above": name, "alone": alone, "depth": depth + 1}
-                self._model(child, frames, world_from_model, inner_file, **down)
+                self._model(child, inner)
             elif child.tag == "light":
                 self._light(child, frames, world_from_model)
 
@@ -164,9 +170,11 @@ class _Reader:
         if bare:
             self.scene.tell(Fate.LEFT_OUT, "model part without collision shape", name, "robots pass through it")
         if solids:
-            self.scene.add(Thing(name, solids, world_from_model, None if static else max(mass, 1e-3)))
+            self.scene.add(SceneThing(name, solids, world_from_model, None if static else max(mass, 1e-3)))
 
-    def _solids(self, link: Element, frames: Frames, world_from_model: Array, file: Path, name: str) -> Iterator[Solid]:
+    def _solids(
+        self, link: Element, frames: Frames, world_from_model: Array, file: Path, name: str
+    ) -> Iterator[SceneSolid]:
         """Yield the collision shapes of a link, in the colours of what is visible of it."""
         looks = [color for visual in link.findall("visual") if (color := color_of(visual)) is not None]
         for visual in link.findall("visual"):
@@ -180,21 +188,21 @@ class _Reader:
             if geometry is not None:
                 yield from self._shapes(geometry, pose, color, file, name)
 
-    def _shapes(self, geometry: Element, pose: Array, color: str | None, file: Path, name: str) -> Iterator[Solid]:
+    def _shapes(self, geometry: Element, pose: Array, color: str | None, file: Path, name: str) -> Iterator[SceneSolid]:
         """Yield the solids of a geometry."""
         where = f"'{self._path}': {name}"
         for shape in geometry:
             number = _numbers_of(shape, where)
             if shape.tag == "box":
-                yield Solid("box", tuple(floats(shape.findtext("size"), 3, where)), pose, color)
+                yield SceneSolid("box", tuple(floats(shape.findtext("size"), 3, where)), pose, color)
             elif shape.tag in ("cylinder", "capsule", "cone"):
                 radius, length = number("radius"), number("length")
                 if shape.tag != "cylinder":
                     self.scene.tell(Fate.GUESSED, shape.tag, name, "a cylinder of its size")
                 length += 2.0 * radius if shape.tag == "capsule" else 0.0
-                yield Solid("cylinder", (radius, length), pose, color)
+                yield SceneSolid("cylinder", (radius, length), pose, color)
             elif shape.tag == "sphere":
-                yield Solid("sphere", (number("radius"),), pose, color)
+                yield SceneSolid("sphere", (number("radius"),), pose, color)
             elif shape.tag == "mesh":
                 yield from self._mesh(shape, pose, color, file, name)
             elif shape.tag == "polyline":
@@ -204,7 +212,7 @@ class _Reader:
             elif shape.tag != "empty":
                 self.scene.tell(Fate.LEFT_OUT, shape.tag, name, "no such shape in mjsim")
 
-    def _mesh(self, shape: Element, pose: Array, color: str | None, file: Path, name: str) -> Iterator[Solid]:
+    def _mesh(self, shape: Element, pose: Array, color: str | None, file: Path, name: str) -> Iterator[SceneSolid]:
         uri = (shape.findtext("uri") or "").strip()
         scale = floats(shape.findtext("scale", "1 1 1"), 3, f"'{self._path}': {name}: scale")
         place = self._folders.find(uri, file.parent)

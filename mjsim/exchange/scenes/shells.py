@@ -1,17 +1,19 @@
 """Walls of hollow meshes, such as a house in one file: its section is traced like the map of a robot."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from mjsim.exchange.maps import world_from_grid
-from mjsim.exchange.scenes.solids import Solid
+from mjsim.exchange.scenes.solids import SceneSolid
 from mjsim.geometry import Array, Pose
 from mjsim.world import BoxObstacle, CylinderObstacle, Grid, Wall
 
 LEVEL, MARGIN = 0.3, 0.05
 """Height of the section, and its minimum distance from the ends of the mesh [m]."""
-WIDE, HIGH = 2.5, 0.25
+WIDE, HIGH = 2.5, 0.1
 """Minimum width and height above the floor of such a mesh [m]."""
 HOLLOW = 0.5
 """A mesh whose section fills less than this fraction of its convex hull is hollow."""
@@ -20,32 +22,62 @@ THICKEST = 0.3
 CELL, MOST_CELLS = 0.025, 2000
 """Side of a cell of the traced picture [m], and the maximum number along a side."""
 
-Traced = tuple[list[Wall], list[BoxObstacle | CylinderObstacle]]
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Traced:
+    """What was made of the hollow meshes of a thing."""
+
+    walls: Sequence[Wall] = ()
+    things: Sequence[BoxObstacle | CylinderObstacle] = ()
+    used: Sequence[SceneSolid] = ()
+    """The meshes that these stand for."""
+    dropped: Sequence[SceneSolid] = ()
+    """Hollow meshes that begin above the section, such as rails along walls."""
 
 
-def walls_of_shell(solid: Solid) -> Traced:
-    """Return the walls, boxes and discs of a hollow mesh; none if it is not hollow."""
+def traced(solids: Sequence[SceneSolid]) -> Traced:
+    """Return the walls, boxes and discs of the wide meshes of a thing, if these are hollow together.
+
+    An outer shell and the rooms in it are separate parts of a mesh, with walls between them.
+    """
+    wide = [solid for solid in solids if solid.kind == "mesh" and _is_wide(solid)]
+    low = [solid for solid in wide if float(solid.corners()[:, 2].min()) <= LEVEL]
+    dropped = [solid for solid in wide if solid not in low and _is_hollow(_cut(solid))]
+    segments = np.concatenate([np.zeros((0, 2, 2)), *map(_cut, low)])
+    if not _is_hollow(segments):
+        return Traced(dropped=dropped)
+    world = world_from_grid(_grid(segments))
+    keys: dict[str, Any] = {"height": round(max(float(solid.corners()[:, 2].max()) for solid in low), 3)}
+    if low[0].color is not None:
+        keys |= {"color": low[0].color}
+    walls = [wall.model_copy(update=keys) for wall in world.walls]
+    things = [thing for thing in world.obstacles if isinstance(thing, (BoxObstacle, CylinderObstacle))]
+    return Traced(walls, things, low, dropped)
+
+
+def _is_wide(solid: SceneSolid) -> bool:
+    low, high = solid.corners().min(axis=0), solid.corners().max(axis=0)
+    return bool(max((high - low)[:2]) >= WIDE and high[2] - max(low[2], 0.0) >= HIGH)
+
+
+def _cut(solid: SceneSolid) -> Array:
+    """Return the section of a mesh, near the usual level; shape (n, 2, 2) [m]."""
     points = solid.corners()
-    low, high = points.min(axis=0), points.max(axis=0)
-    if solid.kind != "mesh" or max((high - low)[:2]) < WIDE or high[2] - max(low[2], 0.0) < HIGH:
-        return [], []
-    level = float(np.clip(LEVEL, low[2] + MARGIN, high[2] - MARGIN))
-    segments = _section(points[solid.faces], level)
-    if not len(segments):
-        return [], []
-    grid = _grid(segments)
-    if _filled(grid) >= HOLLOW:
-        return [], []
-    world = world_from_grid(grid)
-    height = {"height": round(float(high[2]), 3)}
-    if solid.color is not None:
-        height |= {"color": solid.color}  # type: ignore[dict-item]  # a colour
-    walls = [wall.model_copy(update=height) for wall in world.walls]
-    return walls, [thing for thing in world.obstacles if isinstance(thing, (BoxObstacle, CylinderObstacle))]
+    margin = min(MARGIN, float(np.ptp(points[:, 2])) / 2)
+    level = float(np.clip(LEVEL, points[:, 2].min() + margin, points[:, 2].max() - margin))
+    return _section(points[solid.faces], level)
+
+
+def _is_hollow(segments: Array) -> bool:
+    """Return whether outlines, shape (n, 2, 2) [m], surround little of their convex hull."""
+    return len(segments) > 0 and _filled(_grid(segments)) < HOLLOW
 
 
 def _section(triangles: Array, level: float) -> Array:
-    """Return where triangles, shape (n, 3, 3), meet a horizontal plane: lines of shape (m, 2, 2) [m]."""
+    """Return where triangles, shape (n, 3, 3), meet a horizontal plane: lines (m, 2, 2), solid to the left [m].
+
+    The corners of a triangle are counter-clockwise from outside, so its normal points out of the solid.
+    """
     above = triangles[:, :, 2] > level
     crossed = triangles[above.any(axis=1) & ~above.all(axis=1)]
     if not len(crossed):
@@ -57,7 +89,12 @@ def _section(triangles: Array, level: float) -> Array:
     turned = np.take_along_axis(crossed, order[:, :, None], axis=1)
     first, others = turned[:, :1], turned[:, 1:]
     share = (level - first[..., 2:]) / (others[..., 2:] - first[..., 2:])
-    return np.asarray((first + share * (others - first))[..., :2])
+    lines = np.asarray((first + share * (others - first))[..., :2])
+    normals = np.cross(crossed[:, 1] - crossed[:, 0], crossed[:, 2] - crossed[:, 0])[:, :2]
+    along = lines[:, 1] - lines[:, 0]
+    wrong = along[:, 0] * normals[:, 1] - along[:, 1] * normals[:, 0] > 0.0
+    lines[wrong] = lines[wrong][:, ::-1]
+    return lines
 
 
 def _grid(segments: Array) -> Grid:
@@ -71,32 +108,39 @@ def _grid(segments: Array) -> Grid:
     picture = np.zeros((rows, columns), dtype=np.uint8)
     ends = np.floor((segments - corner) / cell).astype(np.int32)
     cv2.polylines(picture, list(ends), False, 1)
-    occupied = _between_faces(picture | _inside(segments, corner, cell, picture.shape), cell)
+    inside = _inside(segments, corner, cell, picture.shape)
+    # Lines count where they bound no filled cells; there they would make these larger by half a cell.
+    alone = picture & (1 - cv2.dilate(inside, np.ones((3, 3), dtype=np.uint8)))
+    occupied = _between_faces(inside | alone, cell)
     return Grid(occupied, ~occupied, cell, Pose(float(corner[0]), float(corner[1]), 0.0))
 
 
 def _inside(segments: Array, corner: Array, cell: float, shape: tuple[int, ...]) -> Any:
-    """Return which cells are inside of closed outlines by the even-odd rule, as integers; 0 in rows of open ones.
+    """Return which cells are inside of the solid, 0 or 1; 0 in rows where its outlines are open.
+
+    A room whose walls have only inner faces is no solid: its outline has the solid outside.
 
     Args:
-        segments: The outlines, shape (n, 2, 2) [m].
+        segments: The outlines, solid to the left, shape (n, 2, 2) [m].
         corner: Lower left corner of the picture, shape (2,) [m].
         cell: Side of a cell [m].
         shape: Rows and columns.
     """
-    turns = np.zeros(shape, dtype=np.uint8)
     places = (segments - corner) / cell
+    # A line that leads down has its left, the solid, at greater x.
+    signs = np.where(places[:, 1, 1] < places[:, 0, 1], 1, -1).astype(np.int32)
     places = places[np.arange(len(places))[:, None], np.argsort(places[:, :, 1], axis=1)]
-    low, high = np.ceil(places[:, 0, 1] - 0.5), np.ceil(places[:, 1, 1] - 0.5)
-    counts = (high - low).astype(int)
-    owner = np.repeat(np.arange(len(places)), counts)
-    rows = low[owner].astype(int) + np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    low, high = np.ceil(places[:, 0, 1] - 0.5).astype(int), np.ceil(places[:, 1, 1] - 0.5).astype(int)
+    counts = high - low
+    owner = np.repeat(np.arange(len(places), dtype=np.int64), counts)
+    rows = low[owner] + np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     (x, y), (to_x, to_y) = places[owner, 0].T, places[owner, 1].T
     columns = np.floor(x + (rows + 0.5 - y) / np.maximum(to_y - y, 1e-12) * (to_x - x)).astype(int)
-    np.bitwise_xor.at(turns, (rows, columns.clip(0, shape[1] - 1)), 1)
-    inside = np.bitwise_xor.accumulate(turns, axis=1)
-    inside[inside[:, -1] == 1] = 0
-    return inside
+    cells = rows * shape[1] + columns.clip(0, shape[1] - 1)
+    turns = np.bincount(cells.astype(np.int64), weights=signs[owner], minlength=shape[0] * shape[1])
+    inside = np.cumsum(turns.reshape(shape), axis=1)
+    inside[inside[:, -1] != 0] = 0
+    return (inside > 0).astype(np.uint8)
 
 
 def _between_faces(picture: Any, cell: float) -> Any:
@@ -107,7 +151,7 @@ def _between_faces(picture: Any, cell: float) -> Any:
     _, parts, stats, _ = cv2.connectedComponentsWithStats(outside, connectivity=4)
     depth = cv2.distanceTransform(outside, cv2.DIST_L2, 5)
     deepest = np.zeros(len(stats))
-    np.maximum.at(deepest, parts.ravel(), depth.ravel())
+    np.maximum.at(deepest, parts.ravel().astype(np.int64), depth.ravel())
     thin = deepest * cell <= THICKEST / 2 + cell
     thin[0] = True
     return np.asarray(thin[parts])[1:-1, 1:-1]

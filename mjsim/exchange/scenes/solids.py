@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
@@ -20,7 +21,7 @@ MOST_SOLIDS = 20_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Solid:
+class SceneSolid:
     """A solid with its pose."""
 
     kind: Kind
@@ -32,7 +33,7 @@ class Solid:
     """'#rrggbb'."""
     vertices: Array = field(default_factory=lambda: np.zeros((0, 3)))
     """Of a mesh, in its own frame, shape (n, 3) [m]."""
-    faces: Array = field(default_factory=lambda: np.zeros((0, 3), dtype=int))
+    faces: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64))
     """Vertices of its triangles, shape (m, 3)."""
 
     def __post_init__(self) -> None:
@@ -73,17 +74,17 @@ class Solid:
         local = self.vertices if self.kind == "mesh" else signs * self.half
         return np.asarray(local @ self.pose[:3, :3].T + self.pose[:3, 3])
 
-    def moved(self, outer_from_inner: Array) -> "Solid":
+    def moved(self, outer_from_inner: Array) -> "SceneSolid":
         """Return it in an outer frame."""
-        return Solid(self.kind, self.size, outer_from_inner @ self.pose, self.color, self.vertices, self.faces)
+        return SceneSolid(self.kind, self.size, outer_from_inner @ self.pose, self.color, self.vertices, self.faces)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Thing:
+class SceneThing:
     """A model of a scene: rigid, static or movable."""
 
     name: str
-    solids: Sequence[Solid]
+    solids: Sequence[SceneSolid]
     """Poses in the world frame."""
     pose: Array
     """Of its own frame in the world, shape (4, 4) [m]."""
@@ -107,7 +108,7 @@ class Light:
 class Scene:
     """The contents of a file."""
 
-    things: list[Thing] = field(default_factory=list)
+    things: list[SceneThing] = field(default_factory=list)
     lights: list[Light] = field(default_factory=list)
     starts: list[tuple[float, float, float]] = field(default_factory=list)
     """Poses of its robots: x, y [m], heading [rad]."""
@@ -118,7 +119,7 @@ class Scene:
         """Note what became of a part of the file."""
         self.items.append(FileItem(fate, kind, name, why))
 
-    def add(self, thing: Thing) -> None:
+    def add(self, thing: SceneThing) -> None:
         """Add a thing.
 
         Raises:

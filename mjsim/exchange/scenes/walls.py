@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from mjsim.exchange.maps import DIGITS
-from mjsim.exchange.scenes.solids import Solid
+from mjsim.exchange.scenes.solids import SceneSolid
 from mjsim.geometry import Array
 from mjsim.world import Opening, Wall
 
@@ -37,7 +37,7 @@ class Slab:
     color: str | None
 
 
-def slab_of(box: Solid) -> Slab | None:
+def slab_of(box: SceneSolid) -> Slab | None:
     """Return an upright box as a part of a wall; None if it is too thick for one."""
     if box.kind != "box" or not box.is_upright:
         return None
@@ -54,7 +54,7 @@ def slab_of(box: Solid) -> Slab | None:
     return Slab(line, (middle - long / 2, middle + long / 2), (z - high / 2, z + high / 2), box.color)
 
 
-def walls_of(boxes: Sequence[Solid]) -> tuple[list[Wall], list[int]]:
+def walls_of(boxes: Sequence[SceneSolid]) -> tuple[list[Wall], list[int]]:
     """Return the walls that boxes make up, and the indices of the boxes that are part of them."""
     slabs = {index: slab for index, box in enumerate(boxes) if (slab := slab_of(box)) is not None}
     walls: list[Wall] = []
