@@ -79,10 +79,10 @@ def _couple(spec: mujoco.MjSpec, item: RobotArm, name: str) -> None:
     for joint, leader, ratio, offset in item.file_arm.couplings:
         called, other = f"{name}/joint{joint + 1}", f"{name}/joint{leader + 1}"
         # MuJoCo's equality is about the positions at the start.
-        data = [ratio * start[leader] + offset - start[joint], ratio, *[0.0] * 9]
-        spec.add_equality(
-            type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT, name1=called, name2=other, data=data
-        )
+        equal = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=called, name2=other)
+        equal.objtype = mujoco.mjtObj.mjOBJ_JOINT
+        equal.data[:2] = ratio * start[leader] + offset - start[joint], ratio
+        equal.data[2:] = 0.0
         motor = spec.actuator(called)
         motor.ctrllimited, motor.ctrlrange = True, [-NO_TORQUE, NO_TORQUE]
 
