@@ -107,7 +107,8 @@ def avoidance(recording: Recording) -> Result:
             at_least("minutes driven", track.time[-1] / 60.0, 10),
             exactly("bumps", figures["bumps"], 0),
             exactly("corners of the room that it reached", _corners(recording.world, track), 4),
-            at_least("coverage of the reachable floor", figures["coverage"], 0.75),
+            at_least("cells of the reachable floor that it touched", figures["coverage"], 0.75),
+            at_least("area of the reachable floor that it swept", figures["coverage_area"], 0.5),
         ),
         pictures=(plots.trail("avoidance", "The path in 15 minutes", recording),),
     )

@@ -30,12 +30,10 @@ def coverage(world: World, positions: Array, *, radius: float) -> float | None:
 
     from mjsim.world import solid
 
-    things = solid(world)
-    if things.is_empty:
+    region = reachable_region(world, positions, radius=radius)
+    if region is None:
         return None
-    west, south, east, north = things.bounds
-    room = shapely.box(west, south, east, north).difference(things.buffer(radius + SPARE))
-    region = _part_with(room, positions[0])
+    west, south, east, north = solid(world).bounds
     columns = np.arange(np.floor(west / CELL), np.ceil(east / CELL)) * CELL
     rows = np.arange(np.floor(south / CELL), np.ceil(north / CELL)) * CELL
     x, y = (corner.ravel() for corner in np.meshgrid(columns, rows))
@@ -44,6 +42,28 @@ def coverage(world: World, positions: Array, *, radius: float) -> float | None:
         return None
     cells = shapely.box(x[reachable], y[reachable], x[reachable] + CELL, y[reachable] + CELL)
     return float(np.mean(_touched(cells, positions, radius)))
+
+
+def reachable_region(world: World, positions: Array, *, radius: float) -> Any:
+    """Return where a robot can drive from its start with its centre and a margin, a polygon [m].
+
+    Args:
+        world: Its world.
+        positions: Positions of the robot, shape (N, 2) [m]; the first is its start.
+        radius: Radius of its body [m].
+
+    Returns:
+        A polygon of shapely; None in a world without walls.
+    """
+    import shapely
+
+    from mjsim.world import solid
+
+    things = solid(world)
+    if things.is_empty:
+        return None
+    room = shapely.box(*things.bounds).difference(things.buffer(radius + SPARE))
+    return _part_with(room, positions[0])
 
 
 def _touched(cells: Any, positions: Array, radius: float) -> NDArray[np.bool_]:

@@ -54,7 +54,8 @@ FIGURES = (
     ReportFigure("landmark_error_m.rms", "landmark error, rms", "m"),
     ReportFigure("landmark_error_m.aligned_rms", "landmark error, aligned rms", "m"),
     ReportFigure("distance_m", "distance driven", "m", 1, ""),
-    ReportFigure("coverage", "coverage, share", "", 2, "higher"),
+    ReportFigure("coverage", "coverage, share of cells touched", "", 2, "higher"),
+    ReportFigure("coverage_area", "coverage, share of area swept", "", 2, "higher"),
     ReportFigure("bumps", "bumps", "", 0),
     ReportFigure("falls", "falls", "", 0),
 )
@@ -63,7 +64,7 @@ FIGURES = (
 
 def largest(key: str) -> float:
     """Return the maximum of a statistic; the minimum is 0."""
-    return 1.0 if key == "coverage" or key.endswith(".in_band") else math.inf
+    return 1.0 if key in ("coverage", "coverage_area") or key.endswith(".in_band") else math.inf
 
 
 def lacks_estimator(robot: Mapping[str, Any]) -> bool:

@@ -13,6 +13,7 @@ from mjsim.report import metrics
 from mjsim.report.arms import arm_figures
 from mjsim.report.consistency import nees_figures, nis_figures, normalised_innovations, picture_share
 from mjsim.report.coverage import coverage
+from mjsim.report.swept import swept_share
 from mjsim.report.transient import recoveries, transient_errors
 from mjsim.world import MoveEvent, World, hung
 
@@ -97,7 +98,7 @@ def robot_statistics(
     positions, times = track.truth[placed, :2], track.time[placed]
     steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)
     steps[np.isin(times[1:], lifted)] = 0.0
-    radius = next(robot.body.radius for robot in world.robots if robot.name == name)
+    robot = next(robot for robot in world.robots if robot.name == name)
     believed = None if stands(world, name) else known_part(track)
     return {
         **(
@@ -107,7 +108,8 @@ def robot_statistics(
         ),
         **_pose_figures(track.truth_pose[placed]),
         "distance_m": float(steps.sum()),
-        "coverage": coverage(world, positions, radius=radius) if len(positions) else None,
+        "coverage": coverage(world, positions, radius=robot.body.radius) if len(positions) else None,
+        "coverage_area": swept_share(world, robot, track.truth[placed]) if len(positions) else None,
         "bumps": sum(event.kind == "bump" for event in track.events),
         "falls": sum(event.kind == "fall" for event in track.events),
         "fault": next((event.text for event in track.events if event.kind == "fault"), None),

@@ -160,13 +160,15 @@ CORNERS = [(0.68, 0.68), (5.32, 0.68), (5.32, 3.32), (0.68, 3.32)]
 
 @pytest.mark.parametrize("bumps", [0, 1])
 def test_avoidance_is_judged_by_time_bumps_corners_and_coverage(drawn, monkeypatch, bumps):
-    monkeypatch.setattr(classic, "statistics", lambda _: {"scout": {"bumps": bumps, "coverage": 0.8}})
+    monkeypatch.setattr(
+        classic, "statistics", lambda _: {"scout": {"bumps": bumps, "coverage": 0.8, "coverage_area": 0.7}}
+    )
     for missing in range(4):
         reached = [corner for k, corner in enumerate(CORNERS) if k != missing]
         result = classic.avoidance(tour([(3, 2), *reached[:1], (3, 2), *reached[1:2], (3, 2), *reached[2:], (3, 2)]))
         assert values(result)[2] == 3
     result = classic.avoidance(tour(CORNERS))
-    assert values(result) == pytest.approx([11.0, bumps, 4, 0.8])
+    assert values(result) == pytest.approx([11.0, bumps, 4, 0.8, 0.7])
     assert result.holds == (not bumps)
     (axes,) = drawn[-1].axes
     labels = {line.get_label(): line for line in axes.lines}

@@ -13,6 +13,7 @@ from mjsim.report import key_table, write_report
 from mjsim.report.consistency import nees_figures
 from mjsim.report.coverage import coverage
 from mjsim.report.statistics import robot_statistics
+from mjsim.report.swept import swept_share
 from mjsim.report.tables import latex_text
 from mjsim.report.transient import recoveries, transient_errors
 from mjsim.world import solid
@@ -138,6 +139,33 @@ def test_a_hundred_laps_cover_what_one_does_and_standing_still_covers_a_disc():
     assert coverage(world, np.tile(lap, (100, 1)), radius=0.2) == coverage(world, lap, radius=0.2)
     share = coverage(world, lap[:1], radius=0.2)
     assert share == coverage(world, np.repeat(lap[:1], 3, axis=0), radius=0.2) == raster_coverage(world, lap[:1], 0.2)
+
+
+BOX_ROOM = """
+mjsim: 1
+walls: [{points: [[0, 0], [6, 0], [6, 4], [0, 4]], closed: true, thickness: 0.1}]
+robots: [{name: scout, preset: pioneer3dx, at: [1, 2], body: BODY}]
+"""
+
+
+@pytest.mark.parametrize(
+    ("body", "path", "width"),
+    [
+        ("{box: [0.6, 0.4, 0.3]}", [(1, 2, 0), (5, 2, 0)], 0.4),
+        ("{box: [0.6, 0.4, 0.3]}", [(1, 2, np.pi / 2), (5, 2, np.pi / 2)], 0.6),
+        ("{radius: 0.25}", [(1, 2, 0), (5, 2, 0)], 0.5),
+    ],
+)
+def test_swept_area_is_that_of_the_footprint_along_its_way(body, path, width):
+    world = mjsim.parse_world(BOX_ROOM.replace("BODY", body))
+    (robot,) = world.robots
+    poses = np.concatenate([np.linspace(path[0], path[1], 300)] * 3)
+    margin = 0.05 + robot.body.radius + 0.15
+    reachable = (6 - 2 * margin) * (4 - 2 * margin)
+    ahead = robot.body.outline() @ [[np.cos(path[0][2])], [np.sin(path[0][2])]]
+    swept = width * 4 + (np.ptp(ahead) * width if "box" in body else np.pi * 0.25**2)
+    inside = width * (6 - 2 * margin)
+    assert swept_share(world, robot, poses) == pytest.approx(min(swept, inside) / reachable, rel=0.02)
 
 
 def test_a_world_without_walls_has_no_coverage():
