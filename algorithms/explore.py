@@ -1,6 +1,5 @@
 """Exploration: drives to frontiers until everything reachable has been seen."""
 
-from dataclasses import replace
 from typing import Any
 
 import cv2
@@ -8,20 +7,22 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from mjsim.geometry import Array
-from mjsim.interface import Command, Estimate, Observation, RobotInfo, ShownLines, WorldMap
+from mjsim.geometry import Array, Pose
+from mjsim.interface import Command, Estimate, Observation, RobotInfo, Shown, WorldMap
 
-from .grid_search import a_star, length, shown_path, straightened
+from .go_to_goal import GoToGoal
+from .grid_search import a_star, length
 from .level_scan import LevelLidar
 from .occupancy import OccupancyGrid
-from .waypoints import Waypoints
 
-REPLAN = 4.0
-"""Time after which the path is planned again [s]."""
+REPLAN, ARRIVED = 4.0, 0.5
+"""Time after which a frontier is chosen again, and where the robot has arrived [s]."""
+SAME = 0.2
+"""A goal that moves by less stays as it is [m]."""
 
 
 class Explore:
-    """Builds an occupancy grid from a lidar and drives to the frontier with the best gain per distance.
+    """Builds an occupancy grid from a lidar and drives, by `GoToGoal`, to the frontier with the best gain per distance.
 
     References:
         Yamauchi, A Frontier-Based Approach for Autonomous Exploration, CIRA 1997.
@@ -54,26 +55,33 @@ class Explore:
         Raises:
             ValueError: The robot has no such lidar.
         """
-        self._robot, self._rng = robot, rng
+        self._robot = robot
         self._scans = LevelLidar(robot, self._lidar)
         self.grid = OccupancyGrid(cell=self.grid.cell, farthest=self.grid.farthest)
-        self._shown: tuple[ShownLines, ...] = ()
-        self._follow: Waypoints | None = None
+        self._goal = np.array([robot.prior.x, robot.prior.y])
+        self._drive = GoToGoal(self._goal.tolist(), speed=self._speed, clearance=self._clearance)
+        self._drive.start(robot, None, rng)
         self._planned = -np.inf
         self.done = False
 
     def command(self, seen: Observation, belief: Estimate) -> Command:
         """Return the twist that leads to the next frontier; zero when none is left."""
+        command = self._drive.command(seen, belief)
+        pose = self._drive.pose
         if (level_scan := self._scans.update(seen)) is not None:
-            self.grid.add(belief.pose @ level_scan.robot_from_lidar, level_scan.scan)
-        if self.grid.log_odds.size and seen.time >= self._planned + REPLAN:
+            self.grid.add(pose @ level_scan.robot_from_lidar, level_scan.scan)
+        if self.grid.log_odds.size and seen.time >= self._planned + (ARRIVED if self._drive.is_done else REPLAN):
             self._planned = seen.time
-            self._plan(belief)
-        return Command() if self._follow is None else self._follow.command(seen, belief)
+            self._plan(pose)
+        return Command() if self.done else command
 
-    def show(self) -> tuple[ShownLines, ...]:
+    def show(self) -> tuple[Shown, ...]:
         """Return the planned path, in the frame of the estimate, if there is one."""
-        return self._shown if self._follow is not None else ()
+        return () if self.done else self._drive.show()
+
+    def blocked(self) -> str | None:
+        """Return why the robot does not get nearer to a frontier, after 5 s; None while it does."""
+        return None if self.done else self._drive.blocked()
 
     def frontiers(self) -> list[NDArray[np.intp]]:
         """Return the frontiers: connected cells that are free and border on unknown ones, (row, column) (n, 2) each."""
@@ -84,30 +92,27 @@ class Explore:
         enough = [i for i in range(1, number) if sizes[i, cv2.CC_STAT_AREA] * self.grid.cell >= self._smallest]
         return [np.argwhere(region == i) for i in enough]
 
-    def _plan(self, belief: Estimate) -> None:
-        """Choose a frontier by its size and distance, and plan a path to it."""
+    def _plan(self, pose: Pose) -> None:
+        """Choose a frontier by its size and the length of the way to it, and drive there."""
         distances = self.grid.distances()
-        place, clearance = np.array([belief.pose.x, belief.pose.y]), self._robot.radius + self._clearance
+        place, clearance = np.array([pose.x, pose.y]), self._robot.radius + self._clearance
         # Where the robot stands is free, whatever a scan at an angle has said.
         best: tuple[float, Array] | None = None
         frontiers = sorted(self.frontiers(), key=len, reverse=True)[:6]
         for frontier in frontiers:
-            goal = self._goal(distances.centres(frontier), place, distances.at, clearance)
+            goal = self._place_in(distances.centres(frontier), place, distances.at, clearance)
             path = None if goal is None else a_star(distances, place, goal, clearance=clearance, shyness=0.5)
             if path is None:
                 continue
             gain = len(frontier) * self.grid.cell - 0.3 * length(path)
             if best is None or gain > best[0]:
-                best = gain, path
+                best = gain, path[-1]
         self.done = best is None
-        self._follow = None
-        if best is not None and len(best[1]) > 1:
-            path = straightened(distances, best[1], clearance=clearance)
-            self._shown = shown_path(path)
-            self._follow = Waypoints(path[1:].tolist(), speed=self._speed, lookahead=0.4)
-            self._follow.start(replace(self._robot, prior=belief.pose), None, self._rng)
+        if best is not None and (self._drive.is_done or np.hypot(*(best[1] - self._goal)) > SAME):
+            self._goal = best[1]
+            self._drive.take_goal(*self._goal.tolist())
 
-    def _goal(self, cells: Array, place: Array, distance: Any, clearance: float) -> Array | None:
+    def _place_in(self, cells: Array, place: Array, distance: Any, clearance: float) -> Array | None:
         """Return the cell of a frontier clear of walls and closest to its centre; None if none is clear."""
         clear = cells[distance(cells) > clearance]
         if not len(clear):

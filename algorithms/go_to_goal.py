@@ -114,7 +114,7 @@ class GoToGoal:
         self._recovery, self._looked = Recovery(), -math.inf
         self._moving = MovingThings()
         self._alignment: ScanAlignment | None = ScanAlignment(robot.prior)
-        self._reckoned = robot.prior
+        self._reckoned = self.pose = robot.prior
         self._standing = ObstacleMap(self._goals[-1, :2], self._walls, cell=FINE, half=FINE)
         self._twist = np.zeros(3)
         self._reason: str | None = None
@@ -127,7 +127,7 @@ class GoToGoal:
     def command(self, seen: Observation, belief: Estimate) -> Command:
         """Return the next twist; zero at the last goal, and while every motion would collide."""
         self._now, views = seen.time, self._views.update(seen)
-        pose = self._pose(seen, belief.pose, views)
+        self.pose = pose = self._pose(seen, belief.pose, views)
         # Half the scans of a fast lidar suffice to remember.
         views = views if seen.time >= self._looked + (SLOW_LOOK if self._is_open else self._pause) - 1e-6 else []
         self._looked = seen.time if views else self._looked
@@ -177,6 +177,11 @@ class GoToGoal:
     def blocked(self) -> str | None:
         """Return why the robot does not get nearer to its goal, after 5 s; None while it does."""
         return self._reason
+
+    @property
+    def is_done(self) -> bool:
+        """Whether no goal is left."""
+        return not self._left
 
     def take_goal(self, x: float, y: float, heading: float | None = None) -> None:
         """Drive to another goal in place of all others.

@@ -17,7 +17,16 @@ PLANNED = "#9c36b5"
 """Colour of a shown path."""
 
 
-def a_star(grid: DistanceGrid, start: Array, goal: Array, *, clearance: float, shyness: float = 0.0) -> Array | None:
+def a_star(
+    grid: DistanceGrid,
+    start: Array,
+    goal: Array,
+    *,
+    clearance: float,
+    shyness: float = 0.0,
+    guided: bool = True,
+    expanded: set[int] | None = None,
+) -> Array | None:
     """Return the cheapest path along the eight neighbours of each cell; diagonally only between two free cells.
 
     Args:
@@ -26,6 +35,8 @@ def a_star(grid: DistanceGrid, start: Array, goal: Array, *, clearance: float, s
         goal: Shape (2,) [m].
         clearance: Minimum distance of the path from walls [m]; the cells of start and goal may be closer.
         shyness: Extra cost per metre at the clearance compared with far from walls; 0 for the shortest path.
+        guided: Whether to expand cells nearer to the goal first; False for the algorithm of Dijkstra.
+        expanded: To be filled with the flat indices of the cells that were expanded.
 
     Returns:
         Points of the path, shape (n, 2) [m], from start to goal; None if there is no path.
@@ -42,7 +53,7 @@ def a_star(grid: DistanceGrid, start: Array, goal: Array, *, clearance: float, s
     passable = free.ravel().tolist()
     price = (1.0 + shyness * clearance / np.maximum(grid.distance, clearance)).ravel().tolist()
     begin, end = first[0] * columns + first[1], last[0] * columns + last[1]
-    cost, came_from, closed = {begin: 0.0}, {begin: begin}, set()
+    cost, came_from, closed = {begin: 0.0}, {begin: begin}, set() if expanded is None else expanded
     queue = [(0.0, begin)]
     while queue:
         _, cell = heapq.heappop(queue)
@@ -65,7 +76,7 @@ def a_star(grid: DistanceGrid, start: Array, goal: Array, *, clearance: float, s
                 cost[neighbour], came_from[neighbour] = total, cell
                 dr, dc = abs(r - last[0]), abs(c - last[1])
                 octile = max(dr, dc) + (math.sqrt(2.0) - 1.0) * min(dr, dc)
-                heapq.heappush(queue, (total + octile, neighbour))
+                heapq.heappush(queue, (total + guided * octile, neighbour))
     return None
 
 

@@ -2,6 +2,8 @@
 
 import itertools
 import math
+import sys
+import time
 
 import numpy as np
 import pytest
@@ -59,6 +61,25 @@ def test_its_paths_are_the_shortest_on_a_thousand_pairs_of_cells():
     found = np.concatenate([differences(seed, 40, 50) for seed in range(20)])
     assert len(found) == 1000
     np.testing.assert_allclose(found, 0.0, atol=1e-9)
+
+
+@pytest.mark.slow
+def test_it_expands_a_third_of_the_cells_of_dijkstra_for_the_same_lengths():
+    rng = np.random.default_rng(0)
+    taken = rooms(rng, 64)
+    grid, free = DistanceGrid(taken, lower=np.zeros(2), cell=1.0), np.argwhere(~taken)
+    counts, seconds, lengths = np.zeros(2), np.zeros(2), np.zeros(2)
+    for _ in range(60):
+        start, goal = free[rng.choice(len(free), 2, replace=False)][:, ::-1] + 0.5
+        for column, guided in enumerate((True, False)):
+            expanded, began = set(), time.process_time()
+            path = a_star(grid, start, goal, clearance=0.5, guided=guided, expanded=expanded)
+            seconds[column] += time.process_time() - began
+            counts[column] += len(expanded)
+            lengths[column] += 0.0 if path is None else length(path)
+    sys.stdout.write(f"A*, Dijkstra: {counts / 60} cells, {1e3 * seconds / 60} ms a path\n")
+    assert lengths[0] == pytest.approx(lengths[1])
+    assert counts[0] < 0.4 * counts[1]
 
 
 def test_it_cuts_no_corner():
