@@ -129,7 +129,7 @@ def exported(world, model, light: BakedLight, views: list, place: Path) -> None:
         if texture >= 0 and solid.texcoords is not None:
             first, shape = model.tex_adr[texture], (model.tex_height[texture], model.tex_width[texture], -1)
             pixels = model.tex_data[first : first + shape[0] * shape[1] * model.tex_nchannel[texture]].reshape(shape)
-            arrays[f"picture{index}"] = pixels[..., :3]
+            arrays[f"picture{texture}"], arrays[f"texture{index}"] = pixels[..., :3], texture
             arrays[f"places{index}"] = solid.texcoords[solid.triangles].reshape(-1, 2)
     np.savez(place, **arrays)
 

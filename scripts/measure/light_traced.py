@@ -7,6 +7,7 @@ The result has, for each view, the light on the surface in each pixel, relative 
 """
 
 import sys
+from functools import cache
 
 import mitsuba as mi
 import numpy as np
@@ -18,10 +19,10 @@ AT_ONCE = 8
 """Rays of a pixel that are followed together, to bound memory."""
 
 
-def textured(points, places, reflectance, glow, name):
-    """Return triangles with a diffuse surface."""
+def textured(points, places, surface, glow, name):
+    """Return triangles of a surface."""
     properties = mi.Properties()
-    properties["bsdf"] = mi.load_dict({"type": "diffuse", "reflectance": reflectance})
+    properties["bsdf"] = surface
     if glow is not None and glow.max() > 0.0:
         properties["emitter"] = mi.load_dict({"type": "area", "radiance": rgb(glow)})
     count = len(points)
@@ -35,6 +36,20 @@ def textured(points, places, reflectance, glow, name):
     return mesh
 
 
+@cache
+def diffuse(albedo):
+    """Return a diffuse surface of an even colour, red, green, blue; one for all that have it."""
+    return mi.load_dict({"type": "diffuse", "reflectance": rgb(albedo)})
+
+
+def pictured(picture, albedo):
+    """Return a diffuse surface with a picture that has a mean colour."""
+    picture = (picture / 255.0) ** GAMMA
+    share = np.array(albedo) / np.maximum(picture.reshape(-1, 3)[::17].mean(axis=0), 1e-6)
+    bitmap = mi.Bitmap(np.ascontiguousarray(picture * share, dtype=np.float32))
+    return mi.load_dict({"type": "diffuse", "reflectance": {"type": "bitmap", "bitmap": bitmap, "raw": True}})
+
+
 def rgb(values):
     """Return a colour of Mitsuba."""
     return {"type": "rgb", "value": [float(value) for value in values]}
@@ -42,22 +57,24 @@ def rgb(values):
 
 def scene_of(file):
     """Return the scene."""
-    parts = {"type": "scene"}
+    parts, surfaces = {"type": "scene"}, {}
     for key in file.files:
         kind, number = key.rstrip("0123456789"), key.lstrip("abcdefghijklmnopqrstuvwxyz")
         if kind == "points":
-            reflectance, places = rgb(file[f"albedo{number}"]), None
-            if f"picture{number}" in file:
-                picture = (file[f"picture{number}"] / 255.0) ** GAMMA
-                share = file[f"albedo{number}"] / np.maximum(picture.reshape(-1, 3)[::17].mean(axis=0), 1e-6)
-                bitmap = mi.Bitmap(np.ascontiguousarray(picture * share, dtype=np.float32))
-                reflectance, places = {"type": "bitmap", "bitmap": bitmap, "raw": True}, file[f"places{number}"]
-            parts[key] = textured(file[key], places, reflectance, file[f"glow{number}"], key)
+            albedo, places = tuple(file[f"albedo{number}"].tolist()), None
+            if f"texture{number}" in file:
+                look = int(file[f"texture{number}"]), albedo
+                if look not in surfaces:
+                    surfaces[look] = pictured(file[f"picture{look[0]}"], albedo)
+                surface, places = surfaces[look], file[f"places{number}"]
+            else:
+                surface = diffuse(albedo)
+            parts[key] = textured(file[key], places, surface, file[f"glow{number}"], key)
         if kind == "lamp":
             middle, across, along, radiance = file[key]
             corners = np.array([middle - across - along, middle + across - along, middle + across + along])
             square = np.concatenate([corners, corners[[0, 2]], [middle - across + along]])
-            parts[key] = textured(square, None, rgb([0, 0, 0]), radiance, key)
+            parts[key] = textured(square, None, diffuse((0.0, 0.0, 0.0)), radiance, key)
     sky = np.zeros((64, 128, 3), np.float32)
     sky[:32] = file["sky"]
     upright = mi.ScalarTransform4f().rotate([1, 0, 0], 90)
