@@ -1,6 +1,7 @@
 // What is done to a run by hand, and what is shown of it.
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { goalEvent, measured } from "page/run/aim";
 import { goesOn, letGoOf } from "page/run/joint_grips";
 
 const LOOP = { grip: { toward: [1, 0, 0] } };
@@ -23,4 +24,15 @@ test("it is there once it has rested for some ticks, not when it swings past", (
 test("what is there already, or is no joint of a loop, does not go on", () => {
   assert.equal(letGoOf(LOOP, 0.001), null);
   assert.equal(letGoOf({ grip: {} }, 0.7), null);
+});
+
+test("a press is a goal, a drag from it the heading there", () => {
+  assert.deepEqual(goalEvent("scout", [1.23456, -2], [1.23456, -1], 0.1), { goal: "scout", to: [1.235, -2], heading_deg: 90 });
+  assert.deepEqual(goalEvent("scout", [0, 0], [-1, -1], 0.1), { goal: "scout", to: [0, 0], heading_deg: -135 });
+  assert.deepEqual(goalEvent("scout", [-0.0001, 0], [0.05, 0], 0.1), { goal: "scout", to: [0, 0] });
+});
+
+test("a distance is measured with its direction", () => {
+  assert.deepEqual(measured([1, 1], [-2, 5]), { metres: "5.000", degrees: "126.9" });
+  assert.deepEqual(measured([0, 0], [2, -1e-9]), { metres: "2.000", degrees: "0.0" });
 });

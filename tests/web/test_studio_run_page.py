@@ -37,6 +37,15 @@ run:
 """
 
 
+GOAL = """
+mjsim: 1
+walls: [{points: [[-3, -3], [3, -3], [3, 3], [-3, 3]], closed: true}]
+robots: [{name: scout, preset: pioneer3dx, at: [-2, 0]}]
+run:
+  seconds: 1000
+  map: known
+  drivers: {scout: {navigator: {use: "mjsim.algorithms.go_to_goal:GoToGoal", goals: [[2, 2]]}}}
+"""
 CRANK = """
 mjsim: 1
 mechanisms:
@@ -109,6 +118,7 @@ def test_the_gallery_starts_from_the_page_and_its_pictures_come(browser, folder)
 def test_the_page_says_what_to_do_before_and_after_a_run(browser, folder):
     (folder / "bare.yaml").write_text(ROOM[: ROOM.index("robots:")])
     (folder / "crank.yaml").write_text(CRANK)
+    (folder / "goal.yaml").write_text(GOAL)
     with Studio(folder) as studio, run_page(browser, studio.url) as page:
         advice = page.locator(".run-advice")
         expect(advice).to_contain_text("No world is open", timeout=PATIENCE)
@@ -124,6 +134,31 @@ def test_the_page_says_what_to_do_before_and_after_a_run(browser, folder):
         is_in(page, "Ready")  # what ended was the run of another world
         a_reload_and_the_steps_of_the_browser_lead_to_what_was_shown(page)
         a_world_without_robots_is_seen_from_outside_and_its_joints_in_charts(page)
+        goals_are_set_on_the_plan_and_in_3d_while_it_runs(page)
+
+
+def goals_are_set_on_the_plan_and_in_3d_while_it_runs(page):
+    def drag(on):
+        box = on.bounding_box()
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        page.mouse.move(x, y)
+        page.mouse.down()
+        page.mouse.move(x, y - 60, steps=3)
+        page.mouse.up()
+
+    page.get_by_role("button", name="Stop the run").click()
+    open_world(page, "goal.yaml")
+    page.evaluate("() => localStorage.setItem('mjsim.run.scene.slow', 'yes')")
+    start(page)
+    page.get_by_role("tab", name="Events", exact=True).click()
+    page.get_by_role("button", name="Goal:").click()
+    drag(page.locator("#view-run .run-floor"))
+    sent = page.locator("#view-run").get_by_text(re.compile(r"is sent to \[.*heading (8\d|9\d)"))
+    expect(sent).to_have_count(1, timeout=PATIENCE)
+    page.locator("#view-run").get_by_title("View in 3-D").click()
+    page.locator("#view-run .scene[data-filled]").wait_for(timeout=PATIENCE)
+    drag(page.locator("#view-run .scene canvas"))
+    expect(page.locator("#view-run").get_by_text("is sent to")).to_have_count(2, timeout=PATIENCE)
 
 
 def a_reload_and_the_steps_of_the_browser_lead_to_what_was_shown(page):

@@ -14,6 +14,7 @@ import { Leader, NOBODY } from "./leader";
 import type { JointFacts, JointGrip, JointRow, PlanarPose, RobotFacts, RobotTick } from "./protocol";
 import { Touch, type Standing } from "./touch";
 import type { Hands } from "./touch_tools";
+import { PlanTools } from "./plan_tools";
 import type { RunRecord } from "./record";
 import { makeTile, type Tile } from "./tile";
 import { word } from "../words/words";
@@ -43,6 +44,8 @@ export class Floor {
   private readonly grids = new Grids(() => this.plan.drawOver());
   /** What is done to the run by hand. */
   readonly touch: Touch;
+  /** Give a robot a goal, and measure. */
+  readonly tools: PlanTools;
   private robots: RobotFacts[] = [];
   private removed: ReadonlySet<string> = new Set();
   /** People whose hands were led, and mechanisms that stand otherwise than at the start. */
@@ -59,6 +62,10 @@ export class Floor {
     this.plan = new Plan(this.host);
     const floorplan = { plan: this.plan, robots: () => this.standing(), hands: () => this.moment?.hands ?? {}, joints: () => this.joints(), removed: () => this.removed };
     this.touch = new Touch(floorplan, leader);
+    this.tools = new PlanTools(this.plan);
+    this.tools.taken.on(() => isPressed(this.touch.button) && this.touch.hold(false));
+    this.touch.taken.on(() => this.tools.release());
+    this.tools.goal.on((event) => leader.touch(event));
     this.layers.changed.on(() => this.plan.drawOver());
     this.follow = toggle(
       { class: "quiet square", title: word("run.followTheRobotF") },
@@ -75,6 +82,7 @@ export class Floor {
       el("span", { class: "run-spring" }),
       this.layers.element,
       this.touch.button,
+      this.tools.element,
       this.follow,
       fit,
     );

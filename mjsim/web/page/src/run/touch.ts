@@ -54,6 +54,8 @@ export class Touch implements Tool {
     (on) => this.hold(on),
     sign("hand"),
   );
+  /** Told before it takes the plan. */
+  readonly taken = new Signal();
   /** A press met none of what can be led or dragged, but things of these names. */
   readonly missed = new Signal<string[]>();
   private solids: Door | null = null;
@@ -269,8 +271,9 @@ export class Touch implements Tool {
     grab.to = [x, y];
   }
 
-  private hold(on: boolean): void {
+  hold(on: boolean): void {
     this.cancel();
+    if (on) this.taken.emit();
     setPressed(this.button, on);
     this.floor.plan.tool = on ? this : null;
     this.showLeads();

@@ -155,6 +155,7 @@ export class RunView implements View {
     this.solids.door.ready.on(() => this.cameras.watch());
     this.stage.arranged.on((large) => this.floor.lendLayers(large === "scene" ? this.solids.menus : null));
     this.floor.touch.leadIn(this.solids.door);
+    this.floor.tools.aimIn(this.solids.door);
     this.solids.door.chosen.on((item) => item?.kind === "robot" && this.chooseRobot(item.name ?? ""));
     this.floor.touch.missed.on((names) => explainJoints(names, this.run, this.studio.toasts));
     this.bar.element.prepend(sideSwitch(side));
@@ -346,7 +347,9 @@ export class RunView implements View {
     const robot = this.run?.robots.find((each) => each.name === name);
     this.pad.canStrafe(robot?.can_strafe ?? false);
     this.sheet.offer(kindsOf(robot ?? null));
-    this.pad.show(this.canDrive(), this.run?.drivers?.[name]?.navigator ?? null, this.driven);
+    const navigator = this.run?.drivers?.[name]?.navigator ?? null;
+    this.pad.show(this.canDrive(), navigator, this.driven);
+    this.floor.tools.offer(navigator !== null && this.canDrive() ? name : null);
     this.floor.run(this.run?.robots ?? [], name, this.run?.joints);
     this.showArms();
     this.advise();

@@ -5,7 +5,7 @@ import { newestWins, Signal } from "../signal";
 import { el, type Child } from "../dom";
 import { keyOf } from "../plan/plan";
 import { themeChanged } from "../shell/theme";
-import type { Item } from "../api";
+import type { Item, Point } from "../api";
 import type { Grip, Lead, Led, LooseThing, Pull, Put } from "./grip";
 import type { SceneView } from "./scene";
 import type { Thoughts } from "./thoughts";
@@ -22,6 +22,9 @@ export class Door {
   readonly pulled = new Signal<Pull>();
   /** What is led somewhere by a handle. */
   readonly led = new Signal<Led>();
+  /** From where to where the floor was dragged while goals are set [m]. */
+  readonly aimed = new Signal<[from: Point, to: Point]>();
+  private aims = false;
   /** What is put elsewhere. */
   readonly put = new Signal<Put>();
   /** Told with its pictures a second when those are too few. */
@@ -101,6 +104,12 @@ export class Door {
     this.view?.hold(grip, said);
   }
 
+  /** Whether presses on the floor are goals. */
+  aim(on: boolean): void {
+    this.aims = on;
+    this.view?.aim.set(on);
+  }
+
   /** Which tools and hands can be led, and which things dragged; false while there is no scene to show them in. */
   lead(leads: Lead[], loose: LooseThing[]): boolean {
     if (this.isReady) this.view?.lead(leads, loose);
@@ -178,6 +187,8 @@ export class Door {
     view.leads.led.on((led) => this.led.emit(led));
     view.loose.put.on((put) => this.put.emit(put));
     view.slow.on((rate) => this.slow.emit(rate));
+    view.aim.told.on((way) => this.aimed.emit(way));
+    view.aim.set(this.aims);
     view.show(...this.shown);
     view.hold(...this.held);
     view.think(this.thought);

@@ -7,6 +7,7 @@ import { Grids } from "../run/grids";
 import { el, fill, type Child } from "../dom";
 import { color } from "../shell/theme";
 import { Signal } from "../signal";
+import { Aim } from "./aim";
 import { takeAway } from "./away";
 import { Axes } from "./axes";
 import type { Grip, Lead, LooseThing } from "./grip";
@@ -46,6 +47,7 @@ export class SceneView {
   private selected: Item[] = [];
   private dragged: AsDragged | null = null;
   private grip: Grip | null = null;
+  readonly aim: Aim;
   readonly handles: Handles;
   readonly leads: Leads;
   readonly loose: Loose;
@@ -68,6 +70,7 @@ export class SceneView {
 
   constructor(private readonly word: Look) {
     this.stage = new Stage3d(word("scene.theWorldIn3d"), word("scene.noGraphics"));
+    this.aim = new Aim(this.stage);
     this.handles = new Handles(this.stage);
     this.leads = new Leads(this.stage);
     this.loose = new Loose(this.stage);

@@ -83,7 +83,7 @@ export class Stage3d {
   private calm = 0;
   /** The share that the canvas has the pixels for: all of them once it is calm, though there is no time for it. */
   private has = 0;
-  private pressed: [number, number] | null = null;
+  private pressed: Point | null = null;
   private drawn = 0;
   /** Bounding sphere of the scene. */
   private readonly ball = new Sphere();
@@ -371,7 +371,8 @@ export class Stage3d {
   private release(event: PointerEvent): void {
     const from = this.pressed;
     this.pressed = null;
-    if (!from || event.button || Math.hypot(event.clientX - from[0], event.clientY - from[1]) > STILL) return;
+    // What the view is not turned by is for others.
+    if (!from || event.button || this.controls.mouseButtons.LEFT === null || Math.hypot(event.clientX - from[0], event.clientY - from[1]) > STILL) return;
     this.picked.emit(this.under(event.clientX, event.clientY));
   }
 
