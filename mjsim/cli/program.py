@@ -56,6 +56,7 @@ COMMANDS = {
 ENDS = {
     **dict.fromkeys(("run", "replay", "bridge"), "; what was recorded up to here is closed and readable"),
     "sweep": "; the same command continues the sweep",
+    "experiments": "; the same command continues with what is missing",
 }
 """What is left of a command that is interrupted, where something is."""
 BRIEF = {"check", "schema", "worlds"}

@@ -13,7 +13,7 @@ from mjsim.errors import UsageError, did_you_mean
 from mjsim.experiments import plots
 from mjsim.experiments.finding import Result, at_least, at_most, exactly, within
 from mjsim.experiments.offline import triangulated
-from mjsim.experiments.page import FILES, write_page
+from mjsim.experiments.page import FILES, finished, write_page
 from mjsim.geometry import Array
 from mjsim.output import free_paths
 from mjsim.record import Recording, Track
@@ -179,7 +179,9 @@ EXPERIMENTS: Mapping[str, Callable[[Recording], Result]] = MappingProxyType(
 def run_experiments(
     folder: str | Path, *, only: Sequence[str] = (), progress: Progress | None = None, overwrite: bool = False
 ) -> tuple[Result, ...]:
-    """Run the classic experiments, and write a page with their figures, plots and recordings.
+    """Run the classic experiments, and write a page with their figures, plots and recordings after each.
+
+    In a folder that has such a page, experiments that are on it are not run again, and the others are added to it.
 
     Args:
         folder: Output folder for `index.html`, `results.json`, and a folder per experiment; created if necessary.
@@ -194,14 +196,19 @@ def run_experiments(
     for name in only:
         if name not in EXPERIMENTS:
             raise UsageError(f"no experiment '{name:.40}'{did_you_mean(name, EXPERIMENTS)}")
-    chosen, results = only or list(EXPERIMENTS), []
-    records = free_paths(folder, (f"{name}/run.mcap" for name in chosen), overwrite=overwrite)
-    free_paths(folder, FILES, overwrite=overwrite)
-    for name, record in zip(chosen, records, strict=True):
-        recording = recorded(name, record, progress, overwrite=overwrite)
-        results.append(EXPERIMENTS[name](recording))
-    write_page(Path(folder), results, overwrite=overwrite)
-    return tuple(results)
+    place, chosen = Path(folder), only or list(EXPERIMENTS)
+    done = {} if overwrite else finished(place)
+    if done is None:
+        free_paths(folder, [*FILES, *(f"{name}/run.mcap" for name in chosen)], overwrite=overwrite)
+    results = dict(done or {})
+    write_page(place, list(results.values()), overwrite=overwrite or done is not None)
+    for name in chosen:
+        if name not in results:
+            record = place / name / "run.mcap"
+            record.parent.mkdir(parents=True, exist_ok=True)
+            results[name] = EXPERIMENTS[name](recorded(name, record, progress, overwrite=True))
+            write_page(place, [results[each] for each in EXPERIMENTS if each in results], overwrite=True)
+    return tuple(results[name] for name in chosen)
 
 
 def recorded(name: str, path: Path, progress: Progress | None = None, *, overwrite: bool = False) -> Recording:

@@ -1,11 +1,12 @@
 """The page of the classic experiments: verdicts, figures and plots, in files that open offline."""
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
+from typing import Any
 
-from mjsim.experiments.finding import Finding, Result
+from mjsim.experiments.finding import Finding, Plot, Result
 from mjsim.output import write_files
 from mjsim.report import Block, Heading, HtmlPicture, HtmlTable, Paragraph, html_page
 
@@ -54,6 +55,9 @@ def _json(results: Sequence[Result]) -> str:
     shown = {
         result.name: {
             "holds": result.holds,
+            "title": result.title,
+            "question": result.question,
+            "pictures": {picture.name: picture.caption for picture in result.pictures},
             "findings": [
                 {"what": f.what, "value": f.value, "wanted": f.wanted, "holds": f.holds} for f in result.findings
             ],
@@ -61,6 +65,25 @@ def _json(results: Sequence[Result]) -> str:
         for result in results
     }
     return json.dumps(shown, indent=1) + "\n"
+
+
+def finished(folder: Path) -> dict[str, Result] | None:
+    """Return the results on the page of a folder by name, with their plots; None if it has no such page."""
+    try:
+        shown = json.loads((folder / "results.json").read_text())
+        return {name: _result(folder / name, name, each) for name, each in shown.items()}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return None
+
+
+def _result(folder: Path, name: str, shown: Mapping[str, Any]) -> Result:
+    pictures = tuple(
+        Plot(name=each, caption=caption, png=(folder / f"{each}.png").read_bytes())
+        for each, caption in shown["pictures"].items()
+    )
+    findings = tuple(Finding(**each) for each in shown["findings"])
+    title, question = shown["title"], shown["question"]
+    return Result(name=name, title=title, question=question, findings=findings, pictures=pictures)
 
 
 def _page(results: Sequence[Result]) -> str:

@@ -40,7 +40,7 @@ def swept_share(world: World, robot: Robot, poses: Array) -> float | None:
     shape = (math.ceil((north - south) / cell), math.ceil((east - west) / cell))
     reachable, swept = np.zeros(shape, dtype=np.uint8), np.zeros(shape, dtype=np.uint8)
 
-    def pixels(points: Array) -> Any:
+    def pixels(points: Any) -> Any:
         # The centre of the first cell is at half a cell.
         return np.round(((points - (west, south)) / cell - 0.5) * 2**BITS).astype(np.int32)
 

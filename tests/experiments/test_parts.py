@@ -315,6 +315,9 @@ def test_a_page_has_verdicts_numbers_and_pictures(tmp_path):
     assert places[0] > 0
     assert json.loads((tmp_path / "results.json").read_text())["y"] == {
         "holds": False,
+        "title": "2. Y",
+        "question": "How?",
+        "pictures": {},
         "findings": [
             {"what": "metres [m]", "value": 2.0, "wanted": "at least 1", "holds": True},
             {"what": "deviation", "value": 0.12345, "wanted": "at most 0.1", "holds": False},
@@ -336,6 +339,32 @@ def test_files_of_an_earlier_time_are_kept_before_anything_runs(tmp_path):
         run_experiments(tmp_path, only=["bump"])
     with pytest.raises(UsageError, match="no experiment 'slum'"):
         run_experiments(tmp_path, only=["slum"])
+
+
+def test_an_interrupted_page_has_what_was_done_and_is_finished_by_the_same_command(tmp_path, monkeypatch):
+    runs = []
+
+    def recorded(name, path, progress, *, overwrite):
+        runs.append(name)
+        if runs == ["bump", "slam"]:
+            raise KeyboardInterrupt
+        return name
+
+    def evaluated(name):
+        plot = Plot(name="p", caption="A plot", png=name.encode())
+        return Result(name=name, title=name, question="Why?", findings=(at_least("m", 2.0, 1),), pictures=(plot,))
+
+    monkeypatch.setattr(classic, "recorded", recorded)
+    monkeypatch.setattr(classic, "EXPERIMENTS", dict.fromkeys(["bump", "slam"], evaluated))
+    with pytest.raises(KeyboardInterrupt):
+        run_experiments(tmp_path)
+    assert list(json.loads((tmp_path / "results.json").read_text())) == ["bump"]
+    assert 'src="bump/p.png"' in (tmp_path / "index.html").read_text()
+    assert run_experiments(tmp_path) == (evaluated("bump"), evaluated("slam"))
+    assert runs == ["bump", "slam", "slam"]
+    assert 'src="slam/p.png"' in (tmp_path / "index.html").read_text()
+    run_experiments(tmp_path, overwrite=True)
+    assert runs[3:] == ["bump", "slam"]
 
 
 def test_each_experiment_has_its_evaluation(monkeypatch):
