@@ -8,6 +8,7 @@ import typer
 from mjsim.cli.arguments import Overwrite, RunFile, Settings, WorldFile
 from mjsim.cli.page import addresses_on_signal, how_to_get_another
 from mjsim.cli.recordings import film
+from mjsim.errors import UsageError
 from mjsim.output import NewFile, require_free
 from mjsim.progress import say, show, tracked
 
@@ -79,10 +80,15 @@ def _bake_first(world: "World", model: Any) -> None:
 def replay(
     recording: RunFile,
     robot: Annotated[str, typer.Option(metavar="R", help="The robot whose observations are replayed.")],
-    estimator: Annotated[
-        str, typer.Option(metavar="SPEC", help="module:Class or file.py:Class, with arguments in braces: {key: value}.")
-    ],
     output: Annotated[Path, typer.Option("-o", metavar="RUN2.mcap", help="The recording to write.")],
+    estimator: Annotated[
+        str | None,
+        typer.Option(metavar="SPEC", help="module:Class or file.py:Class, with arguments in braces: {key: value}."),
+    ] = None,
+    trajectory: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Estimates of another program: a TUM trajectory, or a ROS bag with poses."),
+    ] = None,
     observer: Annotated[
         str | None, typer.Option(metavar="SPEC", help="Observer to run; default: use the recorded sightings.")
     ] = None,
@@ -98,7 +104,7 @@ def replay(
     require_free(output, overwrite=overwrite, source=recording)
     run = read_recording(recording)
     require_observations(run, robot)
-    believes, use = module_of(estimator, role="estimator", robot=robot)
+    believes, use = module_of(_estimator(estimator, trajectory, run), role="estimator", robot=robot)
     observing, uses = None, {"estimator": use}
     if observer is not None:
         observing, uses["observer"] = module_of(observer, role="observer", robot=robot)
@@ -114,6 +120,24 @@ def replay(
             overwrite=overwrite,
         )
     print(output)
+
+
+def _estimator(spec: str | None, trajectory: Path | None, run: "Recording") -> str:
+    """Return the estimator to replay: as named, or one that gives the poses in a file, at the times of the run."""
+    if (spec is None) == (trajectory is None):
+        raise UsageError("a replay has one estimator; give --estimator SPEC or --trajectory FILE")
+    if trajectory is None:
+        assert spec is not None, "one of them is given"
+        return spec
+    import json
+
+    from mjsim.logs import read_trajectory
+
+    begins = float(read_trajectory(trajectory)[0, 0])
+    started = float(run.metadata.get("log start", 0.0))
+    # Trajectories from a log of a real robot have its clock; the recording of the log begins at 0.
+    offset = -started if abs(begins - started) < abs(begins) else 0.0
+    return f"mjsim.logs.trajectory:Trajectory{json.dumps({'file': str(trajectory.absolute()), 'offset': offset})}"
 
 
 def _check_outputs(output: Path | None, video: Path | None, *, overwrite: bool) -> None:

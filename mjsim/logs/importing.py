@@ -89,7 +89,7 @@ def guarded_recording(
 
     def write(output: Output) -> Iterator[float]:
         limits = limits_of(path)
-        with Reader(convert, folders=_readable(path), scratch=True, limits=limits) as reader:
+        with Reader(convert, folders=readable_folders(path), scratch=True, limits=limits) as reader:
             arguments = convert, path, wishes, output.command
             parts = reader.parts("mjsim.logs.importing:sent", *arguments, about=path, limits=limits)
             yield from put_together(parts, output, limit=limits.written)
@@ -180,7 +180,7 @@ def _size(file: Path) -> int:
     return 0
 
 
-def _readable(path: Path) -> list[Path]:
+def readable_folders(path: Path) -> list[Path]:
     """Return the folders of a log, as named and where a link leads."""
     return [each if each.is_dir() else each.parent for each in (path, path.resolve())]
 

@@ -61,6 +61,7 @@ MAX_LINES = 1000
 MAX_EXAMINED = 100
 """Maximum number of files to examine in a folder that is not a log itself."""
 TABLES = (".csv", ".tsv", ".dat")
+TRAJECTORIES = (".tum",)
 ZSTD = (".zst", ".zstd")
 PACKED = (".tar", ".tgz", ".txz", ".zip", ".tar.gz", ".tar.xz", ".tar.bz2", ".7z")
 
@@ -119,6 +120,8 @@ def _unknown(path: Path, inside: Sequence[str]) -> str:
         return f"'{path}' is no log as far as it could be unpacked ({cut})"
     if path.is_file() and is_mcap(path):
         return f"'{path}' is an MCAP file but not of ROS; a recording of mjsim is replayed as it is"
+    if path.is_file() and path.suffix.lower() in TRAJECTORIES:
+        return f"'{path}' is a trajectory, no log; judge it on a recording: mjsim replay RUN.mcap --trajectory '{path}'"
     if path.is_file() and path.suffix.lower() in TABLES:
         return f"'{path}' is a table of numbers; describe its columns in a YAML file (log: tables) and name that"
     return f"'{path}' is not a supported log; give {READ}"[:LONGEST_MESSAGE]

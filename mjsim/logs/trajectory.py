@@ -1,0 +1,142 @@
+"""Trajectories of other programs as estimates: a file of TUM, or poses in a bag of ROS, beside a recording of mjsim."""
+
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.random import Generator
+
+from mjsim.errors import UsageError
+from mjsim.geometry import Array, Pose, places_at
+from mjsim.guarded import Plain, guarded
+from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo
+from mjsim.logs.bag_file import Bag, is_bag
+from mjsim.logs.bag_messages import pose_of
+from mjsim.logs.bag_topics import POSES
+from mjsim.logs.importing import readable_folders
+from mjsim.logs.text import LARGEST, lines_of
+
+ODOMETRY, PATH = "nav_msgs/msg/Odometry", "nav_msgs/msg/Path"
+TYPES = (*(kind for kind in POSES if "Transform" not in kind), ODOMETRY, PATH)
+"""Types of messages with poses of a robot."""
+MOST_ROWS = 5_000_000
+LATE = 5.0
+"""Maximum time by which a trajectory may begin after a run [s]."""
+
+
+def read_trajectory(path: str | Path, *, topic: str | None = None) -> Array:
+    """Return the planar poses in a file: rows of time [s], x, y [m] and heading [rad], in order of time.
+
+    Args:
+        path: A text file with rows `t x y z qx qy qz qw` (TUM) or `t x y heading`; or a bag of ROS.
+        topic: The topic of a bag; by default its only one with poses.
+
+    Raises:
+        UsageError: The file cannot be read, has no poses, or several topics with poses.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise UsageError(f"no file '{path}'; name a trajectory: rows t x y z qx qy qz qw, or a bag of ROS with poses")
+    found = guarded(f"{__name__}:trajectory_rows", path, topic, about=path, folders=readable_folders(path))
+    rows = np.asarray(found, dtype=float).reshape(-1, 4)
+    _, first = np.unique(rows[:, 0], return_index=True)
+    if len(first) < 2:
+        raise UsageError(f"'{path}' has {len(first)} poses at different times; a trajectory has at least two")
+    return np.asarray(rows[first])
+
+
+def trajectory_rows(path: Path, topic: str | None) -> Plain:
+    """Return the rows of `read_trajectory` as they are in the file; called in the guarded reader."""
+    rows = _rows_of_bag(path, topic) if is_bag(path) else _rows_of_text(path)
+    return np.array([row for row, _ in zip(rows, range(MOST_ROWS), strict=False)]).reshape(-1, 4)
+
+
+def _rows_of_text(path: Path) -> Iterator[tuple[float, float, float, float]]:
+    for number, line in enumerate(lines_of(path, {}), start=1):
+        words = line.replace(",", " ").split()
+        if not words or line.lstrip().startswith(("#", "%")):
+            continue
+        try:
+            values = [float(word) for word in words]
+        except ValueError:
+            values = []
+        if len(values) not in (4, 8) or not all(abs(value) <= LARGEST for value in values):
+            raise UsageError(
+                f"{path}:{number}: '{line.strip():.60}' is no pose; write t x y z qx qy qz qw, or t x y heading"
+            )
+        yield values[0], values[1], values[2], values[3] if len(values) == 4 else _yaw(*values[4:])
+
+
+def _yaw(x: float, y: float, z: float, w: float) -> float:
+    """Return the heading of a quaternion [rad]."""
+    return math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
+
+
+def _rows_of_bag(path: Path, topic: str | None) -> Iterator[tuple[float, float, float, float]]:
+    with Bag(path) as bag:
+        posed = {name: kind for name, kind in bag.types.items() if kind in TYPES}
+        chosen = posed if topic is None else {name: kind for name, kind in posed.items() if name == topic}
+        if len(chosen) != 1:
+            raise UsageError(
+                f"'{path}' has {len(posed)} topics with poses ({', '.join(sorted(posed))[:300] or 'of other types'});"
+                " name one of them with topic"
+            )
+        ((name, kind),) = chosen.items()
+        for message in bag.messages([name]):
+            decoded = bag.decode(message)
+            # The last path is the final one.
+            for each in decoded.poses if kind == PATH else (decoded,):
+                stamp = each.header.stamp
+                pose = pose_of(each)
+                time = float(stamp.sec) + 1e-9 * float(stamp.nanosec)
+                yield time, float(pose[0, 3]), float(pose[1, 3]), math.atan2(pose[1, 0], pose[0, 0])
+
+
+class Trajectory:
+    """An estimator that gives the poses in a file of another program, interpolated, for `report` and `compare`.
+
+    Its covariances are zero, as such files have none: the NEES is left out.
+    """
+
+    def __init__(self, file: str, *, topic: str | None = None, offset: float = 0.0, frame: str = "start") -> None:
+        """Read the file.
+
+        Args:
+            file: See `read_trajectory`.
+            topic: The topic of a bag.
+            offset: Added to the times in the file, to get those of the run [s].
+            frame: 'start': its first pose in the run is where the robot starts; 'world': poses are in the world frame.
+        """
+        if frame not in ("start", "world"):
+            raise ValueError(f"frame is '{frame:.40}'; it must be start or world")
+        self._track = read_trajectory(file, topic=topic)
+        self._track[:, 0] += offset
+        self._file, self._anchored = file, frame == "start"
+        self._world_from_file: Pose | None = None
+        self._prior = Pose(0.0, 0.0, 0.0)
+
+    def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
+        """Remember where the robot starts."""
+        self._prior = robot.prior
+
+    def update(self, seen: Observation) -> Estimate:
+        """Return the pose at the time of an observation; before the first and after the last one, these.
+
+        Raises:
+            ValueError: The trajectory is of another time than the run.
+        """
+        begins, ends = self._track[[0, -1], 0].tolist()
+        if self._world_from_file is None:
+            if not begins - LATE <= seen.time < ends:
+                raise ValueError(
+                    f"'{self._file}' has poses from {begins:.3f} to {ends:.3f} s, and the run begins at"
+                    f" {seen.time:.3f} s; give offset, in seconds, to add to its times"
+                )
+            first = self._at(seen.time)
+            self._world_from_file = self._prior @ first.inverse() if self._anchored else Pose(0.0, 0.0, 0.0)
+        return Estimate(self._world_from_file @ self._at(seen.time), np.zeros((3, 3)))
+
+    def _at(self, time: float) -> Pose:
+        moment = np.clip([time], self._track[0, 0], self._track[-1, 0])
+        return Pose.from_array(places_at(moment, self._track, gap=math.inf)[0])

@@ -1,0 +1,123 @@
+"""Trajectories of other programs are judged on the truth of a recording: TUM files, and poses in bags."""
+
+import json
+import math
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from mjsim import parse_world
+from mjsim.errors import UsageError
+from mjsim.geometry import Pose, Pose3
+from mjsim.logs import Trajectory, read_trajectory
+from mjsim.logs.trajectory import trajectory_rows
+from mjsim.record import export_tum
+from mjsim.run import run
+from mjsim.sim import Simulation
+from tests.bags import new_bag
+from tests.real_logs import run_command
+
+ROWS = [(10.0, 1.0, 2.0, math.pi - 0.1), (11.0, 2.0, 2.0, -math.pi + 0.1), (12.0, 2.0, 4.0, 0.5)]
+
+
+def quaternion(heading: float) -> str:
+    return f"0 0 {math.sin(heading / 2)!r} {math.cos(heading / 2)!r}"
+
+
+def test_rows_of_both_forms_are_read_and_sorted(tmp_path):
+    for text in (
+        "".join(f"{t} {x} {y} 0.3 {quaternion(turn)}\n" for t, x, y, turn in reversed(ROWS)),
+        "".join(f"{t},{x},{y},{turn!r}\n" for t, x, y, turn in [*ROWS, ROWS[0]]),
+    ):
+        (tmp_path / "track.tum").write_text(f"# a comment\n\n{text}")
+        np.testing.assert_allclose(trajectory_rows(tmp_path / "track.tum", None)[:3, 3].max(), math.pi - 0.1)
+        np.testing.assert_allclose(read_trajectory(tmp_path / "track.tum"), ROWS, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["PoseStamped", "PoseWithCovarianceStamped"])
+def test_poses_of_a_bag_are_read_and_its_topics_named(kind, tmp_path):
+    with new_bag(tmp_path / "theirs", "sqlite") as bag:
+        for time, x, y, turn in ROWS:
+            pose = bag.pose(Pose3(x, y, 0.3, 0.0, 0.0, math.sin(turn / 2), math.cos(turn / 2)))
+            header = bag.header(time, "map")
+            for topic in ("/slam", "/other"):
+                if kind == "PoseStamped":
+                    bag.put(topic, time, bag.make("geometry_msgs/PoseStamped", header=header, pose=pose))
+                else:
+                    inner = bag.make("geometry_msgs/PoseWithCovariance", pose=pose, covariance=np.zeros(36))
+                    bag.put(topic, time, bag.make("geometry_msgs/PoseWithCovarianceStamped", header=header, pose=inner))
+    (path,) = [each for each in tmp_path.iterdir() if each.name.startswith("theirs")]
+    np.testing.assert_allclose(trajectory_rows(path, "/slam"), ROWS, atol=1e-9)
+    with pytest.raises(UsageError, match=r"has 2 topics with poses \(/other, /slam\); name one of them with topic"):
+        trajectory_rows(path, None)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "has 0 poses at different times"),
+        ("1 2 3 4\n", "has 1 poses at different times"),
+        ("1 2 3 4\n1 2 3\n", "track.tum:2: '1 2 3' is no pose; write t x y z qx qy qz qw, or t x y heading"),
+        ("1 2 nan 4\n", "track.tum:1: '1 2 nan 4' is no pose"),
+        ("time x y z\n", "track.tum:1: 'time x y z' is no pose"),
+    ],
+)
+def test_a_file_that_is_no_trajectory_is_refused_in_one_line(text, says, tmp_path):
+    (tmp_path / "track.tum").write_text(text)
+    with pytest.raises(UsageError) as caught:
+        read_trajectory(tmp_path / "track.tum")
+    assert says in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+WORLD = """mjsim: 1
+name: room
+walls: [{points: [[0, 0], [5, 0], [5, 4], [0, 4]], closed: true}]
+robots: [{name: scout, preset: pioneer3dx, at: [1, 1], heading_deg: 30}]
+run:
+  seconds: 1.5
+  rate_hz: 25
+  drivers: {scout: {navigator: {use: "mjsim.algorithms.waypoints:Waypoints", points: [[3, 1], [3, 3]]}}}
+"""
+
+
+@pytest.mark.slow
+def test_somebody_elses_slam_is_judged_on_our_truth(tmp_path, capsys):
+    with Simulation(parse_world(WORLD), seed=1) as simulation:
+        export_tum(run(simulation, record=tmp_path / "run.mcap"), tmp_path)
+    truth = np.loadtxt(tmp_path / "scout_truth.tum")
+    theirs = Pose(3.0, -2.0, 1.1)  # their map has a frame of its own, and their clock another start
+    lines = []
+    for time, x, y, _, _, _, qz, qw in truth.tolist():
+        pose = theirs @ Pose(x, y, 2.0 * math.atan2(qz, qw))
+        lines.append(f"{time + 100.0} {pose.x} {pose.y} 0 {quaternion(pose.heading)}\n")
+    (tmp_path / "slam.tum").write_text("".join(lines[::3]))
+    spec = f"mjsim.logs.trajectory:Trajectory{{file: {tmp_path}/slam.tum, offset: -100}}"
+    recording = str(tmp_path / "run.mcap")
+    replay = ("replay", recording, "--robot", "scout", "-o", str(tmp_path / "theirs.mcap"))
+    assert run_command(*replay, "--trajectory", str(tmp_path / "slam.tum")) == 1
+    assert "the run begins at 0.000 s; give offset" in capsys.readouterr().err
+    assert run_command(*replay, "--estimator", spec, "--overwrite") == 0
+    assert run_command("report", str(tmp_path / "theirs.mcap"), "-o", str(tmp_path / "page")) == 0
+    figures = json.loads((Path(tmp_path) / "page" / "statistics.json").read_text())["robots"]["scout"]
+    assert figures["position_error_m"]["rmse"] < 0.005
+    assert figures["ate_m"]["rmse"] < 0.005
+
+
+def test_the_first_pose_is_where_the_robot_starts_unless_the_frame_is_the_worlds(tmp_path):
+    (tmp_path / "track.tum").write_text("".join(f"{t} {x} {y} {turn!r}\n" for t, x, y, turn in ROWS))
+    with pytest.raises(ValueError, match="frame is 'map'; it must be start or world"):
+        Trajectory(str(tmp_path / "track.tum"), frame="map")
+    robot, first, last = (
+        SimpleNamespace(**each) for each in ({"prior": Pose(7, 7, 0.0)}, {"time": 10.5}, {"time": 13})
+    )
+    for frame, begins in (("start", Pose(7.0, 7.0, 0.0)), ("world", Pose(1.5, 2.0, math.pi))):
+        theirs = Trajectory(str(tmp_path / "track.tum"), frame=frame)
+        theirs.start(robot, {}, np.random.default_rng())
+        found = theirs.update(first).pose
+        assert (found.x, found.y) == pytest.approx((begins.x, begins.y))
+        assert math.cos(found.heading - begins.heading) == pytest.approx(1.0)
+        end = theirs.update(last).pose  # the last one stays
+        assert math.hypot(end.x - found.x, end.y - found.y) == pytest.approx(math.hypot(0.5, 2.0))
