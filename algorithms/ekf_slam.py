@@ -13,12 +13,10 @@ Sightings may lack the name of their beacon; those are associated with the map, 
 import itertools
 import math
 from collections.abc import Hashable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 from numpy.random import Generator
-from scipy.linalg import block_diag
 
 from mjsim.geometry import Array, Pose, wrap_angles
 from mjsim.interface import BeaconInfo, Estimate, Observation, Odometry, RobotInfo, Sighting
@@ -34,7 +32,7 @@ from .past_positions import Mark, PastPositions
 from .picture_errors import PictureErrors, each_of
 from .range_errors import RANGE_ERRORS, RangeErrors
 from .recent_motion import RecentMotion
-from .relocation import Relocation, pose_from_sightings
+from .relocation import ANYWHERE, Relocation, as_lost, pose_from_sightings
 
 __all__ = ["EkfSlam", "EkfSlamFilter", "InvariantEkfSlamFilter", "bicycle_motion", "odometry_motion"]
 
@@ -54,9 +52,6 @@ are iterated: after a minute without a landmark, the first sighting may turn the
 for [rad]."""
 SYSTEMATIC_LENGTH = 1.0
 """Distance over which systematic errors of odometry are assumed to equal its noise [m, rad]."""
-ANYWHERE = (10.0, 10.0, 1.0)
-"""Standard deviations of the pose of a relocated robot, before its sightings are used [m, m, rad]."""
-
 Innovations = tuple[tuple[Hashable, Array, Array], ...]
 """Of accepted sightings: landmark, innovation (2,) and its covariance (2, 2)."""
 
@@ -189,15 +184,9 @@ class EkfSlam:
         if self._past is not None:
             self._past.mark(self._filter)
             belief = self._past.reported(belief)
-        return self._as_lost(belief) if self._relocation.lost else belief
-
-    def _as_lost(self, belief: Estimate) -> Estimate:
-        """Return a belief with the covariance of a pose of which little is known."""
-        places = {name: mean for name, (mean, _) in self._filter.landmarks(self._mapped()).items()}
-        covariance, joint = self._relocation.covariance(self._filter.pose, places), belief.joint_covariance
-        if joint is not None:
-            joint = block_diag(covariance, joint[3:, 3:])
-        return replace(belief, covariance=covariance, joint_covariance=joint)
+        if not self._relocation.lost:
+            return belief
+        return as_lost(belief, self._relocation, {name: mean for name, (mean, _) in belief.landmarks.items()})
 
     def lost(self) -> bool:
         """Return whether nearly all recent sightings contradict the map."""

@@ -20,6 +20,8 @@ from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Sighti
 from .monte_carlo import systematic_resample_with
 from .odometry_errors import COUNT, OdometryErrors
 from .picture_errors import PictureErrors, each_of
+from .recent_motion import RecentMotion
+from .relocation import Relocation, agreeing, as_lost, fitted, pose_from_sightings
 
 GATE = 13.8
 """Gate for the squared Mahalanobis distance of a sighting: accepts 99.9 % of correct ones (chi-square, 2 degrees of
@@ -97,10 +99,12 @@ class FastSlam:
         self._errors, self._error_covariance = np.zeros((self._number, COUNT)), np.zeros((COUNT, COUNT))
         self._failures = np.zeros(self._islands)
         self._picture_errors = PictureErrors(robot, nod=self._nod, repeat=self._repeat)
+        self._recent, self._relocation = RecentMotion(), Relocation()
 
     def update(self, seen: Observation) -> Estimate:
         """Return the belief after this tick's odometry and sightings."""
         moved = seen.odometry
+        self._recent.move(moved, seen.time)
         self._picture_errors.move(moved, seen.sightings)
         noises = each_of(self._picture_errors.covariance(seen.sightings, scale=self._sighting_scale))
         looks = list(zip(seen.sightings, noises, strict=True))
@@ -110,12 +114,18 @@ class FastSlam:
         control, slopes, gained = self._odometry_errors.step(moved, covariance, seen.dt, delay=delay)
         self._error_covariance += np.diag(gained)
         self._move(control, covariance, slopes, known)
+        if self._relocation.lost:
+            return self._relocated(seen.time)
         for sighting, R in looks:
             if sighting.name is not None and sighting.name not in self._index:
                 self._add(sighting, R)
         if known:
             self._resample()
         return self._belief()
+
+    def lost(self) -> bool:
+        """Return whether nearly all recent sightings contradict the maps of most particles."""
+        return self._relocation.lost
 
     @property
     def systematic_errors(self) -> Array:
@@ -131,8 +141,9 @@ class FastSlam:
         G = np.zeros((self._number, 3, 3))
         G[:, 0, 0], G[:, 0, 1], G[:, 1, 0], G[:, 1, 1], G[:, 2, 2] = c, -s, s, c, 1.0
         P = G @ covariance @ G.transpose(0, 2, 1)
+        lost = self._record(looks, expected, P)
         mean, log_weights = expected.copy(), np.zeros(self._number)
-        for sighting, R in looks:
+        for sighting, R in () if lost else looks:
             i = self._index[sighting.name or ""]
             nu, H, H_landmark = particle_innovations(mean, self._means[:, i], sighting)
             Q = R + H_landmark @ self._covariances[:, i] @ H_landmark.transpose(0, 2, 1)
@@ -155,8 +166,46 @@ class FastSlam:
         weights = self._by_island(np.log(np.maximum(self._weights, TINY)) + log_weights)
         weights = np.exp(weights - weights.max(axis=1, keepdims=True))
         self._weights = (weights / weights.sum(axis=1, keepdims=True)).ravel() / self._islands
-        for sighting, R in looks:
+        for sighting, R in () if lost else looks:
             self._correct(sighting, R)
+
+    def _record(self, looks: list[tuple[Sighting, Array]], poses: Array, P: Array) -> bool:
+        """Record how well sightings fit the median particle, before they change any; return whether the robot is lost.
+
+        Args:
+            looks: Sightings of the map with their covariances.
+            poses: Expected poses, shape (n, 3).
+            P: Their covariances, shape (n, 3, 3).
+        """
+        for sighting, R in looks:
+            i = self._index[sighting.name or ""]
+            nu, H, H_landmark = particle_innovations(poses, self._means[:, i], sighting)
+            S = R + H_landmark @ self._covariances[:, i] @ H_landmark.transpose(0, 2, 1) + H @ P @ H.transpose(0, 2, 1)
+            distances = np.einsum("ni,ni->n", nu, np.linalg.solve(S, nu[..., None])[..., 0])
+            self._relocation.record(sighting.name, sighting, float(np.median(distances)), gate=GATE)
+        return self._relocation.lost
+
+    def _relocated(self, time: float) -> Estimate:
+        """Return the belief of a lost robot, after each particle was moved to where its map explains what is seen."""
+        names, sightings = self._relocation.recent(self._recent, time)
+        places = {name: self._weights @ self._means[:, i] for name, i in self._index.items()}
+        pose = pose_from_sightings(names, sightings, places)
+        if pose is None:
+            return as_lost(self._belief(), self._relocation, places)
+        kept = agreeing(pose, names, sightings, places)
+        seen = np.array([self._looked(sightings[i]) for i in kept]).transpose(1, 0, 2)
+        hung = self._means[:, np.array([self._index[names[i]] for i in kept])]
+        self._poses = np.array([fitted(own, places) for own, places in zip(seen, hung, strict=True)])
+        self._weights = np.full(self._number, 1.0 / self._number)
+        self._failures[:] = 0.0
+        self._relocation.found()
+        return self._belief()
+
+    def _looked(self, sighting: Sighting) -> Array:
+        """Return a sighting in the frame of each particle, with an error of its own, shape (n, 2) [m]."""
+        mean = sighting.range, sighting.bearing
+        r, b = self._rng.multivariate_normal(mean, sighting.covariance, self._number, method="svd").T
+        return np.stack([r * np.cos(b), r * np.sin(b)], axis=-1)
 
     def _learn(self, off: Array, covariance: Array, slopes: Array) -> None:
         """Update the systematic errors of odometry with the sampled steps: a Kalman update for each particle.

@@ -28,11 +28,12 @@ from .graph_factors import (
 )
 from .graph_refinement import Leg, MeasuredGraph, refined_poses
 from .held_frame import HeldFrame
-from .look_checks import LookChecks, PosedSighting
+from .look_checks import GATE, LookChecks, PosedSighting
 from .odometry_errors import COUNT, OdometryErrors
 from .picture_errors import PictureErrors, each_of
 from .range_errors import RANGE_ERRORS, RangeErrors
 from .recent_motion import RecentMotion
+from .relocation import ANYWHERE, Relocation, agreeing, as_lost, pose_from_sightings
 
 FLOOR = 1e-3
 """Minimum standard deviation of the position of a robot that turns by one radian [m/sqrt(rad)]. With odometry that is
@@ -115,7 +116,7 @@ class GraphSlam:
         self._motion = odometry_motion()
         self._recent = RecentMotion()
         self._picture_errors = PictureErrors(robot, nod=self._nod, repeat=self._repeat)
-        self._checks = LookChecks()
+        self._checks, self._relocation = LookChecks(), Relocation()
         self._names: dict[str, int] = {}
         self._places: dict[str, Array] = {}
         self._landmarks = 0
@@ -155,13 +156,16 @@ class GraphSlam:
         floor = np.diag([1.0, 1.0, 0.0]) * FLOOR**2 * abs(moved.turn)
         self._slopes, self._systematic_variances = F @ self._slopes + G @ slopes, self._systematic_variances + gained
         self._step_covariance = F @ self._step_covariance @ F.T + G @ moved.covariance @ G.T + floor
-        step = self._mended_step()
-        far = np.hypot(*step[:2]) > self._distance or abs(step[2]) > self._turn
         named_sightings = [sighting for sighting in seen.sightings if sighting.name is not None]
         if self._ranges_may_err:
             self._range_errors.begin(named_sightings)
             self._range_errors.constraint(named_sightings, self._recent)
         named = [self._recent.to_now(each) for each in named_sightings]
+        self._doubt(named)
+        if self._relocation.lost:
+            named = self._relocate(seen.time)
+        step = self._mended_step()
+        far = np.hypot(*step[:2]) > self._distance or abs(step[2]) > self._turn
         # In a turn, the look in which a landmark appears may be the only one that connects it with those before it.
         used = named if far or any(each.name not in self._names for each in named) else []
         self._picture_errors.move(moved, used)
@@ -171,6 +175,35 @@ class GraphSlam:
             self._extend(used, seen.time)
         self._steps.append((seen.time, self._number, self._step, self._slopes))
         return self._belief()
+
+    def lost(self) -> bool:
+        """Return whether nearly all recent sightings contradict the map."""
+        return self._relocation.lost
+
+    def _doubt(self, sightings: list[Sighting]) -> None:
+        """Record how well sightings of the map fit where the robot is."""
+        pose, _, G = self._motion(self._pose, self._mended_step())
+        moved = G @ self._step_covariance @ G.T
+        for sighting in sightings:
+            name = sighting.name or ""
+            if name in self._names and not self._checks.is_young(name):
+                distance = self._checks.distance(pose, self._places[name], self._mended(sighting), moved=moved)
+                self._relocation.record(name, sighting, distance, gate=GATE)
+
+    def _relocate(self, time: float) -> list[Sighting]:
+        """Return sightings that a lost robot can be found by, after the step to there; none as long as there are none.
+
+        The step that odometry tells since the last pose is replaced by one of which nothing is known.
+        """
+        names, sightings = self._relocation.recent(self._recent, time)
+        pose = pose_from_sightings(names, [self._mended(each) for each in sightings], self._places)
+        if pose is None:
+            return []
+        kept = agreeing(pose, names, sightings, self._places)
+        self._step = (Pose.from_array(self._pose).inverse() @ Pose.from_array(pose)).as_array()
+        self._step_covariance, self._slopes = np.diag(ANYWHERE) ** 2, np.zeros((3, COUNT))
+        self._relocation.found()
+        return [sightings[i] for i in kept]
 
     @property
     def range_errors(self) -> tuple[Array, Array]:
@@ -324,7 +357,10 @@ class GraphSlam:
         pose, F, G = self._motion(self._frame.pose(self._pose), self._mended_step())
         own = self._step_covariance + self._slopes @ self._error_covariance @ self._slopes.T
         covariance = F @ self._frame.pose_covariance(self._pose, self._covariance) @ F.T + G @ own @ G.T
-        return Estimate(Pose.from_array(pose), covariance, dict(self._map))
+        belief = Estimate(Pose.from_array(pose), covariance, dict(self._map))
+        if not self._relocation.lost:
+            return belief
+        return as_lost(belief, self._relocation, {name: place for name, (place, _) in self._map.items()})
 
     def _mended_step(self) -> Array:
         """Return the step since the last pose, corrected for the systematic errors of odometry, shape (3,)."""

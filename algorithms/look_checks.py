@@ -61,11 +61,8 @@ class LookChecks:
             landmark: Its position in the map, shape (2,) [m].
             sighting: The sighting of this landmark.
         """
-        expected, H_pose, _ = range_bearing(pose, landmark[None])
-        nu, H = innovation(np.array([[sighting.range, sighting.bearing]]), expected)[0], H_pose[0]
-        # A landmark is about as uncertain as a single sighting of it.
-        S = H @ self._covariance @ H.T + 2.0 * sighting.covariance
-        if nu @ np.linalg.solve(S, nu) > GATE:
+        distance, H, S = self._compared(pose, landmark, sighting, self._covariance)
+        if distance > GATE:
             return False
         name = sighting.name or ""
         by_landmark = self._covariance - self._covariance @ H.T @ np.linalg.solve(S, H @ self._covariance)
@@ -73,6 +70,27 @@ class LookChecks:
         self._entered[name] = _lesser(self._entered[name], self._covariance)
         self._counted[name] += 1
         return True
+
+    def distance(self, pose: Array, landmark: Array, sighting: Sighting, *, moved: Array) -> float:
+        """Return the squared Mahalanobis distance of a sighting from what the map and the motion predict.
+
+        Args:
+            pose: Of the robot at the sighting, map frame, shape (3,).
+            landmark: Its position in the map, shape (2,) [m].
+            sighting: The sighting of this landmark.
+            moved: Covariance of the motion since the last call of `move`, map frame, shape (3, 3).
+        """
+        return self._compared(pose, landmark, sighting, self._covariance + moved)[0]
+
+    def _compared(
+        self, pose: Array, landmark: Array, sighting: Sighting, covariance: Array
+    ) -> tuple[float, Array, Array]:
+        """Return the squared Mahalanobis distance of a sighting, its derivative by the pose and its covariance."""
+        expected, H_pose, _ = range_bearing(pose, landmark[None])
+        nu, H = innovation(np.array([[sighting.range, sighting.bearing]]), expected)[0], H_pose[0]
+        # A landmark is about as uncertain as a single sighting of it.
+        S = H @ covariance @ H.T + 2.0 * sighting.covariance
+        return float(nu @ np.linalg.solve(S, nu)), H, S
 
     def wait(self, number: int, sighting: Sighting, recent: RecentMotion, time: float) -> list[PosedSighting]:
         """Add a sighting to those that wait; return all that agree with it, including itself, if there are enough.

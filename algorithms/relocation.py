@@ -9,12 +9,15 @@ little is known, until two landmarks, seen one after the other, give the pose, o
 import itertools
 from collections import deque
 from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
 from mjsim.geometry import Array
-from mjsim.interface import Sighting
+from mjsim.interface import Estimate, Sighting
 
 from .ekf_models import innovation
 from .recent_motion import MEMORY, RecentMotion
@@ -33,12 +36,17 @@ ANY_HEADING = np.pi**2 / 3.0
 STEADY, STEADY_GATE = 1.0, 9.2
 """Sightings of a landmark up to this long apart [s] agree if their squared Mahalanobis distance is below the gate
 (chi-square, 2 degrees of freedom: 99 %)."""
+ANYWHERE = (10.0, 10.0, 1.0)
+"""Standard deviations of the pose of a relocated robot, before its sightings are used [m, m, rad]."""
 AGREEING = 0.7
 """Proportion of the sightings that a new pose must explain."""
 MIN_DISTANCE = 0.5
 """Least distance between the two sightings that give a pose [m]."""
 MAX_SIGHTINGS = 200
 """Most sightings used, the newest ones."""
+
+Places = Mapping[Any, Array]
+"""Positions of landmarks by their names, shape (2,) each [m]."""
 
 
 class Relocation:
@@ -94,7 +102,7 @@ class Relocation:
         self._failed = deque([True] * (FAILING - TRIAL), maxlen=COUNTED)
         self._lost = False
 
-    def recent(self, motion: RecentMotion, time: float) -> tuple[list[Hashable], list[Sighting]]:
+    def recent(self, motion: RecentMotion, time: float) -> tuple[list[Any], list[Sighting]]:
         """Return the newest sighting of each landmark of the map since they fail, transformed to the current pose.
 
         A landmark whose last sightings disagree with each other, given odometry, was seen while the robot was pushed or
@@ -107,7 +115,7 @@ class Relocation:
         steady = {name: looks[-1] for name, looks in by_name.items() if _agree(looks, motion)}
         return list(steady), [motion.to_now(sighting) for sighting in steady.values()]
 
-    def covariance(self, pose: Array, places: Mapping[Hashable, Array]) -> Array:
+    def covariance(self, pose: Array, places: Places) -> Array:
         """Return that of the pose of a lost robot, shape (3, 3).
 
         The robot is somewhere on a circle about the landmark that it saw last, with any heading: the mean square of the
@@ -122,6 +130,20 @@ class Relocation:
         return np.diag([squared, squared, ANY_HEADING])
 
 
+def as_lost(belief: Estimate, relocation: Relocation, places: Places) -> Estimate:
+    """Return a belief with the covariance of a pose of which little is known.
+
+    Args:
+        belief: As if the robot were not lost.
+        relocation: Of the robot.
+        places: Positions of the landmarks of the map, shape (2,) each [m].
+    """
+    covariance = relocation.covariance(belief.pose.as_array(), places)
+    joint = belief.joint_covariance
+    joint = None if joint is None else block_diag(covariance, joint[3:, 3:])
+    return replace(belief, covariance=covariance, joint_covariance=joint)
+
+
 def _agree(looks: Sequence[Sighting], motion: RecentMotion) -> bool:
     """Return whether the newest sighting of a landmark agrees with one of about a second before, given odometry."""
     last = motion.to_now(looks[-1])
@@ -130,9 +152,7 @@ def _agree(looks: Sequence[Sighting], motion: RecentMotion) -> bool:
     return bool(nu @ np.linalg.solve(first.covariance + last.covariance, nu) < STEADY_GATE)
 
 
-def pose_from_sightings(
-    names: Sequence[Hashable], sightings: Sequence[Sighting], places: Mapping[Hashable, Array]
-) -> Array | None:
+def pose_from_sightings(names: Sequence[Hashable], sightings: Sequence[Sighting], places: Places) -> Array | None:
     """Return the pose with which most sightings agree; None if no pose explains enough of them.
 
     Every pair of sightings far enough apart gives a pose; the one with most inliers is taken (an exhaustive RANSAC,
@@ -146,7 +166,7 @@ def pose_from_sightings(
     Returns:
         (x, y, heading), shape (3,) [m, m, rad].
     """
-    seen = np.array([[k.range * np.cos(k.bearing), k.range * np.sin(k.bearing)] for k in sightings])
+    seen = _points(sightings)
     hung = np.array([places[name] for name in names])
     best: NDArray[np.bool_] = np.zeros(len(seen), dtype=bool)
     for i, j in itertools.combinations(range(len(seen)), 2):
@@ -157,6 +177,17 @@ def pose_from_sightings(
             best = agree
     enough = max(2, np.ceil(AGREEING * len(seen)))
     return fitted(seen[best], hung[best]) if best.sum() >= enough else None
+
+
+def agreeing(pose: Array, names: Sequence[Hashable], sightings: Sequence[Sighting], places: Places) -> list[int]:
+    """Return which sightings agree with a pose (3,); the rest as in `pose_from_sightings`."""
+    hung = np.array([places[name] for name in names])
+    return np.flatnonzero(_residuals(pose, _points(sightings), hung) < _tolerances(sightings)).tolist()
+
+
+def _points(sightings: Sequence[Sighting]) -> Array:
+    """Return where sightings are in the robot's frame, shape (n, 2) [m]."""
+    return np.array([[k.range * np.cos(k.bearing), k.range * np.sin(k.bearing)] for k in sightings]).reshape(-1, 2)
 
 
 def fitted(seen: Array, hung: Array) -> Array:

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+import mjsim.algorithms
 from mjsim.algorithms.ekf_models import range_bearing
 from mjsim.algorithms.ekf_slam import EkfSlam
 from mjsim.algorithms.recent_motion import RecentMotion
@@ -172,6 +173,20 @@ def test_one_or_two_landmarks_at_a_time_find_a_robot_again_that_says_it_is_lost_
     # From the first sighting on it takes about a second to notice.
     first = run.time[(run.time > 60.0) & (run.seen > 0)][0]
     assert run.surely_wrong() < first - 60.0 + 2.5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["FastSlam", "GraphSlam"])
+def test_so_do_particles_and_a_graph(kind):
+    if kind == "GraphSlam":
+        pytest.importorskip("gtsam", reason="an extra")
+    slam = getattr(mjsim.algorithms, kind)()
+    run = disturbed.drive({"slam": slam}, 1, DISTURBED["pushed and turned"])["slam"]
+    last = run.time > run.time[-1] - 10.0
+    assert run.position[last].mean() < 0.1
+    assert run.nees[last].mean() < 5.0
+    assert run.lost.any()
+    assert not run.lost[last | (run.time < 60.0)].any()
 
 
 @pytest.mark.slow
