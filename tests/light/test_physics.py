@@ -92,6 +92,21 @@ def test_a_lamp_does_not_shine_through_a_wall_or_its_corners():
     assert light_at(model, light, "floor", [0.92, 0, 0])[0] > 0.2
 
 
+def test_reflected_light_does_not_spread_below_a_closed_door_that_is_thinner_than_a_texel():
+    text = """mjsim: 1
+light: 0
+walls:
+  - {points: [[-1, -0.5], [1, -0.5], [1, 0.5], [-1, 0.5]], closed: true}
+  - {points: [[0, -0.5], [0, 0.5]], openings: [{at: 0.2, width: 0.6, door: {}}]}
+ceiling: {}
+lamps: [{at: [-0.5, 0]}]
+"""
+    model, light = baked(text, texel=0.07)
+    dark, lit = (light_at(model, light, "floor", [x, 0, 0])[0] for x in (0.1, -0.1))
+    assert lit > 0.5
+    assert dark < 0.02 * lit
+
+
 def test_the_floor_is_redder_near_a_red_wall():
     text = BLACK.replace("floor: {color: '#000000'}", "floor: {color: '#ffffff'}").replace("#000000", "#e02010", 1)
     model, light = baked(f"{text}lamps: [{{at: [1, 0], height: 2.4, color: '#ffffff'}}]\n", texel=0.1)
