@@ -76,7 +76,7 @@ MAY_USE_MUJOCO = {"ergonomics", "lab", "light", "models", "posture", "compile", 
 
 HEAVY = {
     *("av", "cv2", "dm_control", "ezdxf", "filterpy", "foxglove", "matplotlib", "mcap", "mink", "mujoco", "pyarrow"),
-    *("ruamel", "scipy", "starlette", "svgpathtools", "uvicorn"),
+    *("ruamel", "scipy", "starlette", "svgpathtools", "trimesh", "uvicorn"),
 }
 
 

@@ -10,7 +10,7 @@ from mjsim.models.inertias import number_of
 
 
 @dataclass(frozen=True, slots=True)
-class Coupling:
+class JointCoupling:
     """A joint that another one moves: its value is `ratio` times the other's plus `offset` [rad, m]."""
 
     joint: str
@@ -19,17 +19,17 @@ class Coupling:
     offset: float
 
 
-def mimics(root: Element) -> Iterator[Coupling]:
+def mimics(root: Element) -> Iterator[JointCoupling]:
     """Yield the mimic joints of a URDF."""
     for joint in root.findall("joint"):
         mimic = joint.find("mimic")
         if mimic is not None:
             ratio, offset = (number_of(mimic.get(key)) for key in ("multiplier", "offset"))
             ratio = 1.0 if ratio is None else ratio
-            yield Coupling(joint.get("name", ""), mimic.get("joint", ""), ratio, offset or 0.0)
+            yield JointCoupling(joint.get("name", ""), mimic.get("joint", ""), ratio, offset or 0.0)
 
 
-def equalities(model: mujoco.MjModel) -> Iterator[Coupling]:
+def equalities(model: mujoco.MjModel) -> Iterator[JointCoupling]:
     """Yield the equalities of two joints of MJCF whose polynomials are straight lines."""
     for number in range(model.neq):
         two = int(model.eq_type[number]) == int(mujoco.mjtEq.mjEQ_JOINT) and int(model.eq_obj2id[number]) >= 0
@@ -40,10 +40,10 @@ def equalities(model: mujoco.MjModel) -> Iterator[Coupling]:
         own, other = (float(model.qpos0[model.jnt_qposadr[joint]]) for joint in (first, second))
         # MuJoCo's are about the reference positions.
         offset += own - ratio * other
-        yield Coupling(model.joint(first).name, model.joint(second).name, ratio, offset)
+        yield JointCoupling(model.joint(first).name, model.joint(second).name, ratio, offset)
 
 
-def coupled(couplings: Sequence[Coupling], names: Sequence[str]) -> tuple[tuple[int, int, float, float], ...]:
+def coupled(couplings: Sequence[JointCoupling], names: Sequence[str]) -> tuple[tuple[int, int, float, float], ...]:
     """Return index of the joint, index of its leader, ratio and offset of the couplings between some joints."""
     index = {name: number for number, name in enumerate(names)}
     return tuple(

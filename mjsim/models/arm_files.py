@@ -17,7 +17,7 @@ from mjsim.errors import did_you_mean
 from mjsim.geometry import Array
 from mjsim.inventory import Fate, FileItem, inventory
 from mjsim.models.arm_checks import ArmFileError, check_joints, check_numbers, checked_inertias
-from mjsim.models.arm_couplings import Coupling, coupled, equalities, mimics
+from mjsim.models.arm_couplings import JointCoupling, coupled, equalities, mimics
 from mjsim.models.arm_motors import Motors, motors_of
 from mjsim.models.arm_tree import ArmTree, carried_by, chain_to, tree_of
 from mjsim.models.arm_xacro import expanded
@@ -267,7 +267,7 @@ def _arm(
     last: int,
     flange: Array,
     motors: Motors,
-    couplings: Sequence[Coupling],
+    couplings: Sequence[JointCoupling],
     notes: list[str],
 ) -> FileArm:
     chain, fingers = tree.path_to(last), carried_by(tree, last)

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.models.pixels import encode_png
 from mjsim.models.xml_text import RefusedXmlError, checked_xml
 
 READ = (".dae", ".gltf", ".glb", ".obj", ".stl")
@@ -165,6 +164,8 @@ def _part(meshes: Sequence[Any]) -> MeshPart:
     rgba, picture = _look(meshes[0])
     if picture is None:
         return _plain([mesh.triangles for mesh in meshes], rgba)
+    from mjsim.models.pixels import encode_png
+
     image = picture.convert("RGB")
     image.thumbnail((LONGEST_SIDE, LONGEST_SIDE))
     pixels = np.asarray(image)
