@@ -342,7 +342,7 @@ function group(sheet: Sheet, { field, path }: Place, beside: Child, rows: Child[
     { title: field.meaning, "data-id": `${key} group` },
     icon(ICONS.down),
     el("span", { class: "group-name" }, field.label),
-    error ? el("span", { class: "bad-dot", role: "img", "aria-label": word("panel.hasAnError") }) : null,
+    error ? el("span", { class: `bad-dot${isWarned(sheet, path) ? " odd" : ""}`, role: "img", "aria-label": word("panel.hasAnError") }) : null,
     el("span", { class: "count" }, count),
   );
   const details = el(
