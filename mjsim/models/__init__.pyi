@@ -48,6 +48,9 @@ from .robot_files import robot_text as robot_text
 from .rotations import pose_keys as pose_keys
 from .rotations import quaternion_of as quaternion_of
 from .said_sensors import SaidSensor as SaidSensor
+from .sdf_frames import SdfFrames as SdfFrames
+from .sdf_frames import floats as floats
+from .sdf_frames import own_pose as own_pose
 from .shape import ModelShape as ModelShape
 from .shape import read_model as read_model
 from .surroundings import MjcfScene as MjcfScene

@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 from mjsim.models.meshes import check_mesh
 from mjsim.models.pictures import picture_size
 from mjsim.models.proven import digest
+from mjsim.models.sdf_models import mjcf_of_sdf
 from mjsim.models.trees import FOREIGN, tree_of
 from mjsim.models.xml_text import RefusedXmlError
 
@@ -167,6 +168,12 @@ class Gatherer:
             self.keep_mjcf(root, sections)
         elif root.tag == "robot":
             self.keep_urdf(root)
+        elif root.tag == "sdf" and sections is THING:
+            made = mjcf_of_sdf(root, self._path)
+            root.clear()
+            root.tag = made.tag
+            root.extend(made)
+            self.keep_mjcf(root, sections)
         else:
             path, tag = self._path, root.tag
             raise ValueError(f"'{path}' begins with <{tag}>; a model begins with <mujoco> (MJCF) or <robot> (URDF)")

@@ -122,7 +122,7 @@ def test_a_written_world_reads_back_equal(folder):
         ),
         ("end names a part of a model; an arm of a table ends at its last row", "{preset: puma560, end: x}"),
         ("start_deg holds 2 values; the arm has 3 joints", "{model: arms/lamp.urdf, end: tip, start_deg: [1, 2]}"),
-        ("'arm.txt' is not a model; name an MJCF (.xml), URDF (.urdf) or xacro (.xacro) file", "{model: arm.txt}"),
+        ("'arm.txt' is not a model; name an MJCF (.xml), URDF (.urdf), xacro or SDF (.sdf) file", "{model: arm.txt}"),
     ],
 )
 def test_invalid_keys_are_errors(sentence, arm, folder):

@@ -10,12 +10,11 @@ import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
-from mjsim.exchange.scenes.sdf_frames import floats
 from mjsim.exchange.scenes.solids import Scene, SceneSolid
 from mjsim.exchange.strokes import Indices
 from mjsim.geometry import Array
 from mjsim.inventory import Fate
-from mjsim.models import whole_mesh
+from mjsim.models import floats, whole_mesh
 
 MAX_BYTES = 60_000_000
 """Maximum size of a mesh file [bytes]."""

@@ -16,11 +16,11 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.exchange.scenes.meshes import MeshFiles
 from mjsim.exchange.scenes.sdf_files import Folders
-from mjsim.exchange.scenes.sdf_frames import Frames, floats, own_pose
 from mjsim.exchange.scenes.sdf_looks import color_of
 from mjsim.exchange.scenes.solids import Light, Scene, SceneSolid, SceneThing
 from mjsim.geometry import Array
 from mjsim.inventory import Fate
+from mjsim.models import SdfFrames, floats, own_pose
 
 MAX_INCLUDES = 12
 """Maximum nesting of included models."""
@@ -59,7 +59,7 @@ def read_sdf(path: Path, *, search: list[Path]) -> Scene:
 class _Outer:
     """What a model or an include is in: the world, or a model."""
 
-    frames: Frames
+    frames: SdfFrames
     world_from_outer: Array
     """Shape (4, 4) [m]."""
     file: Path
@@ -89,12 +89,12 @@ class _Reader:
             elif child.tag in ("actor", "road", "population"):
                 self.scene.tell(Fate.LEFT_OUT, child.tag, child.get("name", ""), "mjsim has no such thing from a file")
 
-    def _frames(self, element: Element, file: Path) -> Frames:
-        def inner(child: Element) -> Frames | None:
+    def _frames(self, element: Element, file: Path) -> SdfFrames:
+        def inner(child: Element) -> SdfFrames | None:
             found = self._opened(child, file)
             return None if found is None else self._frames(*found)
 
-        return Frames(element, str(self._path), inner)
+        return SdfFrames(element, str(self._path), inner)
 
     def _opened(self, element: Element, file: Path) -> tuple[Element, Path] | None:
         """Return the model in an element, which may include a file, and its file; None if it cannot be had."""
@@ -154,7 +154,7 @@ class _Reader:
         self.scene.tell(Fate.LEFT_OUT, "robot", name, why)
 
     def _links(
-        self, model: Element, frames: Frames, world_from_model: Array, file: Path, name: str, *, static: bool
+        self, model: Element, frames: SdfFrames, world_from_model: Array, file: Path, name: str, *, static: bool
     ) -> None:
         """Take the links of a model as one rigid thing."""
         solids, mass, bare = [], 0.0, 0
@@ -173,7 +173,7 @@ class _Reader:
             self.scene.add(SceneThing(name, solids, world_from_model, None if static else max(mass, 1e-3)))
 
     def _solids(
-        self, link: Element, frames: Frames, world_from_model: Array, file: Path, name: str
+        self, link: Element, frames: SdfFrames, world_from_model: Array, file: Path, name: str
     ) -> Iterator[SceneSolid]:
         """Yield the collision shapes of a link, in the colours of what is visible of it."""
         looks = [color for visual in link.findall("visual") if (color := color_of(visual)) is not None]
@@ -228,7 +228,7 @@ class _Reader:
         if normal[2] < 0.99 * np.linalg.norm(normal) or abs(pose[2, 3]) > 0.05:
             self.scene.tell(Fate.LEFT_OUT, "plane", name, "a world has one floor, at height 0")
 
-    def _light(self, light: Element, frames: Frames, world_from_outer: Array) -> None:
+    def _light(self, light: Element, frames: SdfFrames, world_from_outer: Array) -> None:
         name = light.get("name", "")
         if light.get("type") not in ("point", "spot"):
             if light.get("type") != "directional" or name.lower() not in SUN:

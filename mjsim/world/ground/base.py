@@ -52,9 +52,9 @@ def _existing_picture(name: str, info: ValidationInfo) -> str:
 
 
 def _existing_model(name: str, info: ValidationInfo) -> str:
-    """Check that an MJCF, URDF or xacro file exists, if the reader of a file provides the source."""
-    if not name.lower().endswith((".xml", ".mjcf", ".urdf", ".xacro")):
-        raise ValueError(f"'{name}' is not a model; name an MJCF (.xml), URDF (.urdf) or xacro (.xacro) file")
+    """Check that an MJCF, URDF, xacro or SDF file exists, if the reader of a file provides the source."""
+    if not name.lower().endswith((".xml", ".mjcf", ".urdf", ".xacro", ".sdf")):
+        raise ValueError(f"'{name}' is not a model; name an MJCF (.xml), URDF (.urdf), xacro or SDF (.sdf) file")
     source = (info.context or {}).get("source")
     if isinstance(source, Source) and name not in source.attached:
         read_asset(name, source)

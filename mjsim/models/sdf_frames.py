@@ -73,12 +73,12 @@ def own_pose(element: Element, where: str) -> tuple[Array, str]:
 
 
 @dataclass(slots=True)
-class Frames:
+class SdfFrames:
     """The frames of one model, or of the world, by name; poses are in the frame of the model."""
 
     element: Element
     where: str
-    inner: Callable[[Element], "Frames | None"]
+    inner: Callable[[Element], "SdfFrames | None"]
     """Returns the frames of a nested model or include."""
     _named: Mapping[str, Element] = field(init=False)
     _poses: dict[str, Array] = field(default_factory=dict)
