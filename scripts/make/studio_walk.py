@@ -93,7 +93,7 @@ def record(walk: Walk) -> None:
     walk.page.get_by_label("Speed").and_(walk.page.locator(":visible")).select_option("max")
     walk.run()
     walk.keep("the first run has ended: EKF-SLAM, as the world has it")
-    walk.press("scout: Estimator: Ekf Slam; choose another")
+    walk.press("scout: Estimator: EKF-SLAM; choose another")
     walk.page.get_by_role("dialog").get_by_title("mjsim.algorithms.fastslam:FastSlam").click()
     walk.run()
     walk.keep("the second has ended: FastSLAM, chosen in Setup")

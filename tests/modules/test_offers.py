@@ -6,6 +6,7 @@ import pytest
 
 from mjsim.modules import offers_in
 from mjsim.modules.python.annotations import schema_of
+from mjsim.modules.python.offers import title_of
 
 NUMBER = {"type": "number"}
 NAMES = {"Law": ast.parse('Literal["linear", "cubic"]', mode="eval").body, "Odd": ast.parse("Odd", mode="eval").body}
@@ -52,3 +53,9 @@ def test_choices_and_defaults_are_followed_into_the_files_that_name_them(tmp_pat
         ("delay", 0.05, NUMBER),
         ("far", None, NUMBER),
     ]
+
+
+def test_classes_are_called_as_people_write_them():
+    names = ("EkfSlam", "TextbookFastSlam", "GraphSlam", "LidarSlam", "UkfLocalization", "Lqr", "GoToGoal", "my_slam")
+    titles = ["EKF-SLAM", "Textbook FastSLAM", "GraphSLAM", "Lidar SLAM", "UKF Localization", "LQR", "Go To Goal"]
+    assert [title_of(name) for name in names] == [*titles, "my_slam"]

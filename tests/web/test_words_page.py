@@ -10,7 +10,6 @@ from playwright.sync_api import expect
 
 import mjsim
 from mjsim.web import Studio
-from mjsim.web.panel_schema import panel_schema
 from tests.windows import PATIENCE, page_at
 
 SOURCES = Path(mjsim.__file__).parent / "web" / "page" / "src"
@@ -90,65 +89,33 @@ def table_of(*names):
     return dict(pair for name in names for pair in TABLE.findall((SOURCES / "words" / name).read_text("utf-8")))
 
 
-def test_translations_have_keys_and_values_of_the_english_table():
+def test_translations_are_whole_and_have_the_values_of_the_english_table():
     own = {"en.ts", "en_fields.ts", "en_server.ts", "en_said.ts"}
     english = table_of(*own)
-    names = {path.name for path in (SOURCES / "words").glob("*.ts")} - own - {"words.ts", "languages.ts"}
-    others = {name for name in names if "_meanings" not in name}
-    assert others
+    others = {path.name for path in (SOURCES / "words").glob("*.ts")} - own - {"words.ts", "languages.ts"}
     for name in others:
         translated = table_of(name)
-        assert translated.keys() <= english.keys()
+        assert translated.keys() == english.keys(), name
         for key, text in translated.items():
             assert text
             assert sorted(re.findall(r"\{\w+\}", text)) == sorted(re.findall(r"\{\w+\}", english[key])), key
-        share = rf"{name[:-3]}: \{{ name: \"\w+\", share: {100 * len(translated) // len(english)} \}}"
-        assert re.search(share, (SOURCES / "words" / "words.ts").read_text("utf-8")), share
-
-
-def test_meanings_are_translated_by_the_sentences_of_the_schema():
-    """One whose English sentence was reworded would never be shown."""
-    schema = panel_schema()
-    said = {
-        re.sub(r"\s+", " ", re.sub(r"\s*\[[^\]]*\]\s*\.?$", "", field.get("description", ""))).strip()
-        for kind in (schema, *schema["$defs"].values())
-        for field in kind.get("properties", {}).values()
-    }
-    tables = list((SOURCES / "words").glob("*_meanings.ts"))
-    assert tables
-    for table in tables:
-        entries = re.findall(r'^  "(.*?)":\s+"(.+)",$', table.read_text("utf-8"), re.MULTILINE)
-        assert len(entries) == table.read_text("utf-8").count('",\n') > 10
-        assert {english for english, _ in entries} <= said
 
 
 @pytest.mark.slow
-def test_the_meaning_of_a_field_is_in_the_language_of_the_page_or_in_english(browser, tmp_path):
+def test_a_language_is_chosen_by_address_and_menu_and_kept(browser, tmp_path):
     (tmp_path / "room.yaml").write_text(WORLD)
     with Studio(tmp_path, world="room.yaml") as studio, page_at(browser, studio.url) as page:
-        page.goto(page.url.split("#")[0] + "?lang=de#edit")
-        page.get_by_role("treeitem").filter(has_text="crate").first.click()
-        panel = page.locator(".panel")
-        titles = [each.get_attribute("title") for each in panel.locator(".label").all()]
-        assert any(title.startswith("Ob ein Roboter es schieben kann.") for title in titles), titles
-        assert any(re.match("[A-Z][a-z]+ [a-z]+ [a-z]+", title) for title in titles)  # those without a translation
-
-
-@pytest.mark.slow
-def test_a_language_is_chosen_by_address_and_menu_and_kept_and_words_that_it_lacks_are_english(browser, studio):
-    german = table_of("de.ts")
-    assert "edit.takeTheTourInSix" not in german
-    with page_at(browser, studio.url) as page:
         expect(page.get_by_role("tab", name="Review", exact=True)).to_be_visible()
-        page.goto(page.url.split("#")[0] + "?lang=de-AT")
-        expect(page.get_by_role("tab", name=german["shell.review"], exact=True)).to_be_visible()
-        assert page.evaluate("document.documentElement.lang") == "de"
+        page.goto(page.url.split("#")[0] + "?lang=en-XA#edit")
+        expect(page.get_by_role("tab", name="[Révíéw~]", exact=True)).to_be_visible()
+        assert page.evaluate("document.documentElement.lang") == "en-XA"
         assert "lang" not in page.url
+        page.get_by_role("treeitem").filter(has_text="crate").first.click()
+        titles = [each.get_attribute("title") for each in page.locator(".panel .label").all()]
+        assert any(title.startswith("[Whéthér á róbót cán púsh ít") for title in titles), titles
         page.reload()
-        expect(page.get_by_role("tab", name=german["shell.run"], exact=True)).to_be_visible()
-        expect(page.get_by_role("button", name="Take the six-step tour")).to_be_visible()  # not translated
-        page.get_by_role("button", name=german["shell.language"]).click()
-        expect(page.get_by_role("menuitemradio", checked=True)).to_have_text(re.compile(r"^Deutsch \(\d+ %\)$"))
+        expect(page.get_by_role("tab", name="[Rún~]", exact=True)).to_be_visible()
+        page.get_by_role("button", name="[Lángúágé~]").click()
         page.get_by_role("menuitemradio", name="English", exact=True).click()
         expect(page.get_by_role("tab", name="Review", exact=True)).to_be_visible()
         page.reload()
@@ -157,13 +124,14 @@ def test_a_language_is_chosen_by_address_and_menu_and_kept_and_words_that_it_lac
 
 
 @pytest.mark.slow
-def test_who_reads_a_language_that_is_half_translated_is_not_given_it_unasked(browser, studio):
+def test_who_reads_a_language_that_the_page_lacks_is_given_english_and_no_choice(browser, studio):
     context = browser.new_context(locale="de-DE")
     page = context.new_page()
     try:
         page.goto(studio.url)
         expect(page.get_by_role("tab", name="Review", exact=True)).to_be_visible(timeout=PATIENCE)
         assert page.evaluate("navigator.language") == "de-DE"
+        expect(page.get_by_role("button", name="Language")).to_have_count(0)
     finally:
         context.close()
 

@@ -13,6 +13,8 @@ from mjsim.modules.python.outline import UnreadableError, methods_of, tree_of
 from mjsim.modules.roles import ROLES
 
 MAX_BYTES = 1_000_000
+ABBREVIATIONS = {"Dwa", "Ekf", "Imu", "Lqr", "Mppi", "Pd", "Pid", "Slam", "Ukf"}
+"""Words of class names that people write in capitals."""
 _ARGUMENT = re.compile(r"^ {4}(\w+): (.*(?:\n {6,}.*)*)", re.MULTILINE)
 
 
@@ -76,12 +78,19 @@ def _is_protocol(item: ast.ClassDef) -> bool:
     return any(isinstance(base, ast.Name) and base.id in ("Protocol", "ABC") for base in item.bases)
 
 
+def title_of(name: str) -> str:
+    """Return the name of a class as people write it: 'EkfSlam' is EKF-SLAM, 'MonteCarloLocalization' has spaces."""
+    parts = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", name).split()
+    words = [part.upper() if part in ABBREVIATIONS else part for part in parts]
+    return re.sub(r"\b(EKF|UKF) SLAM", r"\1-SLAM", re.sub(r"\b(Fast|Graph) SLAM", r"\1SLAM", " ".join(words)))
+
+
 def _offer(item: ast.ClassDef, role: str, use: str, keys: Sequence[Key]) -> Offer:
     text = ast.get_docstring(item) or ""
     return Offer(
         role=role,
         use=use,
-        title=re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", item.name),
+        title=title_of(item.name),
         about=" ".join(text.partition("\n\n")[0].split()),
         keys=keys,
     )

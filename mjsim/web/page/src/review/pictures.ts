@@ -44,11 +44,11 @@ export class Pictures {
     /** Told when there are other tiles. */
     private readonly changed: () => void,
   ) {
-    for (const [kind, label] of KINDS) {
-      this.switches.append(
-        toggle({ class: "quiet run-small" }, this.wanted.has(kind), (on) => this.want(kind, on), label),
-      );
-    }
+    this.switches.append(
+      ...KINDS.map(([kind, label]) =>
+        toggle({ class: "quiet run-small", "data-kind": kind }, this.wanted.has(kind), (on) => this.want(kind, on), label),
+      ),
+    );
   }
 
   load(recording: Recording): void {
@@ -58,6 +58,10 @@ export class Pictures {
     for (const { plain } of this.views.values()) plain?.bitmap.close();
     this.views.clear();
     this.outside = overlook(recording.scene.bounds);
+    // Only cameras have these, and robots are followed from behind.
+    const needs = { depth: recording.cameras, segmentation: recording.cameras, outside: [true], chase: recording.robots };
+    for (const [kind] of KINDS)
+      this.switches.querySelector(`[data-kind=${kind}]`)?.toggleAttribute("hidden", needs[kind].length === 0);
   }
 
   tiles(): Tile[] {
@@ -90,7 +94,8 @@ export class Pictures {
       camera,
       ...kinds.map((kind) => `${camera}:${kind}`),
     ]);
-    return [...cameras, ...(["outside", "chase"] as const).filter(has)];
+    const chase = this.recording?.robots.length ? (["outside", "chase"] as const) : (["outside"] as const);
+    return [...cameras, ...chase.filter(has)];
   }
 
   private place(view: string): Shown {

@@ -1,12 +1,11 @@
 /** Tables of languages other than English; fetched by the page only when one of them is chosen. */
 
-import { DE } from "./de";
-import { DE_MEANINGS } from "./de_meanings";
 import { EN_SAID } from "./en_said";
 
 type Table = Record<string, string>;
 
-const TABLES: Record<string, { table: Table; meanings: Table }> = { de: { table: DE, meanings: DE_MEANINGS } };
+/** By their tags; only whole ones are offered. */
+const TABLES: Record<string, { table: Table; meanings: Table }> = {};
 /** Shows what is in no table. */
 const ACCENTED = "en-XA";
 

@@ -10,23 +10,12 @@ export type Key = keyof typeof ENGLISH_WORDS | keyof typeof EN_SAID;
 export type Words = Record<Key, string>;
 
 const KEY = "mjsim-language";
-/** Of the address of the page: ?lang=de chooses a language. */
+/** Of the address of the page: ?lang=en-XA chooses a language. */
 const PARAMETER = "lang";
 /** The tables of other languages, as a program of its own. */
 const PROGRAM = "/languages.js";
-interface Language {
-  /** As its speakers call it. */
-  name: string;
-  /** Share of the words that are translated, rounded down [%]; the others are shown in English. */
-  share: number;
-}
-
-/** By their BCP 47 tags. */
-const LANGUAGES: Record<string, Language> = {
-  en: { name: "English", share: 100 },
-  de: { name: "Deutsch", share: 17 },
-  "en-XA": { name: "Énglísh", share: 100 },
-};
+/** Whole languages by their BCP 47 tags, as their speakers call them. */
+const LANGUAGES: Record<string, string> = { en: "English", "en-XA": "Énglísh" };
 /** Shows what is in no table: for those who write the page, offered only where it was switched on by hand. */
 const FOR_DEVELOPERS = "en-XA";
 
@@ -80,11 +69,9 @@ export function meaningOf(english: string): string {
   return (english && others?.meaningIn(language, english)) || english;
 }
 
-/** The languages that a person can choose: tag and name, with the share that is translated where that is not all. */
+/** The languages that a person can choose: tag and name. */
 export function offered(): [tag: string, name: string][] {
-  return Object.entries(LANGUAGES)
-    .filter(([tag]) => tag !== FOR_DEVELOPERS || tag === language)
-    .map(([tag, { name, share }]) => [tag, share < 100 ? `${name} (${Math.max(share, 1)} %)` : name]);
+  return Object.entries(LANGUAGES).filter(([tag]) => tag !== FOR_DEVELOPERS || tag === language);
 }
 
 /** Use another language from the next load of the page on. */
@@ -98,7 +85,7 @@ function chosen(): string {
   if (asked !== null) return asked;
   const kept = remembered();
   if (kept !== null && Object.hasOwn(LANGUAGES, kept)) return kept;
-  return navigator.languages.map(known).find((tag) => tag !== null && isComplete(tag)) ?? "en";
+  return navigator.languages.map(known).find((tag) => tag !== null) ?? "en";
 }
 
 /** The language in the address, which is remembered in its place: so another one can be chosen afterwards. */
@@ -130,9 +117,4 @@ function remembered(): string | null {
 function known(tag: string): string | null {
   const [base = ""] = tag.split("-");
   return [tag, base].find((each) => Object.hasOwn(LANGUAGES, each)) ?? null;
-}
-
-/** Nobody is given half a translation who did not ask for it. */
-function isComplete(tag: string): boolean {
-  return LANGUAGES[tag]?.share === 100;
 }
