@@ -101,7 +101,7 @@ class GoToGoal:
         self._robot = robot
         self._views, self._memory = Views(robot), ObstacleMemory(FINE, seconds=FORGET)
         top = min(robot.max_speed, math.inf if self._speed is None else self._speed)
-        self._pause = min(max(SPACING / top, LOOK), SLOW_LOOK)
+        self._slow_pause = min(max(SPACING / top, LOOK), SLOW_LOOK)
         self._local = PathIntegral(robot, rng, top=top)
         self._walls = _sampled(map.segments) if map is not None else np.zeros((0, 2))
         self._near, self._around = self._walls, np.full(2, math.inf)
@@ -129,7 +129,7 @@ class GoToGoal:
         self._now, views = seen.time, self._views.update(seen)
         self.pose = pose = self._pose(seen, belief.pose, views)
         # Half the scans of a fast lidar suffice to remember.
-        views = views if seen.time >= self._looked + (SLOW_LOOK if self._is_open else self._pause) - 1e-6 else []
+        views = views if seen.time >= self._looked + self._pause - 1e-6 else []
         self._looked = seen.time if views else self._looked
         self._look(seen, pose, views)
         place = self._place
@@ -291,9 +291,15 @@ class GoToGoal:
 
     def _is_hurried(self, now: float) -> bool:
         """Return whether to choose a motion now: always, but in the open from time to time."""
-        if self._is_open and now < self._chosen + UNHURRIED - 1e-6 and self._recovery.attempt is Attempt.DRIVE:
-            return self._local.apart(self._scan) < 0.5 * self._room
-        return True
+        waits = self._is_open and now < self._chosen + UNHURRIED - 1e-6 and self._recovery.attempt is Attempt.DRIVE
+        return not waits or bool(self._moving.tracked) or self._local.apart(self._scan) < 0.5 * self._room
+
+    @property
+    def _pause(self) -> float:
+        """Time between scans that are used [s]."""
+        if self._moving.tracked:
+            return LOOK
+        return SLOW_LOOK if self._is_open else self._slow_pause
 
     @property
     def _room(self) -> float:

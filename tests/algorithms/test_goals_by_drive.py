@@ -44,6 +44,36 @@ def test_it_arrives_without_a_touch_with(case):
             assert tick.time < 25.0
 
 
+class ClosesALoop:
+    """Dead reckoning without noise, with an error that vanishes at once after 3 s."""
+
+    def start(self, robot, catalogue, rng):
+        self.pose = robot.prior
+
+    def update(self, seen):
+        moved = seen.odometry
+        self.pose = self.pose @ mjsim.Pose(moved.forward, moved.left, moved.turn)
+        error = mjsim.Pose(0.0, 0.0, 0.0) if seen.time > 3.0 else mjsim.Pose(0.3, -0.35, 0.15)
+        return mjsim.Estimate(error @ self.pose, np.diag([0.01, 0.01, 0.01]))
+
+
+@pytest.mark.slow
+def test_it_arrives_without_a_touch_when_the_estimate_jumps_because_a_loop_closes():
+    sensors = LIDAR.replace("FOV", "360").replace("REACH", "8")
+    text = ROOM.replace("PRESET", "pioneer3dx").replace("SENSORS", sensors)
+    world = mjsim.parse_world(
+        text.replace("at: [1.5, 1.2]", "odometry: {noise: {distance: 0, turn: 0}}, at: [1.5, 1.2]")
+    )
+    with mjsim.Simulation(world, seed=1) as sim:
+        driver = mjsim.Driver(navigator=GoToGoal([5.8, 1.2]), estimator=ClosesALoop())
+        for tick in mjsim.ticks(sim, {"r": driver}):
+            assert not any(event.kind == "bump" for event in tick.orders["r"].events)
+            if np.hypot(tick.truth["r"].x - 5.8, tick.truth["r"].y - 1.2) < 0.2:
+                break
+            assert tick.time < 25.0
+    assert tick.time > 5.0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("width", [1.6, 2.0])
 def test_two_that_meet_in_a_corridor_pass_each_other(width):
