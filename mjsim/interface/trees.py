@@ -6,7 +6,7 @@ mark what languages represent differently: several items of one shape, and names
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from mjsim.interface.readings import (
     Sighting,
 )
 from mjsim.interface.values import (
+    ArmInfo,
     BeaconInfo,
     Command,
     Estimate,
@@ -33,6 +34,9 @@ from mjsim.interface.values import (
     WheelCommand,
     WorldMap,
 )
+
+if TYPE_CHECKING:
+    from mjsim.mechanics import Arm
 
 Tree = Any
 """A dict, list, text, number, None, array, `Stack`, `Named` or `RecordList`."""
@@ -219,6 +223,9 @@ def _sheet(value: Any) -> Tree:
     if isinstance(value, Intrinsics):
         size = {"width": value.width, "height": value.height, "matrix": value.matrix()}
         return {**size, "lens": value.lens, "distortion": _stack(value.distortion)}
+    if isinstance(value, ArmInfo):
+        told = {name: getattr(value, name) for name in ("joints", "lower", "upper", "max_velocity", "max_torque")}
+        return {**told, "joints": [*value.joints], **_arm(value.model)}
     if is_dataclass(value):
         return {part.name: _sheet(getattr(value, part.name)) for part in fields(value) if part.name not in _NO_DATA}
     if isinstance(value, Mapping):
@@ -226,6 +233,28 @@ def _sheet(value: Any) -> Tree:
     if isinstance(value, tuple):
         return [*value] if all(isinstance(each, str) for each in value) else np.array(value)
     return value
+
+
+def _arm(arm: "Arm") -> dict[str, Tree]:
+    """Return geometry, masses and motors of an arm: what its kinematics and dynamics need."""
+    links = arm.links
+    return {
+        "base": arm.base,
+        "tool": arm.flange @ arm.tool,
+        "gravity": np.array(arm.gravity),
+        "carrier": arm.carrier,
+        "parents": np.array(arm.parents, dtype=float),
+        "slide": np.array([float(link.slide) for link in links]),
+        "before": Stack(np.array([link.before for link in links])),
+        "after": Stack(np.array([link.after for link in links])),
+        "mass": np.array([link.mass for link in links]),
+        "center": Stack(np.array([link.center for link in links])),
+        "inertia": Stack(np.array([link.inertia for link in links])),
+        "gear": np.array([link.gear for link in links]),
+        "rotor_inertia": np.array([link.rotor_inertia for link in links]),
+        "viscous": np.array([link.viscous for link in links]),
+        "coulomb": Stack(np.array([link.coulomb for link in links])),
+    }
 
 
 def _map(map: WorldMap) -> dict[str, Tree]:

@@ -24,6 +24,7 @@ from .hosts import Offer as Offer
 from .notes import notes_on as notes_on
 from .notes import readings_needed as readings_needed
 from .notes import unfed_modules as unfed_modules
+from .octave import TOOLBOX as TOOLBOX
 from .octave import find_octave as find_octave
 from .octave import octave_found as octave_found
 from .pictures import JudgedPicture as JudgedPicture

@@ -14,7 +14,7 @@ import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.interface import quoted
-from mjsim.modules import find_octave
+from mjsim.modules import TOOLBOX, find_octave
 from mjsim.output import free_paths, write_set
 from mjsim.toolbox.calls import read_calls, write_recorders
 
@@ -99,7 +99,7 @@ def _run(script: Path, recorders: Path, record: Path) -> str | None:
 def _code(script: Path, recorders: Path, record: Path) -> str:
     """Return what Octave evaluates: the script in the base workspace, so that `clear all` is its own."""
     quiet = "".join(f"warning('off','Octave:{name}');" for name in QUIET)
-    folders = (recorders, HERE / "recorder", HERE / "m", script.parent)
+    folders = (recorders, HERE / "recorder", TOOLBOX, script.parent)
     paths = "".join(f"addpath({quoted(str(folder))});" for folder in folders[::-1])
     called = f"source({quoted(str(script))})"
     if _is_function(script):

@@ -143,9 +143,33 @@ def test_a_function_gets_what_the_docs_say_and_its_answer_arrives_whole(tmp_path
 REACH = """function [cmd, state] = reach(obs, est, robot, state)
 assert(strcmp(robot.arms.my_arm.name, 'my-arm') && numel(robot.arms.my_arm.joints) == 6)
 assert(isequal(size(obs.joints.my_arm.q), [6 1]) && isequal(size(obs.joints.my_arm.tau), [6 1]))
+arm = robot.arms.my_arm;
+q = 0.1 * (1:6);
+assert(norm(fkine(arm, q) - FKINE) < 1e-12 && norm(jacob0(arm, q) - JACOBIAN) < 1e-12)
+assert(norm(rne(arm, q, q, 2 * q) - RNE) < 1e-10 && norm(gravload(arm, q) - GRAVLOAD) < 1e-10)
+assert(norm(inertia(arm, q) - INERTIA) < 1e-10 && norm(fkine(arm, ikine(arm, FKINE, q + 0.1)) - FKINE) < 1e-9)
 cmd.joints.my_arm.q = 0.1 * ones(1, 6);
 end
 """
+
+
+def reach() -> str:
+    """Return the navigator, with the numbers that the functions for arms must give it."""
+    arm, q = mjsim.arm("puma560"), 0.1 * np.arange(1, 7)
+    numbers = {
+        "FKINE": arm.fkine(q),
+        "JACOBIAN": arm.jacob0(q),
+        "RNE": arm.rne(q, q, 2 * q),
+        "GRAVLOAD": arm.gravload(q),
+        "INERTIA": arm.inertia(q),
+    }
+    text = REACH
+    for key, value in numbers.items():
+        rows = np.atleast_2d(value).tolist()
+        text = text.replace(key, "[" + "; ".join(" ".join(map(repr, row)) for row in rows) + "]")
+    return text
+
+
 SPRING = """function [tau, state] = spring(fast, wanted, robot, state)
 assert(strcmp(robot.part, 'my-arm') && fast.dt == 0.004 && isempty(fast.imu))
 goal = zeros(6, 1);
@@ -160,7 +184,7 @@ end
 @pytest.mark.slow
 @needs_octave
 def test_functions_move_arms(tmp_path):
-    (tmp_path / "reach.m").write_text(REACH)
+    (tmp_path / "reach.m").write_text(reach())
     (tmp_path / "spring.m").write_text(SPRING)
     (tmp_path / "arm.yaml").write_text(
         "robots: [{name: r, base: fixed, at: [1, 2], arms: [{name: my-arm, preset: puma560}]}]\n"

@@ -11,6 +11,7 @@ from mjsim.errors import one_line
 from mjsim.interface import Tree, answer_of, doubles_of, quoted
 from mjsim.modules.foreign import ON_3_AND_4, Answer, Ended, Engine, Process, ShownOutput, Workplace
 from mjsim.modules.hosts import Failed
+from mjsim.modules.octave.installed import TOOLBOX
 from mjsim.modules.octave.text import read_function
 
 DRIVER = Path(__file__).parent / "driver"
@@ -80,7 +81,7 @@ class OctaveEngine(Engine):
 
     def _begin(self) -> str:
         """Return the code that Octave evaluates at its start."""
-        folders = [DRIVER, *(self._folder / path for path in (*self._paths, self._file.parent))]
+        folders = [TOOLBOX, DRIVER, *(self._folder / path for path in (*self._paths, self._file.parent))]
         adds = "".join(f"warning('off','Octave:{name}');" for name in _QUIET)
         adds += "".join(f"addpath({quoted(str(folder))});" for folder in folders)
         file = quoted(str(self._folder / self._file))

@@ -3,10 +3,13 @@
 import re
 import shutil
 import subprocess
+from pathlib import Path
 
 from mjsim.errors import UsageError
 
 INSTALL = "sudo apt-get install --no-install-recommends octave"
+TOOLBOX = Path(__file__).parent / "toolbox"
+"""Folder with functions for arms, with the names of the old robotics toolbox."""
 PATIENCE = 20.0
 """Time limit for Octave to print its version [s]."""
 _VERSION = re.compile(r"^GNU Octave, version (\S{1,40})", re.MULTILINE)

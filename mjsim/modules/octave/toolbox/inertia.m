@@ -1,8 +1,8 @@
 function M = inertia(varargin)
 % INERTIA  The mass matrix with rotors, n x n, or n x n x k for q with k rows: inertia(r, q).
   [r, rest] = mjsim_robot(varargin);
-  s = mjsim_plain(r);
-  n = numel(s.links);
+  s = mjsim_chain(r);
+  n = numel(s.m);
   q = mjsim_rows(rest{1}, n);
   M = zeros(n, n, size(q, 1));
   for k = 1:size(q, 1)
@@ -10,6 +10,6 @@ function M = inertia(varargin)
       unit = zeros(1, n); unit(j) = 1;
       M(:, j, k) = mjsim_rne(s, q(k, :), zeros(1, n), unit, zeros(3, 1), zeros(6, 1), 0)';
     end
-    M(:, :, k) = (M(:, :, k) + M(:, :, k)') / 2 + diag([s.links.G].^2 .* [s.links.Jm]);
+    M(:, :, k) = (M(:, :, k) + M(:, :, k)') / 2 + diag(s.G.^2 .* s.Jm);
   end
 end

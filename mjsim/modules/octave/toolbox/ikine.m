@@ -2,8 +2,8 @@ function [q, err] = ikine(varargin)
 % IKINE  Joint values that bring the tool to a pose: ikine(r, T, q0, M); a row for each pose of 4 x 4 x k.
 %   M weights x, y, z and the rotation about them; 0 for free coordinates.
   [r, rest] = mjsim_robot(varargin);
-  s = mjsim_plain(r);
-  n = numel(s.links);
+  s = mjsim_chain(r);
+  n = numel(s.m);
   T = rest{1}; q0 = zeros(1, n); M = ones(6, 1); numbers = 0; k = 2;
   while k <= numel(rest)
     if ischar(rest{k}) && any(strcmp(rest{k}, {'mask', 'q0'}))

@@ -1,8 +1,8 @@
 function C = coriolis(varargin)
 % CORIOLIS  The matrix of Christoffel symbols, C * qd' are the torques of Coriolis and centrifugal forces.
   [r, rest] = mjsim_robot(varargin);
-  s = mjsim_plain(r);
-  n = numel(s.links);
+  s = mjsim_chain(r);
+  n = numel(s.m);
   q = rest{1}(:)'; qd = rest{2}(:)';
   none = zeros(1, n);
   C = zeros(n);

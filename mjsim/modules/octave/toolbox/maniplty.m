@@ -2,7 +2,7 @@ function m = maniplty(varargin)
 % MANIPLTY  Yoshikawa's measure of manipulability at each row of q.
   [r, rest] = mjsim_robot(varargin);
   q = rest{1};
-  if numel(q) == r.n, q = q(:)'; end
+  if isvector(q), q = q(:)'; end
   m = zeros(size(q, 1), 1);
   for k = 1:size(q, 1)
     J = jacob0(r, q(k, :));

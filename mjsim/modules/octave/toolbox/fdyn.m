@@ -1,7 +1,7 @@
 function [t, q, qd] = fdyn(varargin)
 % FDYN  Motion of an arm under torques: [t, q, qd] = fdyn(r, t0, t1, torque, q0, qd0), torque = f(t, q, qd).
   [r, rest] = mjsim_robot(varargin);
-  n = r.n;
+  n = numel(mjsim_chain(r).m);
   torque = ''; q0 = zeros(n, 1); qd0 = q0;
   if numel(rest) > 2, torque = rest{3}; end
   if numel(rest) > 3, q0 = rest{4}(:); end

@@ -1,6 +1,6 @@
 function [q, miss] = mjsim_ikine(s, T, q0, M)
 % MJSIM_IKINE  Damped least squares from q0, then from other starts, always the same ones (Sugihara, 2011).
-  n = numel(s.links);
+  n = numel(s.m);
   best = q0; least = Inf;
   seed = 1;
   for try_ = 1:40
@@ -8,7 +8,7 @@ function [q, miss] = mjsim_ikine(s, T, q0, M)
     if try_ > 1
       for k = 1:n
         seed = mod(16807 * seed, 2147483647);
-        start(k) = q0(k) + (2 * seed / 2147483647 - 1) * pi * (1 - 0.9 * s.links(k).sigma);
+        start(k) = q0(k) + (2 * seed / 2147483647 - 1) * pi * (1 - 0.9 * s.slide(k));
       end
     end
     [q, miss] = descend(s, T, start, M);

@@ -1,9 +1,9 @@
 function T = fkine(varargin)
 % FKINE  Pose of the tool, 4 x 4, or 4 x 4 x k for q with k rows: fkine(r, q).
   [r, rest] = mjsim_robot(varargin);
-  s = mjsim_plain(r);
+  s = mjsim_chain(r);
   q = rest{1};
-  n = numel(s.links);
+  n = numel(s.m);
   if numel(q) == n, q = q(:)'; end
   if size(q, 2) ~= n
     error('q has %d columns; the arm has %d joints', size(q, 2), n);
@@ -11,6 +11,6 @@ function T = fkine(varargin)
   T = zeros(4, 4, size(q, 1));
   for k = 1:size(q, 1)
     frames = mjsim_frames(s, q(k, :));
-    T(:, :, k) = frames(:, :, n) * s.tool;
+    T(:, :, k) = frames(:, :, s.carrier) * s.tool;
   end
 end

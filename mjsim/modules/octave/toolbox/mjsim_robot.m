@@ -1,6 +1,7 @@
 function [r, rest] = mjsim_robot(given)
-% MJSIM_ROBOT  The arm among given in either order, or made of a matrix [alpha A theta D sigma], and the others.
-  found = find(cellfun(@(a) isa(a, 'robot'), given), 1);
+% MJSIM_ROBOT  The arm among arguments in either order, and the others.
+%   An arm is an object, robot.arms.NAME of a module, or a matrix [alpha A theta D sigma].
+  found = find(cellfun(@(a) isa(a, 'robot') || (isstruct(a) && isfield(a, 'before')), given), 1);
   if isempty(found)
     found = find(cellfun(@(a) isnumeric(a) && size(a, 2) >= 4 && ndims(a) == 2 && size(a, 1) > 1, given), 1);
     if isempty(found)

@@ -2,8 +2,8 @@ function tau = rne(varargin)
 % RNE  Torques for a motion, a row for each row of q: rne(r, q, qd, qdd, gravity, fext) or rne(r, [q qd qdd], ...).
 %   Viscous friction of a motor is multiplied by the square of its gear ratio, dry friction by the ratio.
   [r, rest] = mjsim_robot(varargin);
-  s = mjsim_plain(r);
-  n = numel(s.links);
+  s = mjsim_chain(r);
+  n = numel(s.m);
   q = rest{1};
   if size(q, 2) == 3 * n
     [q, qd, qdd] = deal(q(:, 1:n), q(:, n + 1:2 * n), q(:, 2 * n + 1:end));
