@@ -19,8 +19,8 @@ LUMINANCE = (0.2126, 0.7152, 0.0722)
 """Shares of red, green and blue in the luminance of linear light (ITU-R BT.709)."""
 SPECKS, SMALLEST, LARGEST = 40, 0.006, 0.05
 """Number of specks on a dirty lens, and their radii in widths of the picture; out of focus they are soft."""
-SHARP = np.outer([1.0, 2.0, 1.0], [1.0, 2.0, 1.0]) / 16.0
-"""The blur that an unsharp mask subtracts."""
+SHARP = 3
+"""Side of the blur that an unsharp mask subtracts, binomial [px]."""
 SAME_GAIN = 0.01
 """Relative change of the gain below which its tables are kept."""
 
@@ -187,9 +187,8 @@ class Imager:
         """Return a picture after sharpening and compression, in colour."""
         camera = self._camera
         if camera.sharpening:
-            kernel = -camera.sharpening * SHARP
-            kernel[1, 1] += 1.0 + camera.sharpening
-            cv2.filter2D(image, -1, kernel, dst=image)
+            blurred = cv2.GaussianBlur(image, (SHARP, SHARP), 0)
+            cv2.addWeighted(image, 1.0 + camera.sharpening, blurred, -camera.sharpening, 0.0, dst=image)
         if camera.jpeg is not None:
             image = _compressed(image, camera.jpeg)
         return np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2RGB) if camera.monochrome else image, dtype=np.uint8)

@@ -125,7 +125,7 @@ class BentView:
         places[seen] = planes.points * focal + [(self.width - 1) / 2, (self.height - 1) / 2]
         places[seen, 1] += planes.which * self.height
         x, y = places.astype(np.float32).reshape(*shape, 2).transpose(2, 0, 1)
-        self._places = cv2.convertMaps(np.ascontiguousarray(x), np.ascontiguousarray(y), cv2.CV_16SC2)
+        self._places = np.ascontiguousarray(x), np.ascontiguousarray(y)
         self._seen = seen.reshape(shape)
         self._nearest = tuple(np.rint(np.where(seen, each, 0.0)).astype(int).reshape(shape) for each in places.T)
         self._ahead = np.ones(shape)

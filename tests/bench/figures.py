@@ -21,6 +21,7 @@ from mjsim.bench.pictures import (
     picture_floor,
     pictures,
     stock,
+    stock_compiled,
 )
 from mjsim.bench.recordings import film, recording
 from mjsim.bench.scenes import LIDAR, hall
@@ -49,6 +50,7 @@ FIGURES = (
     Figure("pictures-floor", PICTURES, picture_floor(640, 480)),
     Figure("sense-640x480", PICTURES, gallery_sensed(640, 480)),
     Figure("stock-640x480", PICTURES, stock(640, 480)),
+    Figure("stock-compiled", PICTURES, stock_compiled),
     Figure("floor-320x240", PICTURES, picture_floor(320, 240)),
     Figure("sense-320x240", PICTURES, gallery_sensed(320, 240)),
     Figure("stock-320x240", PICTURES, stock(320, 240)),

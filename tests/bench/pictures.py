@@ -174,6 +174,27 @@ def stock(width: int, height: int) -> Prepare:
     return prepare
 
 
+@contextmanager
+def stock_compiled() -> Iterator[Once]:
+    """Measure `mujoco.Renderer` as it is, in the gallery as mjsim compiles it."""
+    with Simulation(gallery()) as sim, stock_renderer(sim.model, width=640, height=480) as renderer:
+        (robot,), places = sim.robots, gallery_places()
+
+        def once(clock: Clock) -> float:
+            seconds = 0.0
+            for place in places:
+                sim.move(robot, place)
+                mujoco.mj_forward(sim.model, sim.data)
+                began = clock()
+                renderer.update_scene(sim.data, f"{robot}/front")
+                renderer.render()
+                seconds += clock() - began
+            return len(places) / seconds
+
+        once(perf_counter)
+        yield once
+
+
 def office_geom_by_geom(segments: int, width: int = 640, height: int = 480) -> Prepare:
     """Measure the office drawn geom by geom with MuJoCo's bare functions: no shadows, one sample a pixel."""
 
