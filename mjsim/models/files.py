@@ -324,6 +324,7 @@ class Gatherer:
         for child in list(root):
             if child.tag not in _URDF:
                 root.remove(child)
+        _name_apart(root)
         for item in root.iter():
             if item.tag in _URDF_PARTS and item is not root:
                 for part in list(item):
@@ -347,6 +348,18 @@ class Gatherer:
         if own is not None:
             settings |= {key: own.attrib[key] for key in sorted(_URDF_COMPILER & own.attrib.keys())}
         ElementTree.SubElement(ElementTree.SubElement(root, "mujoco"), "compiler", settings)
+
+
+def _name_apart(root: Element) -> None:
+    """Give shapes of a URDF names of their own, if they have any; MuJoCo takes the last name for one without."""
+    shapes = [shape for link in root.findall("link") for shape in link if shape.tag in ("visual", "collision")]
+    taken: set[str] = set()
+    for shape in shapes if any(shape.get("name") for shape in shapes) else ():
+        own = name = shape.get("name") or shape.tag
+        while name in taken:
+            name = f"{own}-{len(taken)}"
+        shape.set("name", name)
+        taken.add(name)
 
 
 def _keep(element: Element, tags: Set[str]) -> None:

@@ -138,6 +138,13 @@ def test_the_texture_of_a_visual_mesh_is_seen_and_read_back_from_the_file_that_i
     assert spec_of(robot.files).compile().ntex == 1
 
 
+def test_shapes_of_one_name_are_read_without_a_warning(capfd):
+    twice = URDF.replace("<visual>", '<visual name="a">').replace("<collision>", '<collision name="a">')
+    files = {"r.urdf": twice, "a.obj": OBJ.replace("mtllib a.mtl", "")}
+    assert gather_robot("r.urdf", lambda name: files[name].encode()).model.ngeom == 2
+    assert capfd.readouterr() == ("", "")
+
+
 def test_a_mesh_whose_texture_is_missing_has_its_colour():
     files = {"r.urdf": URDF, "a.obj": OBJ, "a.mtl": "newmtl skin\nKd 1 0 0\nmap_Kd skin.png\n"}
 
