@@ -122,7 +122,7 @@ def importers() -> Iterator[tuple[str, Importer]]:
         options = () if scale is None else ("--scale", str(scale))
         if name.startswith("robot"):
             yield name, Importer(seeds, _robot, _brought, robot)
-        elif name in ("svg", "dxf", "map", "image of a map", "mat"):
+        elif name in ("svg", "dxf", "map", "image of a map", "mat") or name.startswith("scene"):
             yield name, Importer(seeds, _drawing(scale), _new(*options), world)
         else:
             yield name, Importer(seeds, _stands, _check, "mjsim.models.trials:model")

@@ -38,6 +38,21 @@ MJCF = b"""<mujoco><compiler angle="radian" eulerseq="zYx" meshdir="meshes"/>
 <geom type="mesh" mesh="inline" group="3"/></body></frame></body>
 <replicate count="3" offset="1 0 0.1" euler="0 0 0.4"><body><joint type="ball"/><geom size="0.05"/></body></replicate>
 </worldbody><contact><exclude body1="b" body2="b"/></contact></mujoco>"""
+SDF = b"""<sdf version="1.9"><world name="w"><include><uri>chair</uri><name>c</name><pose>1 2 0 0 0 1</pose>
+<placement_frame>back</placement_frame></include><include><uri>model://sun</uri></include><light name="p"
+ type="point">
+<pose>1 1 2 0 0 0</pose><diffuse>1 1 0 1</diffuse></light><frame name="f">
+<pose degrees="true">1 0 0 0 0 90</pose></frame>
+<model name="m"><static>1</static><pose relative_to="f">0 0 1 0 0 0</pose><link name="l"><collision name="a"><geometry>
+<box><size>4 0.1 2</size></box></geometry></collision><collision name="b"><pose>0 0 3 0.3 0 0</pose><geometry><mesh>
+<uri>wedge.obj</uri><scale>2 1 -1</scale></mesh></geometry></collision></link></model><model name="n"><link name="l">
+<inertial><mass>2</mass></inertial><collision name="a"><geometry><sphere><radius>0.2</radius></sphere></geometry>
+</collision></link><link name="k"><collision name="a"><geometry><polyline><height>1</height><point>0 0</point>
+<point>1 0</point><point>0 1</point></polyline></geometry></collision></link></model></world></sdf>"""
+CHAIR = b"""<sdf version="1.7"><model name="chair"><static>true</static><frame name="back">
+<pose>0.2 0 0 0 0 0</pose></frame>
+<link name="l"><pose rotation_format="quat_xyzw">0 0 0.5 0 0 0 1</pose><collision name="a"><geometry><cylinder>
+<radius>0.2</radius><length>1</length></cylinder></geometry></collision></link></model></sdf>"""
 PART = b'<mujocoinclude><geom pos="0 0 -1" quat="1 1 0 0"/></mujocoinclude>'
 URDF = b"""<robot name="cupboard"><link name="case"><visual><geometry><sphere radius="2"/></geometry></visual>
 <collision><origin xyz="0 0 0.5" rpy="0 0 0.4"/><geometry><box size="0.4 0.8 1"/></geometry></collision></link>
@@ -120,6 +135,9 @@ SEEDS: Mapping[str, list[Files]] = {
     "robot in MJCF": [{"robot.xml": CAR.encode(), "meshes/wedge.obj": OBJ}],
     "thing in MJCF": [_thing("thing.xml", MJCF), *_furniture("xml")],
     "thing in URDF": [_thing("thing.urdf", URDF), *_furniture("urdf")],
+    "scene in SDF": [{"scene.world": SDF, "chair/model.sdf": CHAIR, "wedge.obj": OBJ}],
+    "scene in MJCF": [{"scene.xml": MJCF, "part.xml": PART, "meshes/wedge.obj": OBJ}],
+    "thing in SDF": [{"thing.sdf": CHAIR}],
     "obj": [{"thing.xml": MESH % b"obj", "wedge.obj": OBJ}],
     "stl": [{"thing.xml": MESH % b"stl", "wedge.stl": STL}],
     "jpg": [{"picture.jpg": _picture("jpg")}],

@@ -51,6 +51,9 @@ class Folders:
         kind, sign, rest = uri.strip().partition("://")
         if not sign:
             return self._existing(beside / kind)
+        if kind in ("http", "https"):
+            # A model of a server, if it is here under its name.
+            kind, rest = "model", rest.rstrip("/").rpartition("/")[2]
         if kind not in ("model", "package", "file"):
             return None
         if kind == "file" and (found := self._existing(beside / rest.lstrip("/"))):
