@@ -116,17 +116,17 @@ def light_of(scene, view, size, bounces, samples, seed):
         np.asarray(each).reshape(height, width, 3) for each in (light, np.array(at.sh_frame.n).T, np.array(at.p).T)
     )
     counts = counts.reshape(height, width)
-    return np.where(counts[..., None], averaged(light, counts, normal, at), light), counts
+    return averaged(light, counts, normal, at), counts
 
 
 def averaged(light, counts, normal, at):
-    """Return light averaged over near pixels of the same surface, shape (height, width, 3)."""
+    """Return light averaged over near pixels of the same surface that count, its own where none do."""
     total, weight = np.zeros_like(light), np.zeros(light.shape[:2])
     for dy in range(-MEAN_OVER, MEAN_OVER + 1):
         for dx in range(-MEAN_OVER, MEAN_OVER + 1):
             moved = [np.roll(each, (dy, dx), axis=(0, 1)) for each in (light, counts, normal, at)]
             flat = np.abs(((moved[3] - at) * normal).sum(axis=2)) < 0.01
-            same = counts & moved[1] & flat & ((moved[2] * normal).sum(axis=2) > 0.99)
+            same = moved[1] & flat & ((moved[2] * normal).sum(axis=2) > 0.99)
             same[:, : max(dx, 0)] = same[: max(dy, 0)] = False
             if dy < 0:
                 same[dy:] = False
@@ -134,7 +134,7 @@ def averaged(light, counts, normal, at):
                 same[:, dx:] = False
             total += np.where(same[..., None], moved[0], 0.0)
             weight += same
-    return total / np.maximum(weight, 1.0)[..., None]
+    return np.where(weight[..., None] > 0, total / np.maximum(weight, 1.0)[..., None], light)
 
 
 if __name__ == "__main__":
