@@ -130,6 +130,8 @@ def _visual_of(shape: Element, material: Element | None) -> Element:
     """Return the visual shape for a collision shape."""
     seen = copy.deepcopy(shape)
     seen.tag = "visual"
+    if name := shape.get("name"):
+        seen.set("name", f"{name}-seen")
     if material is not None:
         seen.append(copy.deepcopy(material))
     return seen
