@@ -32,6 +32,7 @@ LONG = {
     "experiments/test_experiments.py",
     "sweep/test_sweep.py",
     "test_setup.py",
+    "web/test_first_slam_page.py",
     "world/test_large_world.py",
     "worlds/test_balancing_run.py",
     "worlds/test_gallery_run.py",

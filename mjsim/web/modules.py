@@ -8,6 +8,7 @@ from functools import cache, lru_cache
 from importlib import resources
 from itertools import islice
 from pathlib import Path
+from threading import Lock
 
 from mjsim.models import note, noted
 from mjsim.modules import Key, Offer, offers_in, readings_needed
@@ -34,6 +35,8 @@ PREFERRED = (
 """Modules that suit most robots as they are; of the ones that fit a robot, the first of each role is suggested."""
 MAX_PROGRAMS = 50
 _SHIPPED = "mjsim.algorithms."
+_READING = Lock()
+"""Held while the shipped modules are read: several requests, and the start, may ask for them at once."""
 _TEXTS = (".yaml", ".yml", ".py", ".m", ".md", ".txt", ".json")
 """Files that are no programs of their own, even where all files are executable."""
 
@@ -60,9 +63,14 @@ def modules_in(folder: Folder, world: str | None = None) -> Json:
     return {**lists, "sensors": sensors, "programs": list(islice(programs, MAX_PROGRAMS))}
 
 
-@cache
 def shipped_modules() -> Sequence[tuple[str, Json]]:
     """Return the shipped modules by role; what their sources say is noted for later processes, as it takes a second."""
+    with _READING:
+        return _shipped()
+
+
+@cache
+def _shipped() -> Sequence[tuple[str, Json]]:
     files = _shipped_files()
     readers = (*Path(str(resources.files("mjsim.modules"))).rglob("*.py"), Path(__file__))
     about = [path.read_bytes() for path in (*sorted(readers), *(path for path, _ in files))]
