@@ -161,6 +161,8 @@ def _pictures(figure: "Figure") -> tuple[dict[str, bytes], str]:
         for kind in ("png", "pdf"):
             place = io.BytesIO()
             figure.savefig(place, format=kind, dpi=RESOLUTION)
+            # Both files have the layout of the first.
+            figure.set_layout_engine("none")
             found[kind] = place.getvalue()
     codes = [int(match[1]) for each in told if (match := GLYPH.search(str(each.message)))]
     return found, "".join(dict.fromkeys(map(chr, codes)))

@@ -122,8 +122,8 @@ def test_frames_controllers_and_energies_are_right(ran):
     np.testing.assert_allclose(got["rpy"][0], [0.1, 0.2, 0.3], **EXACT)
     np.testing.assert_allclose(got["eul"][0], [0.1, 0.2, 0.3], **EXACT)
     np.testing.assert_allclose(got["half"][:2, :2], [[np.cos(0.5), -np.sin(0.5)], [np.sin(0.5), np.cos(0.5)]], **EXACT)
-    # Euler's steps of 0.01 s leave 0.004.
-    assert np.abs(of(ran, "s15")["last"]).max() < 0.01
+    # Euler's steps of 0.02 s leave 0.008.
+    assert np.abs(of(ran, "s15")["last"]).max() < 0.02
     got = of(ran, "s20")
     # Two rods of 1 m along x of a vertical plane that they leave: z is up, so nothing pulls in it.
     np.testing.assert_allclose(got["k"], 0.0, atol=1e-9)

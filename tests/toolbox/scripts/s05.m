@@ -1,6 +1,6 @@
 % Gravity load over two joints as a surface.
 puma560
-[a, b] = meshgrid(-pi:pi/6:pi, -pi:pi/6:pi);
+[a, b] = meshgrid(-pi:pi/3:pi, -pi:pi/3:pi);
 g = zeros(size(a));
 for i = 1:rows(a)
   for k = 1:columns(a)

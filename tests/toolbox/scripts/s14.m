@@ -2,7 +2,7 @@
 twolink
 hold off
 figure(140)
-[q, qd] = jtraj([0 0], [pi/2 -pi/3], 20);
+[q, qd] = jtraj([0 0], [pi/2 -pi/3], 8);
 for k = 1:rows(q)
   plot(tl, q(k, :)); drawnow; pause(0.01)
 end

@@ -1,6 +1,6 @@
 % Computed torque control, integrated with small steps.
 twolink
-dt = 0.01; t = 0:dt:1;
+dt = 0.02; t = 0:dt:1;
 [qr, qdr, qddr] = jtraj([0 0], [1 -0.5], t);
 q = [0.1 0]; qd = [0 0]; log_ = zeros(numel(t), 2);
 for k = 1:numel(t)

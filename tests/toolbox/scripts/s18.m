@@ -1,6 +1,6 @@
 % The workspace of a planar arm.
 twolink
-n = 15; xy = [];
+n = 7; xy = [];
 for a = linspace(-pi/2, pi/2, n)
   for b = linspace(-2, 2, n)
     p = transl(fkine(tl, [a b])); xy = [xy; p(1:2)'];
