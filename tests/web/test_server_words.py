@@ -78,6 +78,6 @@ def test_the_sentences_of_the_table_are_those_of_the_server():
 
 def test_figures_and_events_of_the_table_are_those_that_there_are():
     figures = {f"figure.{figure.key}": figure.title for figure in FIGURES}
-    events = {f"event.{kind}" for kind in (*EVENT_KINDS, "bump", "blocked", "fall", "fault")}
+    events = {f"event.{kind}" for kind in (*EVENT_KINDS, "bump", "blocked", "fall", "fault", "found", "lost")}
     assert {key: text for key, text in WORDS.items() if key.startswith("figure.")} == figures
     assert {key for key in WORDS if key.startswith("event.")} == events
