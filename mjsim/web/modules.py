@@ -127,7 +127,9 @@ def _offered(files: Sequence[tuple[Path, str]], source: Source, *, but: str = "\
 def _offer_json(offer: Offer, source: Source) -> Json:
     required = [key.name for key in offer.keys if key.required]
     options = {"type": "object", "properties": {key.name: _key_json(key) for key in offer.keys}, "required": required}
-    needs = sorted(readings_needed(offer.use, offer.role, source))
+    # A key that is called as a kind of sensor names the sensor that the module cannot do without.
+    named = {SENSOR_KINDS[key.name].reading for key in offer.keys if key.name in SENSOR_KINDS}
+    needs = sorted(named or readings_needed(offer.use, offer.role, source))
     return {"use": offer.use, "title": offer.title, "about": offer.about, "needs": needs, "options": options}
 
 

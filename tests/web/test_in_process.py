@@ -307,6 +307,8 @@ def test_modules_are_offered_by_role_the_preferred_first_with_what_they_need_and
     assert told["sensors"]["lidar"] == "scans"
     (waypoints,) = (offer for offer in told["navigators"] if offer["use"].endswith(":Waypoints"))
     assert waypoints["needs"] == []
+    (explore,) = (offer for offer in told["navigators"] if offer["use"].endswith(":Explore"))
+    assert explore["needs"] == ["scans"]  # it reads more, but has a key `lidar`
     assert waypoints["options"]["required"] == ["points"]
 
 
