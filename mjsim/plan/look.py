@@ -116,7 +116,7 @@ ROLES: Mapping[str, Style] = MappingProxyType(
         "odometry path": Style(line=Mix("odometry"), width=0.25, group="paths"),
         "true path": Style(line=Mix("truth", "paper", 0.55), width=0.9, group="paths"),
         "estimated path": Style(line=Mix("estimate"), width=0.3, group="paths"),
-        "shown cells": Style(fill=Mix("muted", "paper", 0.6), group="map"),
+        "shown cells": Style(line=Mix("muted"), width=0.15, group="map"),
         "shown lines": Style(line=Mix("tint"), width=0.2, group="map"),
         "shown points": Style(fill=Mix("tint"), width=0.9, group="map"),
         "scan": Style(fill=Mix("scanned"), width=0.55, group="scans"),

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+import cv2
 import numpy as np
 
 from mjsim.geometry import Array, Pose
@@ -10,7 +11,9 @@ from mjsim.plan import PlanItem
 from mjsim.video.moment import Moment
 
 OCCUPIED = 0.5
-"""Cells of a grid from this occupancy on are drawn."""
+"""Regions of a grid from this occupancy on are outlined."""
+FINER = 4
+"""Parts into which a side of a cell is divided for its outline."""
 
 
 def shown_items(moment: Moment) -> Iterator[PlanItem]:
@@ -21,7 +24,7 @@ def shown_items(moment: Moment) -> Iterator[PlanItem]:
         if place is None:
             continue
         if isinstance(item, ShownGrid):
-            yield PlanItem(role="shown cells", parts=_runs(item), place=place @ item.origin)
+            yield PlanItem(role="shown cells", parts=_outlines(item), place=place @ item.origin)
         elif isinstance(item, ShownLines) and len(item.points):
             flat = item.points[:, :2]
             parts = [flat] if item.joined else list(flat.reshape(-1, 2, 2))
@@ -34,10 +37,8 @@ def _pose(values: Array) -> Pose | None:
     return Pose.from_array(values) if np.isfinite(values).all() else None
 
 
-def _runs(grid: ShownGrid) -> list[Array]:
-    """Return the occupied cells as rectangles, neighbours in a row joined, in the frame of the grid, (4, 2) each."""
-    edges = np.diff(np.pad(grid.cells >= OCCUPIED, ((0, 0), (1, 1))).astype(np.int8), axis=1)
-    rows, starts = np.nonzero(edges == 1)
-    _, ends = np.nonzero(edges == -1)
-    corners = [(starts, rows), (ends, rows), (ends, rows + 1), (starts, rows + 1)]
-    return list(grid.resolution * np.moveaxis(np.array(corners, dtype=float), -1, 0))
+def _outlines(grid: ShownGrid) -> list[Array]:
+    """Return the outlines of the occupied cells in the frame of the grid, shape (n, 2) each [m]."""
+    fine = np.kron(grid.cells >= OCCUPIED, np.ones((FINER, FINER))).astype(np.uint8)
+    found, _ = cv2.findContours(fine, cv2.RETR_LIST, cv2.CHAIN_APPROX_SIMPLE)
+    return [(outline[:, 0] + 0.5) * (grid.resolution / FINER) for outline in found]

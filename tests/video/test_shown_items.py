@@ -27,13 +27,13 @@ def test_lines_and_points_are_drawn_in_their_frame_and_colour():
     assert list(shown_items(moment(line, estimate=(np.nan, 0, 0)))) == []
 
 
-def test_occupied_cells_of_a_grid_are_rectangles_of_their_size():
+def test_occupied_cells_of_a_grid_are_outlined():
     cells = np.zeros((4, 6))
     cells[1, 2:5] = 1.0
     cells[3, 0] = 0.7
     cells[0, 0] = np.nan
     grid = ShownGrid(name="map", cells=cells, resolution=0.5, origin=mjsim.Pose(1.0, 2.0, 0.0))
     (item,) = shown_items(moment(grid))
-    run, single = item.placed(1.0)
-    np.testing.assert_allclose([run.min(axis=0), run.max(axis=0)], [[2.0, 2.5], [3.5, 3.0]])
-    np.testing.assert_allclose(bounds_of([item])[0], np.minimum(run, single).min(axis=0))
+    _, run = item.placed(1.0)
+    np.testing.assert_allclose([run.min(axis=0), run.max(axis=0)], [[2.0, 2.5], [3.5, 3.0]], atol=0.07)
+    np.testing.assert_allclose(bounds_of([item])[0], [1.0, 2.5], atol=0.15)
