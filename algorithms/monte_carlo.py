@@ -22,6 +22,11 @@ from .level_scan import LevelLidar, LevelScan
 FAST, SLOW, LOSING = 0.3, 0.03, 0.0005
 """Weight of the newest scan in the fast average of the likelihood, and in the slow one when scans fit better or worse
 than it: after being lost for a minute, the robot still knows how well scans normally fit."""
+SEARCHED = 1.0
+"""Least time between two searches for other poses [s]."""
+BETTER = 3.0
+"""Logarithm of the ratio by which another pose must explain a scan better than the belief does before particles go
+there: with less, a room that looks alike from two places, and things that were moved in it, lead astray."""
 CANDIDATES = 20000
 """Number of candidate poses for relocated particles."""
 SEARCHERS = 300
@@ -114,6 +119,7 @@ class MonteCarloLocalization:
         self._beacons = {name: info.pose.as_array()[:2] for name, info in catalogue.items() if info.pose is not None}
         self._places = self._known_field().largest_region(robot.radius)
         self._slow = self._fast = 0.0
+        self._misfit, self._searched = 0.0, -np.inf
         self._moved = np.inf
         self._nowhere = self._start == "global"
         if self._nowhere:
@@ -131,7 +137,7 @@ class MonteCarloLocalization:
         points = self._points(scan) if scan is not None else np.zeros((0, 2))
         sightings = [sighting for sighting in seen.sightings if sighting.name in self._beacons]
         if len(points) or sightings:
-            self._weigh(points, sightings)
+            self._weigh(points, sightings, seen.time)
             self._shown = self._picture(points) if self._show else ()
         return self._belief()
 
@@ -156,7 +162,7 @@ class MonteCarloLocalization:
         P[:, 1] += s * steps[:, 0] + c * steps[:, 1]
         P[:, 2] += steps[:, 2]
 
-    def _weigh(self, points: Array, sightings: list[Sighting]) -> None:
+    def _weigh(self, points: Array, sightings: list[Sighting], time: float) -> None:
         """Weight the particles by scan and sightings, and resample them if few of them carry the weight."""
         if self._nowhere:
             self._particles, self._nowhere = self._likely_places(points, sightings, len(self._particles)), False
@@ -167,11 +173,16 @@ class MonteCarloLocalization:
         fit = new * self._weight * by_beam + self._sighting_fit(self._particles, sightings)
         self._weights = self._weights * np.exp(fit - np.max(fit)) + 1e-300
         self._weights /= self._weights.sum()
-        lost = self._lost(SHARP * by_beam) if len(points) else 0.0
-        if lost > 0.0 or 1.0 / np.sum(self._weights**2) < 0.5 * len(self._weights):
-            self._draw(points, sightings, lost)
+        if len(points):
+            self._misfit = self._misfitting(SHARP * by_beam)
+        found = np.zeros((0, 3))
+        if self._misfit > 0.0 and time >= self._searched + SEARCHED:
+            self._searched = time
+            found = self._better_places(points, sightings, float(self._weights @ by_beam))
+        if len(found) or 1.0 / np.sum(self._weights**2) < 0.5 * len(self._weights):
+            self._draw(found)
 
-    def _lost(self, by_scan: Array) -> float:
+    def _misfitting(self, by_scan: Array) -> float:
         """Return how much worse than usual scans fit, from 0 to 1."""
         # Weighted: particles that were just relocated do not show how lost the belief is.
         mean = float(self._weights @ np.exp(by_scan))
@@ -208,20 +219,26 @@ class MonteCarloLocalization:
             total += np.log((1.0 - self._random) * np.exp(-0.5 * squared) + self._random)
         return total
 
-    def _draw(self, points: Array, sightings: list[Sighting], lost: float) -> None:
-        """Draw particles by weight, as many as their dispersion needs; some are relocated if the robot is lost."""
+    def _better_places(self, points: Array, sightings: list[Sighting], by_beam: float) -> Array:
+        """Return poses (k, 3) that explain a scan and sightings much better than the belief, given its fit by beam."""
+        poses = self._likely_places(points, sightings, max(1, int(self._misfit * SEARCHERS)))
+        gained = SHARP * (self._scan_fit(poses, points, self._sigma) - by_beam)
+        gained += self._sighting_fit(poses, sightings) - self._weights @ self._sighting_fit(self._particles, sightings)
+        return np.asarray(poses[gained > BETTER])
+
+    def _draw(self, found: Array) -> None:
+        """Draw particles by weight, as many as their dispersion needs, and add those found elsewhere (k, 3)."""
         resampled = self._particles[systematic_resample_with(self._weights, self._rng)]
         number = self._needed(resampled)
         self._particles = (
             resampled[self._rng.permutation(len(resampled))[:number]] if number < len(resampled) else resampled
         )
         self._weights = np.full(len(self._particles), 1.0 / len(self._particles))
-        new = int(lost * SEARCHERS)
-        if new:
+        if len(found):
             # The previous particles keep most of the weight until a scan supports the new ones.
-            self._particles = np.concatenate([self._particles, self._likely_places(points, sightings, new)])
-            share = 0.5 * lost
-            self._weights = np.append((1.0 - share) * self._weights, np.full(new, share / new))
+            self._particles = np.concatenate([self._particles, found])
+            share = 0.5 * self._misfit
+            self._weights = np.append((1.0 - share) * self._weights, np.full(len(found), share / len(found)))
 
     def _likely_places(self, points: Array, sightings: list[Sighting], number: int) -> Array:
         """Return poses that are likely given a scan and sightings, shape (number, 3).
