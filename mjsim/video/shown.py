@@ -41,4 +41,4 @@ def _outlines(grid: ShownGrid) -> list[Array]:
     """Return the outlines of the occupied cells in the frame of the grid, shape (n, 2) each [m]."""
     fine = np.kron(grid.cells >= OCCUPIED, np.ones((FINER, FINER))).astype(np.uint8)
     found, _ = cv2.findContours(fine, cv2.RETR_LIST, cv2.CHAIN_APPROX_SIMPLE)
-    return [(outline[:, 0] + 0.5) * (grid.resolution / FINER) for outline in found]
+    return [(outline[:, 0].astype(float) + 0.5) * (grid.resolution / FINER) for outline in found]
