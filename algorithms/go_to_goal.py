@@ -324,7 +324,8 @@ class GoToGoal:
         twist = self._local.twist(pose, self._twist, obstacles, leads, prices)
         self._jammed = twist is None
         self._twist = np.zeros(3) if twist is None else twist
-        if twist is not None and attempt is Attempt.DRIVE and not prices.things:
+        # A fast robot meets things that move before the next choice.
+        if self._slow_pause > LOOK and twist is not None and attempt is Attempt.DRIVE and not prices.things:
             self._is_open = self._local.clearance > self._room and float(field.at(self._place)) > SOON
 
     def _stop(self) -> Command:
