@@ -10,10 +10,10 @@ from mjsim.algorithms.ekf_models import range_bearing
 from mjsim.algorithms.ekf_slam import EkfSlam
 from mjsim.algorithms.recent_motion import RecentMotion
 from mjsim.algorithms.relocation import pose_from_sightings
+from mjsim.bench import disturbed
+from mjsim.bench.disturbed import DISTURBED
 from mjsim.geometry import Array, Pose, wrap_angle
 from mjsim.interface import Observation, Odometry, Sighting
-from tests.algorithms import disturbed
-from tests.algorithms.disturbed import Disturbance
 from tests.robots import pioneer
 
 R = np.diag([0.05, np.radians(1.0)]) ** 2
@@ -153,14 +153,6 @@ def test_the_final_path_of_graph_slam_is_corrected_for_systematic_errors():
     assert np.mean(apart) < 0.6 * np.mean(believed[:, 0])
 
 
-DISTURBED = {
-    "pushed by 0.87 m in 2.5 s": Disturbance(seconds=2.5, by=(0.0, 0.87, 0.0)),
-    "pushed and turned": Disturbance(seconds=2.0, by=(-1.5, 1.5, 0.3)),
-    "turned by a door": Disturbance(seconds=1.0, by=(0.0, 0.0, math.pi / 2)),
-    "carried away": Disturbance(to=(9.0, 5.0, 2.0)),
-}
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("case", DISTURBED)
 def test_one_or_two_landmarks_at_a_time_find_a_robot_again_that_says_it_is_lost_until_then(case):
@@ -181,7 +173,7 @@ def test_so_do_particles_and_a_graph(kind):
     if kind == "GraphSlam":
         pytest.importorskip("gtsam", reason="an extra")
     slam = getattr(mjsim.algorithms, kind)()
-    run = disturbed.drive({"slam": slam}, 1, DISTURBED["pushed and turned"])["slam"]
+    run = disturbed.drive({"slam": slam}, 1, DISTURBED["pushed by 2.1 m and turned"])["slam"]
     last = run.time > run.time[-1] - 10.0
     assert run.position[last].mean() < 0.1
     assert run.nees[last].mean() < 5.0

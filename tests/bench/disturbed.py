@@ -9,14 +9,30 @@ from numpy.random import Generator
 from threadpoolctl import threadpool_limits
 
 from mjsim.geometry import Array, Pose, wrap_angle
-from mjsim.interface import BeaconInfo, Estimator, Observation, Odometry, Sighting
-from tests.robots import pioneer
+from mjsim.interface import BeaconInfo, Estimator, Observation, Odometry, RobotInfo, Sighting
 
 SIZE, CORNERS = (12.0, 8.0), ((10.0, 2.0), (10.0, 6.0), (2.0, 6.0), (2.0, 2.0))
 """Of the room [m], and where the robot drives round and round."""
 DT, EVERY, REACH, FOV = 0.04, 5, 6.0, math.radians(60.0)
 """Tick [s], ticks between sightings, and how far [m] and wide [rad] landmarks are seen."""
 R = np.diag([0.05, math.radians(1.0)]) ** 2
+
+
+ROBOT = RobotInfo(
+    name="scout",
+    drive="differential",
+    max_speed=0.7,
+    max_turn=1.7,
+    max_acceleration=1.0,
+    max_turn_acceleration=5.0,
+    wheels=("wheel_left", "wheel_right"),
+    wheel_radius=0.0975,
+    track=0.33,
+    radius=0.22,
+    dt=DT,
+    prior=Pose(2.0, 2.0, 0.0),
+    prior_covariance=np.zeros((3, 3)),
+)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -29,6 +45,15 @@ class Disturbance:
     """Added to x, y [m] and heading [rad], evenly over that time."""
     to: tuple[float, float, float] | None = None
     """The pose that it is carried to."""
+
+
+DISTURBED = {
+    "pushed by 0.87 m in 2.5 s": Disturbance(seconds=2.5, by=(0.0, 0.87, 0.0)),
+    "pushed by 2.1 m and turned": Disturbance(seconds=2.0, by=(-1.5, 1.5, 0.3)),
+    "turned by 30 degrees": Disturbance(seconds=1.0, by=(0.0, 0.0, math.pi / 6.0)),
+    "turned by 90 degrees": Disturbance(seconds=1.0, by=(0.0, 0.0, math.pi / 2.0)),
+    "carried away": Disturbance(to=(9.0, 5.0, 2.0)),
+}
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -47,6 +72,10 @@ class Errors:
     def surely_wrong(self) -> float:
         """Return the time with an error beyond all that the covariance allows [s]: 25 is 1 in 60,000."""
         return float(DT * np.sum(self.nees > 25.0))
+
+    def seconds_lost(self) -> float:
+        """Return the time in which the estimator said that it is lost [s]."""
+        return float(DT * np.sum(self.lost))
 
 
 def landmarks(number: int, rng: Generator) -> dict[str, Array]:
@@ -73,9 +102,8 @@ def drive(
     rng = np.random.default_rng([seed, 1])
     places = landmarks(number, np.random.default_rng([seed, 7]))
     catalogue = {name: BeaconInfo(name, None, 0.3, 0.3) for name in places}
-    info = dataclasses.replace(pioneer(), prior=Pose(2.0, 2.0, 0.0), prior_covariance=np.zeros((3, 3)))
     for estimator in estimators.values():
-        estimator.start(info, catalogue, np.random.default_rng(seed + 100))
+        estimator.start(ROBOT, catalogue, np.random.default_rng(seed + 100))
     truth, corner, rows = np.array([2.0, 2.0, 0.0]), 0, {name: [] for name in estimators}
     for tick in range(round(seconds / DT)):
         time = tick * DT
