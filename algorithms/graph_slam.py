@@ -196,10 +196,11 @@ class GraphSlam:
         The step that odometry tells since the last pose is replaced by one of which nothing is known.
         """
         names, sightings = self._relocation.recent(self._recent, time)
-        pose = pose_from_sightings(names, [self._mended(each) for each in sightings], self._places)
+        mended = [self._mended(each) for each in sightings]
+        pose = pose_from_sightings(names, mended, self._places)
         if pose is None:
             return []
-        kept = agreeing(pose, names, sightings, self._places)
+        kept = agreeing(pose, names, mended, self._places)
         self._step = (Pose.from_array(self._pose).inverse() @ Pose.from_array(pose)).as_array()
         self._step_covariance, self._slopes = np.diag(ANYWHERE) ** 2, np.zeros((3, COUNT))
         self._relocation.found()

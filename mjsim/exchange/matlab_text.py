@@ -15,12 +15,13 @@ MAX_ELEMENTS = 100_000
 DEPTH = 40
 """Maximum nesting of brackets."""
 TOKEN = re.compile(
-    r"""(?P<space>(?:[ \t]|\.\.\.[^\n]*\n)+)|(?P<comment>[%#][^\n]*)|(?P<end>[\n;,])
-    |(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?(?![\w]))|(?P<name>[A-Za-z]\w*)
+    r"""(?P<space>(?:[ \t]|\.\.\.[^\n]*(?:\n|\Z))+)|(?P<comment>[%#][^\n]*)|(?P<end>[\n;,])
+    |(?P<number>(?:\d++\.?\d*+|\.\d++)(?:[eEdD][+-]?\d++)?(?![\w]))|(?P<name>[A-Za-z]\w*)|(?P<word>\d\w*)
     |(?P<op>\.\*|\./|\.\^|\.'|==|[-+*/^()\[\]{}=:'".@<>~&|!])""",
     re.VERBOSE,
 )
 BLOCK_COMMENT = re.compile(r"^[ \t]*[%#]\{[ \t]*\n.*?^[ \t]*[%#]\}[ \t]*$", re.MULTILINE | re.DOTALL)
+BLOCK_END = re.compile(r"^[ \t]*[%#]\}[ \t]*$", re.MULTILINE)
 OPENS, CLOSES = {"if", "for", "while", "switch", "try", "do", "parfor"}, {"end", "endif", "endfor", "endwhile", "until"}
 QUIET = {"clear", "clc", "close", "format", "more", "warning", "return", "end", "endfunction", "function", "1"}
 """Statements that set nothing."""
@@ -101,8 +102,15 @@ def _statements(text: str) -> Iterator[list[_Token]]:
         yield statement
 
 
+def _without_blocks(text: str) -> str:
+    """Return text without block comments, with their line ends."""
+    # Only up to the last end: of many that have none, each would search the whole text.
+    end = max((match.end() for match in BLOCK_END.finditer(text)), default=0)
+    return BLOCK_COMMENT.sub(lambda block: "\n" * block[0].count("\n"), text[:end]) + text[end:]
+
+
 def _tokens(text: str) -> Iterator[_Token]:
-    text = BLOCK_COMMENT.sub(lambda block: "\n" * block[0].count("\n"), text).replace("\r\n", "\n")
+    text = _without_blocks(text.replace("\r\n", "\n"))
     place, spaced, line, before = 0, False, 1, _Token("end", "\n", False, 0)
     while place < len(text):
         if text[place] in "'\"" and not (text[place] == "'" and _transposes(before, spaced)):
@@ -237,10 +245,17 @@ class _Statement:
             sign = -1.0 if self._next("op").text == "-" else 1.0
             return sign * _number(self._unary(inside))
         value = self._postfix(inside)
-        if self._at("^", ".^"):
-            self._place += 1
-            return _number(value) ** _one(self._unary(inside))
+        while self._at("^", ".^"):
+            operator = self._next("op").text
+            value = _powered(operator, _number(value), _one(self._exponent(inside)))
         return value
+
+    def _exponent(self, inside: bool) -> Any:
+        """Return an exponent with its signs: of 2^3^2 the first power is taken first."""
+        sign = 1.0
+        while self._at("+", "-"):
+            sign = -sign if self._next("op").text == "-" else sign
+        return sign * _number(self._postfix(inside))
 
     def _postfix(self, inside: bool) -> Any:
         value = self._primary(inside)
@@ -346,6 +361,12 @@ def _applied(operator: str, left: Array, right: Array) -> Array:
     if matrices:
         return np.asarray(left @ right)
     return np.asarray(ELEMENTWISE[operator.removeprefix(".")](left, right))
+
+
+def _powered(operator: str, base: Array, exponent: float) -> Array:
+    if operator == "^" and base.size > 1:  # The power of a matrix.
+        raise _NotLiteralError
+    return np.asarray(base**exponent)
 
 
 def _transposed(value: Any) -> Any:

@@ -13,7 +13,6 @@ COLORS: Mapping[str, str] = {
 NAMED = {name: COLORS[letter] for name, letter in
          {"red": "r", "green": "g", "blue": "b", "cyan": "c", "magenta": "m", "yellow": "y", "black": "k",
           "white": "w"}.items()}  # fmt: skip
-FORMAT = re.compile(r"^(?:(?P<style>--|-\.|-|:)|(?P<color>[rgbcmykw])|(?P<marker>[.ox+*sdv^<>ph]))+$")
 MARKERS = {"*": "*", "p": "*", "h": "h", "s": "s", "d": "D"}
 PROPERTIES: Mapping[str, str] = {
     "linewidth": "linewidth", "markersize": "markersize", "linestyle": "linestyle", "marker": "marker",
@@ -75,7 +74,7 @@ def math_text(text: str) -> str:
         inner = content[1:-1] if content.startswith("{") else content
         return f"$\\mathregular{{{mark}{{{inner}}}}}$" if "\\" not in inner else f"${mark}{{{inner}}}$"
 
-    made = SYMBOL.sub(symbol, text).replace("{", "{").replace("$$", "")
+    made = SYMBOL.sub(symbol, text).replace("$$", "")
     return made if _parses(made) else text.replace("\\", "")
 
 

@@ -1,5 +1,7 @@
 """Configurations of MATLAB become worlds: tables either way, robots, sensors, pictures; what is not used is told."""
 
+import time
+
 import numpy as np
 import pytest
 from scipy.io import savemat
@@ -115,10 +117,13 @@ def test_walls_of_several_pieces_and_of_segments_are_read(tmp_path):
         ("a = [1 2]; x = [a' a']", [[1, 1], [2, 2]]),
         ("x = 0:0.5:1", [[0, 0.5, 1]]),
         ("x = -2^2 + 2^-1", [[-3.5]]),
+        ("x = 2^3^2 + 2^-3^2", [[64.015625]]),
+        ("x = [1 2; 3 4].^2", [[1, 4], [9, 16]]),
         ("x = 30*pi/180 % angle", [[np.pi / 6]]),
         ("x = [1, ... first\n 2]", [[1, 2]]),
         ("x = [1 2\n 3 4]", [[1, 2], [3, 4]]),
         ("%{\nx = 1;\n%}\nx = 1e3", [[1000]]),
+        ("%{\r\nx = 1;\r\n%}\r\nx = 1e3\r\n%{\r\n", [[1000]]),
         ("x = diag([1 2]) * ones(2, 1)", [[1], [2]]),
         ("if true\n x = 1;\nend\nx = .5", [[0.5]]),
     ],
@@ -144,6 +149,7 @@ def test_text_cells_and_structs_are_what_they_say():
         "x = " + "(" * 5000,
         "x = system('ls')",
         "x(3) = 1",
+        "x = [1 2; 3 4]^2",
         "x = [1 2; 3]",
         "x = 'open",
         "x = 1 +",
@@ -154,3 +160,10 @@ def test_what_is_no_literal_is_told_with_its_line(text):
     found = read_assignments("\n" + text)
     assert "x" not in found.values
     assert found.unread[0].startswith("line 2: ")
+
+
+@pytest.mark.parametrize("text", ["x = " + "1" * 10_000 + "b", "%{\n" * 10_000, "x = [1 " + "." * 10_000])
+def test_text_that_repeats_itself_is_read_in_moments(text):
+    began = time.process_time()
+    assert "x" not in read_assignments(text).values
+    assert time.process_time() - began < 1.0, "without bounds it took 2 s to hours"

@@ -12,7 +12,8 @@ from mjsim.errors import UsageError, WorldError
 from mjsim.exchange.bring import bring_file
 from mjsim.exchange.brought import Brought, Newcomer, Reading
 from mjsim.exchange.scenes.sdf_in import read_sdf
-from mjsim.world import ModelObstacle, Source, World, parse_world, solid
+from mjsim.exchange.scenes.solids import MOST_SOLIDS, Scene, SceneSolid, SceneThing
+from mjsim.world import CylinderObstacle, ModelObstacle, Source, World, parse_world, solid
 from tests.exchange.bringing import typed
 
 BOX = "<geometry><box><size>{}</size></box></geometry>"
@@ -298,6 +299,20 @@ def test_a_file_that_is_no_scene_is_refused_in_one_line(name, text, says, tmp_pa
         brought(tmp_path / name)
     assert says in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_a_colour_that_is_no_number_is_left_out(tmp_path):
+    odd = "<visual name='v'><material><diffuse>nan 0 0 1</diffuse><ambient>inf 0 0 1</ambient></material></visual>"
+    world, _ = brought(scene(tmp_path, model(link("1 1 0.5 0 0 0", POST, more=odd))))
+    assert world.obstacles[0].color == CylinderObstacle(cylinder=(0.2, 1.0), at=(1, 1)).color
+
+
+def test_the_number_of_solids_is_that_of_the_whole_scene():
+    solid_box = SceneSolid("box", (1.0, 1.0, 1.0), np.eye(4))
+    found = Scene()
+    found.add(SceneThing("a", [solid_box] * MOST_SOLIDS, np.eye(4)))
+    with pytest.raises(UsageError, match="the scene has more than 20000 solids; make it simpler"):
+        found.add(SceneThing("b", [solid_box], np.eye(4)))
 
 
 @pytest.mark.slow

@@ -1,5 +1,6 @@
 """Colours of SDF: of a material, a script of Gazebo, or a light."""
 
+import math
 from collections.abc import Mapping
 from xml.etree.ElementTree import Element
 
@@ -28,10 +29,10 @@ def color_of(element: Element) -> str | None:
     for key in ("material/diffuse", "diffuse", "material/ambient"):
         words = (element.findtext(key) or "").split()
         try:
-            shares = [min(max(float(word), 0.0), 1.0) for word in words[:3]]
+            shares = [float(word) for word in words[:3]]
         except ValueError:
             continue
-        if len(shares) == 3 and shares == shares:
-            return "#" + "".join(f"{round(255 * share):02x}" for share in shares)
+        if len(shares) == 3 and all(map(math.isfinite, shares)):
+            return "#" + "".join(f"{round(255 * min(max(share, 0.0), 1.0)):02x}" for share in shares)
     script = (element.findtext("material/script/name") or "").rpartition("/")[2].lower()
     return SCRIPTS.get(script)

@@ -114,6 +114,8 @@ class Scene:
     """Poses of its robots: x, y [m], heading [rad]."""
     items: list[FileItem] = field(default_factory=list)
     """What became of its parts."""
+    _count: int = 0
+    """Number of its solids."""
 
     def tell(self, fate: Fate, kind: str, name: str = "", why: str = "") -> None:
         """Note what became of a part of the file."""
@@ -126,5 +128,6 @@ class Scene:
             UsageError: There are too many solids.
         """
         self.things.append(thing)
-        if sum(len(each.solids) for each in self.things[-1:]) > MOST_SOLIDS or len(self.things) > MOST_SOLIDS:
+        self._count += len(thing.solids)
+        if self._count > MOST_SOLIDS:
             raise UsageError(f"the scene has more than {MOST_SOLIDS} solids; make it simpler")
