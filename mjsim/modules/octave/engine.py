@@ -1,7 +1,7 @@
 """Calls a function in Octave, with binary doubles over two pipes."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,8 @@ DRIVER = Path(__file__).parent / "driver"
 FLAGS = ("--norc", "--no-history", "--no-line-editing", "--no-window-system", "--quiet")
 _QUIET = ("possible-matlab-short-circuit-operator", "function-name-clash")
 """Warnings about valid MATLAB code; the first would be printed at every call."""
+_SHADOWING = "warning('{}','Octave:shadowed-function');".format
+"""Warnings about functions that replace Octave's: those of the toolbox do so on purpose, a user's own may not."""
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 """Small matrices are faster with one thread, and sums are the same on every machine."""
 STARTING = 30.0
@@ -81,9 +83,9 @@ class OctaveEngine(Engine):
 
     def _begin(self) -> str:
         """Return the code that Octave evaluates at its start."""
-        folders = [TOOLBOX, DRIVER, *(self._folder / path for path in (*self._paths, self._file.parent))]
+        own = [self._folder / path for path in (*self._paths, self._file.parent)]
         adds = "".join(f"warning('off','Octave:{name}');" for name in _QUIET)
-        adds += "".join(f"addpath({quoted(str(folder))});" for folder in folders)
+        adds += f"{_SHADOWING('off')}{_added([TOOLBOX, DRIVER])}{_SHADOWING('on')}{_added(own)}"
         file = quoted(str(self._folder / self._file))
         return f"{adds}mjsim_serve({quoted(self._file.stem)},{file},'/dev/fd/3','/dev/fd/4')"
 
@@ -144,6 +146,11 @@ class OctaveEngine(Engine):
         leaves = self._function.exit_line if how.startswith("ended with exit code") else None
         place = f"{self._file.name}:{leaves}" if leaves else self._function.place
         return f" ({place} in {self._function.name})"
+
+
+def _added(folders: Iterable[Path]) -> str:
+    """Return the code that adds folders to Octave's path."""
+    return "".join(f"addpath({quoted(str(folder))});" for folder in folders)
 
 
 def _whole(got: bytearray) -> int:
