@@ -244,10 +244,13 @@ class EditApi:
         return self._solids.of(world).surfaces()
 
     def _seen_world(self, path: str, text: str) -> tuple[World, Signs]:
-        """Return the world of a text and the signs of its files; both stay the same while something is dragged."""
+        """Return the world of a text, without modules that drive, and the signs of its files.
+
+        Both stay the same while something is dragged.
+        """
         last = self._seen
         if last is None or last[0] != (path, text) or last[2] != signs_of(self._folder, path, last[2]):
-            world = self.world_of(path, text)
+            world = _undriven(self.world_of(path, text))
             self._seen = last = (path, text), world, signs_of(self._folder, path, named_files(world))
         return last[1], last[2]
 
@@ -303,3 +306,8 @@ class EditApi:
             others = [each for each in self._cached if each[0] != (path, text)]
             self._cached = ((path, text), found, files), *others[: CACHED - 1]
         return found, files
+
+
+def _undriven(world: World) -> World:
+    """Return a world without the modules that drive its robots, which nobody need allow to see it."""
+    return world.model_copy(update={"run": world.run.model_copy(update={"drivers": {}})})

@@ -236,6 +236,15 @@ def test_a_drive_is_code_too_and_previews_ask_for_it(studio):
     assert ran(studio.folder) == "evil"
 
 
+def test_a_preview_and_the_scene_need_no_permission_for_modules_that_drive(studio):
+    text = WORLD.replace("at: [1, 1]", "at: [1, 1], sensors: [{camera: front, width: 32, height: 24}]")
+    (studio.folder / "go.py").write_text(EVIL + CODE)
+    assert list(needs(studio, text)) == ["go.py", "helper.py"]
+    assert asks(studio, "/api/preview", text, robot="scout", camera="front", at=[0, 0]).status_code == 200
+    assert asks(studio, "/api/scene", text).status_code == 200
+    assert ran(studio.folder) is None
+
+
 @pytest.mark.slow
 def test_looking_at_a_recording_runs_no_code_that_its_world_names(studio, monkeypatch):
     folder = studio.folder
