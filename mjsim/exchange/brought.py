@@ -9,6 +9,8 @@ if TYPE_CHECKING:
     from mjsim.world import Use
 
 PRESET = "pioneer3dx"
+SCENES = (".world", ".sdf", ".xml", ".mjcf")
+"""File suffixes of scenes of other simulators."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from mjsim.geometry import Array
+
 Path = tuple[str, ...]
 DEGREES = 180.0 / math.pi
 ROBOT_KEYS: Mapping[str, tuple[Path, float]] = {
@@ -81,15 +83,20 @@ class Equipment:
         return {**usual, **self.sensor, "range": [min(low, high / 2.0), high], "noise": noise}
 
 
-def equipment_of(content: Mapping[str, Any]) -> tuple[Equipment, list[str]]:
-    """Return the robot and the sensor of a file's variables, and the names of what is not used."""
+def equipment_of(content: Mapping[str, Any], *, scale: float) -> tuple[Equipment, list[str]]:
+    """Return the robot and the sensor of a file's variables, and the names of what is not used.
+
+    Args:
+        content: The variables by name.
+        scale: Metres per unit of places in the file.
+    """
     keys: dict[str, dict[str, Any]] = {"robot": {}, "sensor": {}}
     pose, preset = None, None
     told, unused = [], []
     for name, owner, key, value in _named(content):
         numbers = None if isinstance(value, str | list | Mapping) else np.ravel(value)
-        if owner == "robot" and key in POSES and numbers is not None and len(numbers) == 3:
-            pose = (float(numbers[0]), float(numbers[1]), float(numbers[2]))
+        if owner == "robot" and key in POSES and numbers is not None and _is_pose(numbers):
+            pose = (float(numbers[0]) * scale, float(numbers[1]) * scale, float(numbers[2]))
             told.append(f"{name} is the start: {pose[0]:g}, {pose[1]:g}, {math.degrees(pose[2]):g} degrees")
         elif owner == "robot" and key == "preset" and isinstance(value, str):
             preset = value
@@ -100,6 +107,10 @@ def equipment_of(content: Mapping[str, Any]) -> tuple[Equipment, list[str]]:
             told += lines
     found = Equipment(robot=keys["robot"], sensor=keys["sensor"], pose=pose, preset=preset, told=tuple(told))
     return found, unused
+
+
+def _is_pose(numbers: Array) -> bool:
+    return len(numbers) == 3 and bool(np.isfinite(numbers).all())
 
 
 def _named(content: Mapping[str, Any]) -> Iterator[tuple[str, str | None, str, Any]]:

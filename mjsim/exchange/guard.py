@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from mjsim.errors import UsageError, how_to_install
-from mjsim.exchange.brought import Brought, Newcomer, Reading
+from mjsim.exchange.brought import SCENES, Brought, Newcomer, Reading
 from mjsim.guarded import guarded, reader_for
 
 if TYPE_CHECKING:
@@ -30,8 +30,6 @@ ADVICE: Mapping[str, str] = {
 """Kind of a file -> what to do if it cannot be read."""
 SEEN_ABOVE = 4
 """Folders above the file of a robot in which its ROS packages are looked for."""
-SCENES = (".world", ".sdf", ".xml", ".mjcf")
-"""File suffixes of scenes of other simulators."""
 MODEL_PATHS = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH")
 """Variables of Gazebo with folders of models."""
 MOST_LINKS = 1000

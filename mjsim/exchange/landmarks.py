@@ -102,7 +102,8 @@ def read_landmarks(path: Path, *, scale: float, rows: bool = False) -> LandmarkM
     waypoints = tables.points(name, value, limit=MAX_WAYPOINTS) * scale
     walls = tuple(_rounded(points * scale) for points in _walls(tables, given["walls"]))
     used = {each[0] for each in given.values() if each is not None}
-    equipment, unused = equipment_of({key: value for key, value in content.items() if key not in used})
+    others = {key: value for key, value in content.items() if key not in used}
+    equipment, unused = equipment_of(others, scale=scale)
     told = (*tables.told, *_told_walls(given["walls"], walls), *equipment.told, *unread)
     map = LandmarkMap(
         _rounded(np.array([beacon.at for beacon in beacons]).reshape(-1, 2)),

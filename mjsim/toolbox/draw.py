@@ -74,8 +74,8 @@ class ScriptFigures:
         for call in calls:
             function = functions.get(call.name)
             try:
-                if function is not None:
-                    self._handles[call.number] = list(function(self, call) or ())
+                if function is not None and (made := function(self, call)):
+                    self._handles[call.number] = list(made)
             except (ValueError, TypeError, IndexError, KeyError, AttributeError) as error:
                 self.skipped.add(f"{call.name}: {str(error).splitlines()[0] if str(error) else type(error).__name__}")
         for motions in self.motions.values():

@@ -1,6 +1,7 @@
 """Functions of MATLAB that draw, by name."""
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,11 @@ def _numbers(value: Any) -> Array:
     """Return data of a line as columns, shape (k, lines)."""
     array = np.asarray(value, dtype=float)
     return array.reshape(-1, 1) if array.ndim < 2 or 1 in array.shape else array
+
+
+def _data(call: FigureCall) -> list[Array]:
+    """Return the arrays before the first text; others are values of properties."""
+    return list(takewhile(lambda each: isinstance(each, np.ndarray), call.arguments))
 
 
 def _is_text(value: Any) -> bool:
@@ -72,10 +78,9 @@ def _lines(draw: Callable[[Any], Callable[..., Any]], dimensions: int = 2) -> Dr
 
 def _line(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
     """Draw a line into axes that keep what they have."""
-    data = [each for each in call.arguments if isinstance(each, np.ndarray)]
+    data = _data(call)
     pane = drawn.pane(call.figure, solid=len(data) == 3)
-    words = [each for each in call.arguments[len(data) :]]
-    keywords = {"color": ORDER[0], **properties_of(words)}
+    keywords = {"color": ORDER[0], **properties_of(call.arguments[len(data) :])}
     made = list(pane.axes.plot(*(np.ravel(each) for each in data), **keywords))
     pane.labelled += made
     return made
@@ -83,7 +88,7 @@ def _line(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
 
 def _bars(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
     pane = drawn.cleared(call.figure)
-    data = [_numbers(each) for each in call.arguments if isinstance(each, np.ndarray)][:2]
+    data = [_numbers(each) for each in _data(call)[:2]]
     x, heights = data if len(data) == 2 and data[1].size > 1 else (np.arange(1.0, len(data[0]) + 1), data[0])
     made = []
     width = 0.8 / heights.shape[1]
@@ -95,14 +100,14 @@ def _bars(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
 
 
 def _area(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
-    data = [np.ravel(each) for each in call.arguments if isinstance(each, np.ndarray)][:2]
+    data = [np.ravel(each) for each in _data(call)[:2]]
     x, y = data if len(data) == 2 else (np.arange(1.0, len(data[0]) + 1), data[0])
     pane = drawn.cleared(call.figure)
     return [pane.axes.fill_between(x, y, color=ORDER[0], alpha=0.6)]
 
 
 def _fill(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
-    data = [np.ravel(each) for each in call.arguments if isinstance(each, np.ndarray)][:2]
+    data = [np.ravel(each) for each in _data(call)[:2]]
     words = [each for each in call.arguments if isinstance(each, str)]
     style = line_format(words[0]) if words else None
     made = list(drawn.pane(call.figure).axes.fill(*data, color=(style or {}).get("color", ORDER[0])))
@@ -110,12 +115,12 @@ def _fill(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
 
 
 def _quiver(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
-    data = [each for each in call.arguments if isinstance(each, np.ndarray)][:4]
+    data = _data(call)[:4]
     return [drawn.cleared(call.figure).axes.quiver(*data, color=ORDER[0])]
 
 
 def _errors(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
-    data = [np.ravel(each) for each in call.arguments if isinstance(each, np.ndarray)][:3]
+    data = [np.ravel(each) for each in _data(call)[:3]]
     x, y, e = data if len(data) == 3 else (np.arange(1.0, len(data[0]) + 1), *data)
     pane = drawn.cleared(call.figure)
     made = [pane.axes.errorbar(x, y, yerr=e, color=ORDER[0], capsize=3)]
@@ -137,7 +142,7 @@ def _polar(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
 def _surface(kind: str) -> Drawing:
     def drawing(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
         pane = drawn.cleared(call.figure, solid=kind != "contour")
-        data = [each for each in call.arguments if isinstance(each, np.ndarray)]
+        data = _data(call)
         if len(data) < 3 or data[0].size == 1:
             rows, columns = data[0].shape
             data = [*np.meshgrid(np.arange(1.0, columns + 1), np.arange(1.0, rows + 1)), *data]
@@ -170,7 +175,7 @@ def _main_title(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
 
 
 def _text(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
-    place = [float(np.ravel(each)[0]) for each in call.arguments if isinstance(each, np.ndarray)][:3]
+    place = [float(np.ravel(each)[0]) for each in _data(call)[:3]]
     words = [each for each in call.arguments if isinstance(each, str)]
     start = next(k for k, each in enumerate(call.arguments) if isinstance(each, str))
     axes = drawn.pane(call.figure).axes

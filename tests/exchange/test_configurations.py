@@ -15,14 +15,14 @@ CORNERS = np.array([[0.0, 0, 10, 10, 0], [0, 8, 8, 0, 0]])
 BEACONS = np.array([[9.9, 4.0, 0.1], [4.0, 7.9, 4.0], [np.pi, -np.pi / 2, 0.0], [1, 2, 0]])
 
 
-def brought(folder, content, *, rows=False, robot=True):
+def brought(folder, content, *, rows=False, robot=True, scale=None):
     """Return the world and the lines of the report of a MAT-file, or of a script."""
     path = folder / ("c.m" if isinstance(content, str) else "c.mat")
     if isinstance(content, str):
         path.write_text(content)
     else:
         savemat(path, content)
-    found = bring_file(path, robot=Newcomer() if robot else None, reading=Reading(rows=rows))
+    found = bring_file(path, robot=Newcomer() if robot else None, reading=Reading(scale, rows=rows))
     return mjsim.parse_world(found.text), [line.removeprefix(f"{path}: ") for line in found.report]
 
 
@@ -87,6 +87,15 @@ def test_a_script_gives_walls_pictures_robot_sensor_and_way_and_tells_the_rest(t
         "corners does not end at its first corner: it stays open there",
     ):
         assert line in told
+
+
+def test_a_scale_is_that_of_the_start_too_and_a_start_that_is_no_number_is_told(tmp_path):
+    lines = "lm = [100 300; 200 400];\nrobot.pose = [{} 150 pi];\n"
+    world, _ = brought(tmp_path, lines.format("250"), scale=0.01)
+    assert (world.beacons[1].at, world.robots[0].at) == ((3.0, 4.0), (2.5, 1.5))
+    world, told = brought(tmp_path, lines.format("NaN"), scale=0.01)
+    assert world.robots[0].at == (2.0, 3.0)
+    assert "not used: robot.pose" in told
 
 
 def test_a_struct_array_of_a_mat_file_gives_beacons_by_field(tmp_path):

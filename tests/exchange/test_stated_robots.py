@@ -199,6 +199,7 @@ def test_controllers_of_a_package_beside_the_description_are_read_and_options_th
         "base: {left_wheel: left, right_wheel: right, linear: {x: {max_velocity: 1.5}}}"
     )
     (tmp_path / "bot_control" / "config" / "broken.yaml").write_text("base: [")
+    (tmp_path / "bot_control" / "config" / "gone.yaml").symlink_to(tmp_path / "nowhere.yaml")
     place = tmp_path / "bot_description" / "bot.urdf"
     place.write_text(robot({"base": BASE}, []))
     source = RobotSource(place, packages={"spare": tmp_path}, given=Given({"prefix": "a_"}, {"B": "1"}))

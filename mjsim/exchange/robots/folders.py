@@ -73,7 +73,7 @@ class Folders:
         for package in known.values():
             for folder in PARAMETERS:
                 files = sorted((package / folder).glob("*.y*ml"))[:MAX_PARAMETERS]
-                yield from (path for path in files if path.stat().st_size < MAX_YAML)
+                yield from (path for path in files if path.is_file() and path.stat().st_size < MAX_YAML)
 
     def _likely(self, name: str) -> list[Path]:
         """Return where a package may be; only the user's own settings name folders that do not look like one."""

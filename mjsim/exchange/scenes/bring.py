@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from mjsim.errors import UsageError
-from mjsim.exchange.brought import Brought, Newcomer
+from mjsim.exchange.brought import SCENES, Brought, Newcomer
 from mjsim.exchange.maps import name_of
 from mjsim.exchange.place import with_newcomer
 from mjsim.exchange.scenes.build import build_world
@@ -12,16 +12,14 @@ from mjsim.exchange.scenes.sdf_in import read_sdf
 from mjsim.exchange.scenes.solids import Scene
 from mjsim.exchange.text import world_text
 from mjsim.inventory import inventory
-from mjsim.world import solid
+from mjsim.world import World, solid
 
-ENDINGS = (".world", ".sdf", ".xml", ".mjcf")
-"""File suffixes of scenes."""
 _SIMULATORS = {True: "MuJoCo", False: "Gazebo"}
 
 
 def is_scene(path: Path) -> bool:
     """Return whether a file is a scene of another simulator, judging by its suffix."""
-    return path.suffix.lower() in ENDINGS
+    return path.suffix.lower() in SCENES
 
 
 def bring_scene(path: Path, *, robot: Newcomer | None, search: list[Path], folder: str) -> Brought:
@@ -53,9 +51,9 @@ def _counted(scene: Scene) -> str:
     return f"{len(scene.things)} models of {solids} shapes"
 
 
-def _size(world: object) -> str:
+def _size(world: World) -> str:
     """Return the size of what is solid, for the report; empty if nothing is."""
-    shape = solid(world)  # type: ignore[arg-type]  # a world
+    shape = solid(world)
     if shape.is_empty:
         return ""
     low_x, low_y, high_x, high_y = shape.bounds

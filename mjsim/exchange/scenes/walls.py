@@ -29,8 +29,8 @@ PARALLEL = math.radians(0.2)
 class Slab:
     """A box from the side: a stretch of a line, and heights."""
 
-    line: tuple[float, float, float, float]
-    """Direction in [0, pi) [rad], distance from the origin, thickness [m], and number of the thing."""
+    line: tuple[float, float, float]
+    """Direction in [0, pi) [rad], distance from the origin, left positive, and thickness [m]."""
     span: tuple[float, float]
     """From where to where along the line [m]."""
     heights: tuple[float, float]
@@ -50,8 +50,9 @@ def slab_of(box: SceneSolid) -> Slab | None:
     along = np.array([math.cos(heading), math.sin(heading)])
     x, y, z = box.pose[:3, 3]
     middle, offset = float(along @ [x, y]), float(along @ [y, -x])
-    line = (heading, offset, thick, 0.0)
-    return Slab(line, (middle - long / 2, middle + long / 2), (z - high / 2, z + high / 2), box.color)
+    return Slab(
+        (heading, offset, thick), (middle - long / 2, middle + long / 2), (z - high / 2, z + high / 2), box.color
+    )
 
 
 def walls_of(boxes: Sequence[SceneSolid]) -> tuple[list[Wall], list[int]]:
@@ -70,7 +71,7 @@ def _in_line(slabs: dict[int, Slab]) -> list[list[int]]:
     """Return the indices of slabs on one line, of one thickness."""
     groups: dict[tuple[int, int, int], list[int]] = {}
     for index, slab in slabs.items():
-        heading, offset, thick, _ = slab.line
+        heading, offset, thick = slab.line
         key = (round(heading / PARALLEL), round((offset + SHIFT) / SAME), round((thick + SHIFT) / SAME))
         groups.setdefault(key, []).append(index)
     return list(groups.values())
@@ -129,7 +130,7 @@ def _runs(stretches: Sequence[Stretch]) -> list[list[Stretch]]:
 
 def _wall(run: Sequence[Stretch], first: Slab, slabs: dict[int, Slab]) -> Wall | None:
     """Return the wall of a run; None if it is too short for one."""
-    heading, offset, thick, _ = first.line
+    heading, offset, thick = first.line
     start, end = run[0][0], run[-1][1]
     top = max(profile[2] for *_, profile in run if profile is not None)
     if end - start < max(SHORTEST, thick * (SLENDER if top >= LOW else SLENDER_LOW)):

@@ -1,0 +1,33 @@
+"""Recorded calls are drawn with the data and the properties that MATLAB sees in their arguments."""
+
+import numpy as np
+
+from mjsim.toolbox.calls import FigureCall
+from mjsim.toolbox.draw import ScriptFigures
+from mjsim.toolbox.functions import FUNCTIONS
+
+ROW = np.array([[1.0, 2.0, 4.0]])
+TWO = np.array([[2.0]])
+
+
+def drawn(*calls: tuple[str, tuple[object, ...]]) -> ScriptFigures:
+    figures = ScriptFigures()
+    numbered = enumerate(calls, start=1)
+    figures.draw([FigureCall(name, given, 1, number) for number, (name, given) in numbered], FUNCTIONS)
+    assert figures.skipped == set()
+    return figures
+
+
+def test_values_of_properties_are_no_data():
+    figures = drawn(("line", (ROW, ROW, "LineWidth", TWO)), ("bar", (ROW, "FaceColor", ROW)))
+    (axes,) = figures.figure(1).axes
+    assert axes.name != "3d"
+    assert [bar.get_height() for bar in axes.patches] == [1.0, 2.0, 4.0]
+
+
+def test_a_figure_of_the_number_of_a_handle_leaves_the_handle():
+    figures = ScriptFigures()
+    calls = [("plot", (ROW,), 1, 2), ("figure", (TWO,), 2, 2), ("set", (TWO, "LineWidth", 3 * TWO), 2, 3)]
+    figures.draw([FigureCall(*call) for call in calls], FUNCTIONS)
+    (line,) = figures.figure(1).axes[0].lines
+    assert line.get_linewidth() == 6.0
