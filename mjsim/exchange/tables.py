@@ -35,7 +35,10 @@ class Tables:
         Raises:
             UsageError: It is no such table.
         """
-        table = _entries(value)
+        try:
+            table = _entries(value)
+        except (ValueError, TypeError, IndexError):  # cells in cells, structs of cells, or nothing in a field
+            table = None
         if table is None or not table or not table[0]:
             table = [] if table is not None and not any(table) else None
         wrong = f"'{self.file}' has {name} of {_sides(value)}; it must be {sizes[-1]} x n numbers, {columns}"

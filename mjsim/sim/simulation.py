@@ -297,18 +297,8 @@ class Simulation(Closes):
         self._happen(lead=mechanism, joint=joint, **goal)
 
     def set_goal(self, robot: str, place: Sequence[float], heading: float | None = None) -> None:
-        """Give a robot's navigator a new goal, in the frame of its estimate, in place of the others.
-
-        Args:
-            robot: Its name.
-            place: x and y [m].
-            heading: Heading at the goal [rad]; None for any.
-
-        Raises:
-            UsageError: The robot does not exist or does not drive, or a number is out of bounds.
-        """
-        degrees = None if heading is None else math.degrees(heading)
-        self._happen(goal=robot, to=tuple(place), heading_deg=degrees)
+        """Give a robot's navigator a goal [m, rad] in the frame of its estimate; UsageError if impossible."""
+        self._happen(goal=robot, to=tuple(place), heading_deg=None if heading is None else math.degrees(heading))
 
     def schedule(
         self, event: WorldEvent, *, instead_of: WorldEvent | None = None, before: WorldEvent | None = None

@@ -7,6 +7,7 @@ import pytest
 from scipy.io import savemat
 
 import mjsim
+from mjsim.errors import UsageError
 from mjsim.exchange.bring import bring_file
 from mjsim.exchange.brought import Newcomer, Reading
 from mjsim.exchange.matlab_text import read_assignments
@@ -96,6 +97,20 @@ def test_a_scale_is_that_of_the_start_too_and_a_start_that_is_no_number_is_told(
     world, told = brought(tmp_path, lines.format("NaN"), scale=0.01)
     assert world.robots[0].at == (2.0, 3.0)
     assert "not used: robot.pose" in told
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        "lm = {1, {2, [3 4]}};",
+        "lm(1).x = 1; lm(1).y = [];",
+        "lm(1).x = 1; lm(1).y = {{2}, 'a'};",
+        "lm.x.y = 1; lm.z = 2;",
+    ],
+)
+def test_values_in_values_are_no_table(table, tmp_path):
+    with pytest.raises(UsageError, match=r"has lm of .*; it must be 2 x n numbers, x above y"):
+        brought(tmp_path, table)
 
 
 def test_a_struct_array_of_a_mat_file_gives_beacons_by_field(tmp_path):
