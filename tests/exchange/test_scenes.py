@@ -301,6 +301,15 @@ def test_a_file_that_is_no_scene_is_refused_in_one_line(name, text, says, tmp_pa
     assert "\n" not in str(caught.value)
 
 
+def test_a_mesh_that_is_mirrored_by_its_scale_is_still_a_solid(tmp_path):
+    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+    (tmp_path / "tip.obj").write_text(corners + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n")
+    mesh = "<geometry><mesh><uri>tip.obj</uri><scale>-1 1 1</scale></mesh></geometry>"
+    (tip,) = read_sdf(scene(tmp_path, model(link("0 0 0 0 0 0", mesh))), search=[]).things
+    a, b, c = (tip.solids[0].vertices[tip.solids[0].faces[:, k]] for k in range(3))
+    assert float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0 == pytest.approx(1 / 6)
+
+
 def test_a_colour_that_is_no_number_is_left_out(tmp_path):
     odd = "<visual name='v'><material><diffuse>nan 0 0 1</diffuse><ambient>inf 0 0 1</ambient></material></visual>"
     world, _ = brought(scene(tmp_path, model(link("1 1 0.5 0 0 0", POST, more=odd))))

@@ -53,8 +53,10 @@ class MeshFiles:
         """
         if path not in self._parts:
             self._parts[path] = self._read(path)
+        # A mirrored triangle has its corners the other way round.
+        order = slice(None, None, -1 if np.prod(scale) < 0.0 else 1)
         for vertices, faces in self._parts[path]:
-            yield boxed(SceneSolid("mesh", (), pose, color, vertices * scale, faces))
+            yield boxed(SceneSolid("mesh", (), pose, color, vertices * scale, faces[:, order]))
 
     def prisms(self, shape: Element, pose: Array, color: str | None, where: str) -> Iterator[SceneSolid]:
         """Yield the prism on a `<polyline>`."""
