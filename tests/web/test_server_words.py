@@ -14,6 +14,7 @@ ROOT = Path(mjsim.__file__).parent
 TABLE = re.compile(r'^  "([\w.]+)":\s+"(.*)",$', re.MULTILINE)
 PLACE = ROOT / "web" / "page" / "src" / "words"
 WORDS, SAID = (dict(TABLE.findall((PLACE / name).read_text("utf-8"))) for name in ("en_server.ts", "en_said.ts"))
+KNOWN = {re.sub(r"\{\w+\}", "{}", text) for text in SAID.values()}
 ELSEWHERE = (
     *(
         "report/comparison.py",
@@ -49,7 +50,6 @@ def template(node):
 
 
 def test_each_refusal_of_the_server_is_in_the_table():
-    known = {re.sub(r"\{\w+\}", "{}", text) for text in SAID.values()}
     files = [path for path in (ROOT / "web").glob("*.py") if "RefusedError(" in path.read_text("utf-8")]
     calls = [
         node for path in files for node in ast.walk(ast.parse(path.read_text("utf-8"))) if isinstance(node, ast.Call)
@@ -57,7 +57,18 @@ def test_each_refusal_of_the_server_is_in_the_table():
     refused = [call for call in calls if getattr(call.func, "id", "") == "RefusedError" and len(call.args) > 1]
     texts = {template(call.args[1]) for call in refused} - {None}
     assert len(texts) > 35
-    assert texts - known - NOT_MET == set()
+    assert texts - KNOWN - NOT_MET == set()
+
+
+def test_each_event_of_a_robot_is_in_the_table():
+    texts = {
+        template(node.args[2])
+        for name in ("run/falls.py", "run/pilot.py")
+        for node in ast.walk(ast.parse((ROOT / name).read_text("utf-8")))
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "RobotEvent"
+    }
+    assert len(texts) == 6
+    assert texts - KNOWN == set()
 
 
 @pytest.mark.slow

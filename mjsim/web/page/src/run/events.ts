@@ -9,9 +9,9 @@ import { said, word, wordOr } from "../words/words";
 /** Most that are shown. */
 const MOST = 300;
 
-/** What happened, in one sentence. */
+/** What happened, in one sentence that names its robot. */
 export function sentenceOf({ robot, text }: EventNews): string {
-  return robot ? `${robot}: ${said(text)}` : said(text);
+  return !robot || text.includes(robot) ? said(text) : `${robot}: ${said(text)}`;
 }
 
 /** A list of events; each can be pressed where there is something to do. */
