@@ -221,6 +221,10 @@ def test_heads_of_views_and_names_of_axes_are_whole_on_a_phone_and_the_plan_fill
         page.get_by_role("tab", name="Run", exact=True).click()
         expect(page.locator("#view-run .run-floor canvas").first).to_be_visible(timeout=PATIENCE)
         assert page.evaluate(CUT_HEADS) == []
+        for width in (760, 820):
+            page.set_viewport_size({"width": width, "height": 844})
+            assert page.evaluate("document.scrollingElement.scrollWidth <= innerWidth"), width
+        page.set_viewport_size({"width": 390, "height": 844})
         page.get_by_role("tab", name="Review", exact=True).click()
         review = page.locator("#view-review")
         review.locator("[data-path='run1.mcap']").click()
