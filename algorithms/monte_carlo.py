@@ -176,7 +176,7 @@ class MonteCarloLocalization:
         if len(points):
             self._misfit = self._misfitting(SHARP * by_beam)
         found = np.zeros((0, 3))
-        if self._misfit > 0.0 and time >= self._searched + SEARCHED:
+        if len(points) and self._misfit > 0.0 and time >= self._searched + SEARCHED:
             self._searched = time
             found = self._better_places(points, sightings, float(self._weights @ by_beam))
         if len(found) or 1.0 / np.sum(self._weights**2) < 0.5 * len(self._weights):

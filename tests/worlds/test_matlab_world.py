@@ -101,7 +101,7 @@ def test_its_ekf_slam_agrees_with_the_standard_filter_over_60_s():
 @needs_octave
 def test_the_function_of_the_page_runs_in_the_world_of_the_page(tmp_path):
     page = (ROOT / "docs" / "matlab.md").read_text(encoding="utf-8")
-    function, head, _ = re.findall(r"```matlab\n(.*?)```", page, re.DOTALL)
+    function, _, head, *_ = re.findall(r"```matlab\n(.*?)```", page, re.DOTALL)
     (tmp_path / "my_slam.m").write_text(function)
     (tmp_path / "first.yaml").write_text(re.search(r"```yaml\n(.*?)```", page, re.DOTALL)[1])
     world = load_runnable(tmp_path / "first.yaml")

@@ -266,7 +266,7 @@ def test_who_knows_where_it_is_reaches_its_goal_in_time_without_a_bump(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in NAMES if name not in {"gallery", "manipulator"}])  # run elsewhere
 def test_it_compiles_with_every_robot_and_beacon_and_its_first_seconds_run_as_it_is_written(name):
-    world = shipped(name)
+    world = with_settings(shipped(name), ["shading=plain"])  # baking is tested by itself
     with mjsim.Simulation(world) as sim:
         for robot in world.robots:
             assert sim.model.body(f"{robot.name}/base")

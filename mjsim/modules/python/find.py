@@ -14,6 +14,9 @@ from mjsim.modules.python.outline import BoundNames, Methods, UnreadableError, m
 from mjsim.modules.roles import ROLES, awaited, lacking, unmade
 from mjsim.world import Source, Use
 
+MAX_STEPS = 8
+"""Maximum number of modules through which a name is followed to its class."""
+
 
 def class_defects(use: Use, role: str, source: Source) -> Iterator[Defect]:
     """Yield what does not exist, which keys the class does not accept or lacks, and why it cannot fill a role."""
@@ -85,12 +88,14 @@ def parts_of(name: str) -> list[str]:
     return parts
 
 
-def _defining(place: str, name: str, source: Source) -> BoundNames:
+def _defining(place: str, name: str, source: Source, steps: int = MAX_STEPS) -> BoundNames:
     """Return the names of the module that defines a class: of a package, the one that it takes it from."""
     outline = names_of(place, source)
     item = outline.names.get(name)
     found = imported(item, name, place, source) if isinstance(item, ast.ImportFrom) else None
-    return outline if found is None or found[1] != name else _defining(*found, source)
+    if found is None or found[1] != name or steps == 0:
+        return outline
+    return _defining(*found, source, steps - 1)
 
 
 def _is_package(path: Path) -> bool:
