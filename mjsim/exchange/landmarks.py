@@ -95,7 +95,9 @@ def read_landmarks(path: Path, *, scale: float, rows: bool = False) -> LandmarkM
     given = {key: _first(content, names) for key, names in NAMES.items()}
     if given["landmarks"] is None and given["walls"] is None:
         names = ", ".join(sorted(content)) or "nothing"
-        raise UsageError(f"'{path}' holds no landmarks: lm, 2 x n; it holds {names:.200}")
+        raise UsageError(
+            f"'{path}' holds no landmarks: lm, 2 x n; it holds {'; '.join([f'{names:.200}', *unread[:1]])}"
+        )
     tables = Tables(str(path), rows)
     beacons = _beacons(path, tables, given["landmarks"], scale)
     name, value = given["waypoints"] or ("wp", np.zeros((2, 0)))

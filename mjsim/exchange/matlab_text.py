@@ -74,7 +74,7 @@ def read_assignments(text: str) -> Assignments:
     for statement in _statements(text):
         first, line = statement[0].text, statement[0].line
         open_blocks += (first in OPENS) - (first in CLOSES and open_blocks > 0)
-        written = " ".join(token.text for token in statement)
+        written = " ".join(token.text for token in statement if token.text != "\n")
         if open_blocks or first in OPENS:
             unread.append(f"line {line}: '{written:.60}' is part of a block; write its values as literals")
         elif first not in QUIET:

@@ -228,4 +228,5 @@ def _matrix(values: Array, rows: Sequence[str], columns: Sequence[str]) -> HtmlT
 
 def complex_text(value: complex) -> str:
     """Return a pole or zero as text, such as -1.5 or -1+2j."""
-    return f"{value.real:.6g}" if abs(value.imag) < 1e-12 else f"{value.real:.6g}{value.imag:+.6g}j"
+    real = 0.0 if abs(value.real) < 1e-12 else value.real
+    return f"{real:.6g}" if abs(value.imag) < 1e-12 else f"{real:.6g}{value.imag:+.6g}j"

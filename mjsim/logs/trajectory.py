@@ -65,6 +65,10 @@ def _rows_of_text(path: Path) -> Iterator[tuple[float, float, float, float]]:
             raise UsageError(
                 f"{path}:{number}: '{line.strip():.60}' is no pose; write t x y z qx qy qz qw, or t x y heading"
             )
+        if not any(values[4:]) and len(values) == 8:
+            raise UsageError(
+                f"{path}:{number}: '{line.strip():.60}' has a quaternion of length 0; without headings, write 0 0 0 1"
+            )
         yield values[0], values[1], values[2], values[3] if len(values) == 4 else _yaw(*values[4:])
 
 

@@ -113,6 +113,19 @@ def test_values_in_values_are_no_table(table, tmp_path):
         brought(tmp_path, table)
 
 
+@pytest.mark.parametrize(
+    ("script", "says"),
+    [
+        ("lm = [1 2 3\n4 5", "it holds nothing; line 1: 'lm = [ 1 2 3 4 5' is not a literal assignment"),
+        ("a = 1;\nlm = load('m');\nb = f(a);", "it holds a; line 2: 'lm = load ( m )' is not a literal assignment"),
+    ],
+)
+def test_a_script_without_a_map_is_told_with_its_first_line_that_was_not_read(tmp_path, script, says):
+    with pytest.raises(UsageError) as caught:
+        brought(tmp_path, script)
+    assert str(caught.value).endswith(f"holds no landmarks: lm, 2 x n; {says}")
+
+
 def test_a_struct_array_of_a_mat_file_gives_beacons_by_field(tmp_path):
     kind = [("x", object), ("y", object), ("omega", object), ("P", object)]
     items = np.array([(1.0, 2.0, 0.5, "lion"), (3.0, 4.0, 0.0, 7.0)], dtype=kind)

@@ -206,6 +206,7 @@ def test_complex_numbers_are_written_with_their_sign():
         "-1-2j",
         "0.1",
     ]
+    assert [complex_text(complex(*pair)) for pair in ((-0.0, 0.0), (-0.0, 2.0), (-1e-17, 0.0))] == ["0", "0+2j", "0"]
     many = np.array([-1 + 1j, -5.0, -1 - 1j])
     assert _nearest(many, np.array([-4.0, -1 - 2j])).tolist() == [-5.0, -1 - 1j]
 
