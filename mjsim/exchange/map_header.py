@@ -15,8 +15,8 @@ MAX_YAML = 100_000
 OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
 """Thresholds as map_saver writes them; cells between them are unknown."""
 MODES = ("trinary", "scale", "raw")
-NO = ("", "0", "n", "no", "false", "off")
-"""Words that mean false in YAML 1.1, which ROS reads."""
+NO, YES = {"", "0", "n", "no", "false", "off"}, {"1", "y", "yes", "true", "on"}
+"""Words that mean false, and true, in YAML 1.1, which ROS reads."""
 FARTHEST = 9000.0
 """Maximum absolute value of x and y of an origin [m]."""
 
@@ -93,9 +93,13 @@ class _Keys:
         return float(value)
 
     def flag(self, key: str) -> bool:
-        """Return whether a value is true: a number other than 0, or a word that does not mean false."""
+        """Return whether a value is true: a number other than 0, or a word that means true."""
         value = self.get(key)
-        return value.lower() not in NO if isinstance(value, str) else bool(value)
+        if not isinstance(value, str):
+            return bool(value)
+        if value.lower() not in NO | YES:
+            raise UsageError(f"{self.at(key)}: {key} is {value!r:.40}; it must be 0 or 1")
+        return value.lower() in YES
 
 
 def _image(keys: _Keys) -> str:

@@ -300,6 +300,7 @@ def test_what_is_not_a_map_is_refused_in_one_line(tmp_path):
         ("image: gone.pgm\nresolution: 0.05\n", None, "gone.pgm'; name the picture of a map"),
         ("image: map.pgm\nresolution: 0.05\norigin: [0, a, 0]\n", None, "write [x, y, yaw] in metres"),
         ("image: map.pgm\nresolution: 0.05\nmode: gray\n", None, "mode is 'gray'; it must be trinary, scale or raw"),
+        ("image: map.pgm\nresolution: 0.05\nnegate: maybe\n", None, "negate is 'maybe'; it must be 0 or 1"),
         ("image: map.pgm\nresolution: 0.05\n", large, "is a picture of 50 megapixels; it must have at most 40"),
         ("image: map.pgm\nresolution: 0.05\n", b"P5\n3 2\n255\n", "is truncated; 3 x 2 pixels are 6 numbers"),
         ("image: map.pgm\nresolution: 0.05\n", b"P6\n100000 100000\n255\n", "is a picture of 10000 megapixels;"),
