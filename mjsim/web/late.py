@@ -21,9 +21,14 @@ class Loaded(NamedTuple):
 class LateRoutes:
     """An application of routes that a thread loads."""
 
-    def __init__(self, load: Callable[[], Loaded]) -> None:
-        """Store how to load them; if it raises an error, each request gets it."""
-        self._load, self._loaded = load, Future[Loaded]()
+    def __init__(self, load: Callable[[], Loaded], *, before: Sequence[BaseRoute] = ()) -> None:
+        """Store how to load them; if it raises an error, each request gets it.
+
+        Args:
+            load: Called in the thread.
+            before: Routes that are there at once. A request that only differs from them in its method comes here too.
+        """
+        self._load, self._loaded, self._before = load, Future[Loaded](), before
         self._thread = threading.Thread(target=self._run, name="mjsim-loading")
         self._router: Router | None = None
         self.mount = Mount("", self)
@@ -37,7 +42,8 @@ class LateRoutes:
         """Answer a request."""
         if self._router is None:
             # A browser that disconnects meanwhile cancels nothing.
-            self._router = Router((await asyncio.shield(asyncio.wrap_future(self._loaded))).routes)
+            loaded = await asyncio.shield(asyncio.wrap_future(self._loaded))
+            self._router = Router([*self._before, *loaded.routes])
         await self._router(scope, receive, send)
 
     def close(self) -> None:

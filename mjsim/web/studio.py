@@ -47,8 +47,9 @@ class Studio(Closes):
         if world is not None and not is_shipped(world) and not place.path(world).is_file():
             raise UsageError(f"no file '{world}' in {place.root}; name a world file")
         self.asks_for_token = not without_token
-        late = LateRoutes(lambda: _loaded(place, world))
-        routes, closing = [*page_routes(preload=PRELOAD), late.mount], [late.close]
+        pages = page_routes(preload=PRELOAD)
+        late = LateRoutes(lambda: _loaded(place, world), before=pages)
+        routes, closing = [*pages, late.mount], [late.close]
         self._server = Server(routes, host=host, port=port, token=token, without_token=without_token, closing=closing)
         late.start()
 
