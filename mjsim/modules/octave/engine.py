@@ -16,7 +16,7 @@ from mjsim.modules.octave.text import read_function
 
 DRIVER = Path(__file__).parent / "driver"
 FLAGS = ("--norc", "--no-history", "--no-line-editing", "--no-window-system", "--quiet")
-_QUIET = ("possible-matlab-short-circuit-operator", "function-name-clash", "shadowed-function")
+_QUIET = ("possible-matlab-short-circuit-operator", "function-name-clash")
 """Warnings about valid MATLAB code; the first would be printed at every call."""
 _SHADOWING = "warning('{}','Octave:shadowed-function');".format
 """Warnings about functions that replace Octave's: those of the toolbox do so on purpose, a user's own may not."""
