@@ -158,5 +158,5 @@ def test_the_tools_of_the_view_in_3d_stand_in_one_row(browser, folder):
             page.evaluate(DRAWN)
             tools = page.locator("#view-edit .scene-bar > :is(select, button)")
             boxes = [tool.bounding_box() for tool in tools.all()]
-            assert len(boxes) == 4
+            assert len(boxes) == 5
             assert max(box["y"] for box in boxes) < min(box["y"] + box["height"] for box in boxes), width

@@ -10,7 +10,11 @@ uniform sampler2D open;
 uniform float darkest;
 uniform float edges;
 uniform vec2 planes;
-float nearness(vec2 uv) { return mix(1.0 / planes.x, 1.0 / planes.y, texture(depth, uv).x); }
+// Not by mix(), which may round to 0 where nothing was drawn: planes of a robot's camera are a centimetre and 2000 km.
+float nearness(vec2 uv) {
+  float d = texture(depth, uv).x;
+  return (1.0 - d) / planes.x + d / planes.y;
+}
 float bend(float middle, vec2 by) {
   return abs(nearness(at + by) + nearness(at - by) - 2.0 * middle) / (middle * 2.0 * pixel.y);
 }

@@ -16,7 +16,7 @@ export interface Ink {
 
 /** Round points, so large [m], and at least so large in the picture [of half its height]. */
 export function dots(places: BufferGeometry, size: number, { color, through = false }: Ink, least = LEAST): Points<BufferGeometry, PointsMaterial> {
-  const material = new PointsMaterial({ color, size, depthTest: !through, transparent: through });
+  const material = new PointsMaterial({ color, size, depthTest: !through, depthWrite: false, transparent: true });
   material.onBeforeCompile = (shader) => {
     shader.vertexShader = shader.vertexShader.replace(
       "#include <logdepthbuf_vertex>",
