@@ -13,6 +13,10 @@ PROGRAMS = {"run", "call", "check_call", "check_output", "getoutput", "getstatus
 """Functions of subprocess that wait for the end of a program."""
 UNLIMITED = {
     "session.result()": "a run lasts as long as its user wants; Ctrl-C, or the limit of a test, ends the wait",
+    "self._loaded.result()": "the thread that loads has ended",
+    "subprocess.run(words, cwd=script.parent, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, check=False)": (
+        "a script of Octave lasts as long as its user wants; Ctrl-C reaches Octave too"
+    ),
     "page.wait()": "serves until Ctrl-C",
     "self._server.wait()": "serves until Ctrl-C, which it looks for each second",
     "self.changed.wait()": "a run that is paused or has ended waits for its user",

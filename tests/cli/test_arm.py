@@ -47,7 +47,9 @@ def test_a_picture_is_written_and_not_over_another(capsys, tmp_path):
 
 
 WRONG = {
-    "'pumma560' is neither an arm preset nor a file (.yaml, .xml, .urdf); did you mean 'puma560'?": ["pumma560"],
+    "'pumma560' is neither an arm preset nor a file (.yaml, .xml, .urdf, .xacro); did you mean 'puma560'?": [
+        "pumma560"
+    ],
     "--joints is '1,2'; give 6 numbers separated by commas": ["puma560", "--joints", "1,2"],
     "--joints is 'a'; give 6 numbers separated by commas": ["puma560", "--joints", "a"],
     "'arm.gif' is not a picture; its name must end in .png, .svg or .pdf": ["puma560", "--plot", "arm.gif"],

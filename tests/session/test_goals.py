@@ -75,7 +75,7 @@ def test_a_goal_by_hand_reaches_the_navigator_and_can_be_kept_in_the_world_file(
         session.tick()
         session.touch({"goal": "scout", "to": [4, 1]})
         session.stop()
-        session.wait()
+        session.wait(timeout=10.0)
         kept = mjsim.parse_world(keep_events(WORLD, session.touched))
     assert navigator.goals[0] == (5.0, 2.0, pytest.approx(math.pi / 2))
     assert [(event.to, event.heading_deg) for event in kept.run.events] == [((5.0, 2.0), 90.0), ((4.0, 1.0), None)]
