@@ -1,6 +1,8 @@
 """Routes that are loaded while the server already serves: a request for one of them waits until they are there."""
 
 import asyncio
+import errno
+import os
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
@@ -18,8 +20,12 @@ class Loaded(NamedTuple):
     """Called on closing."""
 
 
+AGAIN = 0.2
+"""Time until what could not be loaded, since strangers hold all files, is loaded again [s]."""
+
+
 class LateRoutes:
-    """An application of routes that a thread loads."""
+    """An application of routes that a thread loads, again and again while the process has too many open files."""
 
     def __init__(self, load: Callable[[], Loaded], *, before: Sequence[BaseRoute] = ()) -> None:
         """Store how to load them; if it raises an error, each request gets it.
@@ -30,6 +36,7 @@ class LateRoutes:
         """
         self._load, self._loaded, self._before = load, Future[Loaded](), before
         self._thread = threading.Thread(target=self._run, name="mjsim-loading")
+        self._closing = threading.Event()
         self._router: Router | None = None
         self.mount = Mount("", self)
         """Takes every address that no route before it takes."""
@@ -48,13 +55,19 @@ class LateRoutes:
 
     def close(self) -> None:
         """Close what was loaded, once it is."""
+        self._closing.set()
         self._thread.join()
         if self._loaded.exception() is None:
             for call in self._loaded.result().closing:
                 call()
 
     def _run(self) -> None:
-        try:
-            self._loaded.set_result(self._load())
-        except BaseException as error:
-            self._loaded.set_exception(error)
+        while True:
+            try:
+                self._loaded.set_result(self._load())
+                return
+            except BaseException as error:
+                # A library that is not found for lack of files is an ImportError.
+                if os.strerror(errno.EMFILE) not in str(error) or self._closing.wait(AGAIN):
+                    self._loaded.set_exception(error)
+                    return

@@ -34,6 +34,20 @@ def test_a_request_waits_until_its_route_is_loaded_and_what_was_loaded_is_closed
     assert closed == [True]
 
 
+def test_what_could_not_be_loaded_for_lack_of_files_is_loaded_again():
+    errors = [OSError(24, "Too many open files"), ImportError("cannot open a.so: Too many open files")]
+
+    def load():
+        if errors:
+            raise errors.pop()
+        return Loaded([Route("/late", lambda _: PlainTextResponse("late"))], [])
+
+    late = LateRoutes(load)
+    late.start()
+    assert answer_of(late, "/late").text == "late"
+    late.close()
+
+
 def test_an_error_while_loading_is_the_answer_to_each_request_and_closing_is_quiet():
     def load():
         raise ImportError("no MuJoCo")
