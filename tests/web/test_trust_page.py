@@ -6,6 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from mjsim.web import Studio
+from tests.web.test_trust import ROOM, ROVER, TANK
 from tests.windows import PATIENCE, page_at
 
 pytestmark = pytest.mark.slow
@@ -71,7 +72,10 @@ def test_a_module_that_is_chosen_for_a_run_is_asked_for_and_runs(page):
 
 
 def test_a_scene_asks_once_about_the_same_code_and_shows_the_newest_text(page, tmp_path):
-    open_world(page, "driven.yaml")
+    (tmp_path / "rover.xml").write_text(ROVER)
+    (tmp_path / "tank.py").write_text(TANK)
+    (tmp_path / "tank.yaml").write_text(ROOM)
+    open_world(page, "tank.yaml")
     page.get_by_role("tab", name="Edit", exact=True).click()
     page.get_by_role("button", name="3-D").locator("visible=true").first.click()
     dialog = page.get_by_role("dialog", name="Let this world's code run?")
@@ -80,12 +84,12 @@ def test_a_scene_asks_once_about_the_same_code_and_shows_the_newest_text(page, t
     review = door.get_by_role("button", name="Review the code")
     expect(review).to_be_visible(timeout=PATIENCE)
     with page.expect_response("**/api/scene"):  # the page reads what is new on disk
-        (tmp_path / "driven.yaml").write_text(WORLD.replace("[1, 1]", "[1, 2]"))
+        (tmp_path / "tank.yaml").write_text(ROOM + "# one\n")
     expect(review).to_be_visible()
     expect(dialog).to_have_count(0)
     review.click()
     expect(dialog).to_be_visible()
-    (tmp_path / "driven.yaml").write_text(WORLD.replace("[1, 1]", "[2, 2]"))
-    expect(page.locator(".cm-content")).to_contain_text("[2, 2]", timeout=PATIENCE)
+    (tmp_path / "tank.yaml").write_text(ROOM + "# two\n")
+    expect(page.locator(".cm-content")).to_contain_text("# two", timeout=PATIENCE)
     dialog.get_by_role("button", name="Allow").click()
     expect(door).to_have_attribute("data-scene", "there", timeout=PATIENCE)
