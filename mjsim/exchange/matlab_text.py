@@ -1,27 +1,19 @@
 """Reads the literal assignments of a MATLAB script: numbers, text, matrices, cells and fields. It runs nothing."""
 
 import math
-import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from mjsim.exchange.matlab_tokens import Token, statements
 from mjsim.geometry import Array
 
 MAX_ELEMENTS = 100_000
 """Maximum number of elements of a matrix."""
 DEPTH = 40
 """Maximum nesting of brackets."""
-TOKEN = re.compile(
-    r"""(?P<space>(?:[ \t]|\.\.\.[^\n]*(?:\n|\Z))+)|(?P<comment>[%#][^\n]*)|(?P<end>[\n;,])
-    |(?P<number>(?:\d++\.?\d*+|\.\d++)(?:[eEdD][+-]?\d++)?(?![\w]))|(?P<name>[A-Za-z]\w*)|(?P<word>\d\w*)
-    |(?P<op>\.\*|\./|\.\^|\.'|==|[-+*/^()\[\]{}=:'".@<>~&|!])""",
-    re.VERBOSE,
-)
-BLOCK_COMMENT = re.compile(r"^[ \t]*[%#]\{[ \t]*\n.*?^[ \t]*[%#]\}[ \t]*$", re.MULTILINE | re.DOTALL)
-BLOCK_END = re.compile(r"^[ \t]*[%#]\}[ \t]*$", re.MULTILINE)
 OPENS, CLOSES = {"if", "for", "while", "switch", "try", "do", "parfor"}, {"end", "endif", "endfor", "endwhile", "until"}
 QUIET = {"clear", "clc", "close", "format", "more", "warning", "return", "end", "endfunction", "function", "1"}
 """Statements that set nothing."""
@@ -49,15 +41,6 @@ MISTAKES = (_NotLiteralError, ValueError, TypeError, LookupError, ArithmeticErro
 
 
 @dataclass(frozen=True, slots=True)
-class _Token:
-    kind: str
-    text: str
-    spaced: bool
-    """Whether white space precedes it."""
-    line: int
-
-
-@dataclass(frozen=True, slots=True)
 class Assignments:
     """What a script assigns, and what it says otherwise."""
 
@@ -71,7 +54,7 @@ def read_assignments(text: str) -> Assignments:
     """Return the literal assignments of a script; arithmetic of numbers and of earlier variables counts as literal."""
     values: dict[str, Any] = {}
     unread, open_blocks = [], 0
-    for statement in _statements(text):
+    for statement in statements(text):
         first, line = statement[0].text, statement[0].line
         open_blocks += (first in OPENS) - (first in CLOSES and open_blocks > 0)
         written = " ".join(token.text for token in statement if token.text != "\n")
@@ -86,67 +69,10 @@ def read_assignments(text: str) -> Assignments:
     return Assignments(values, tuple(unread))
 
 
-def _statements(text: str) -> Iterator[list[_Token]]:
-    """Split a script at line ends, semicolons and commas outside brackets."""
-    statement: list[_Token] = []
-    depth = 0
-    for token in _tokens(text):
-        depth += (token.text in "([{" and token.kind == "op") - (token.text in ")]}" and token.kind == "op")
-        if token.kind == "end" and depth <= 0:
-            if statement:
-                yield statement
-            statement, depth = [], 0
-        else:
-            statement.append(token)
-    if statement:
-        yield statement
-
-
-def _without_blocks(text: str) -> str:
-    """Return text without block comments, with their line ends."""
-    # Only up to the last end: of many that have none, each would search the whole text.
-    end = max((match.end() for match in BLOCK_END.finditer(text)), default=0)
-    return BLOCK_COMMENT.sub(lambda block: "\n" * block[0].count("\n"), text[:end]) + text[end:]
-
-
-def _tokens(text: str) -> Iterator[_Token]:
-    text = _without_blocks(text.replace("\r\n", "\n"))
-    place, spaced, line, before = 0, False, 1, _Token("end", "\n", False, 0)
-    while place < len(text):
-        if text[place] in "'\"" and not (text[place] == "'" and _transposes(before, spaced)):
-            kind, found, after = "text", *_quoted(text, place)
-        elif match := TOKEN.match(text, place):
-            kind, found, after = str(match.lastgroup), match[0], match.end()
-        else:
-            kind, found, after = "op", text[place], place + 1
-        if kind in ("space", "comment"):
-            spaced = True
-        else:
-            before = _Token(kind, found, spaced, line)
-            yield before
-            spaced = False
-        line += text.count("\n", place, after)
-        place = after
-
-
-def _transposes(before: _Token, spaced: bool) -> bool:
-    """Return whether a quote after a token transposes it, instead of starting text."""
-    return not spaced and (before.kind in ("name", "number", "text") or before.text in (")", "]", "}", "'", ".'"))
-
-
-def _quoted(text: str, place: int) -> tuple[str, int]:
-    """Return text in quotes, with doubled quotes made single, and where it ends."""
-    quote = text[place]
-    match = re.compile(rf"{quote}((?:[^{quote}\n]|{quote}{quote})*){quote}").match(text, place)
-    if match is None:
-        return text[place], place + 1
-    return match[1].replace(quote * 2, quote), match.end()
-
-
 class _Statement:
     """One assignment: a target, and an expression by recursive descent."""
 
-    def __init__(self, tokens: list[_Token], values: dict[str, Any]) -> None:
+    def __init__(self, tokens: list[Token], values: dict[str, Any]) -> None:
         self._tokens = tokens
         self._values = values
         self._place = 0
@@ -188,15 +114,15 @@ class _Statement:
         self._expect(close)
         return index
 
-    def _peek(self) -> _Token:
+    def _peek(self) -> Token:
         if self._place >= len(self._tokens):
-            return _Token("end", "", True, 0)
+            return Token("end", "", True, 0)
         return self._tokens[self._place]
 
     def _at(self, *texts: str) -> bool:
         return self._peek().kind in ("op", "end", "name") and self._peek().text in texts
 
-    def _next(self, kind: str) -> _Token:
+    def _next(self, kind: str) -> Token:
         token = self._peek()
         if token.kind != kind or not token.text:
             raise _NotLiteralError
