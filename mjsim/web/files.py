@@ -45,7 +45,7 @@ def listed(folder: Folder) -> Json:
     abouts = shipped_abouts()
     for path in files_below(folder.root):
         name, kind = folder.name(path), path.suffix.lower()
-        if kind in (".yaml", ".yml") and _contains(path, _WORLD):
+        if kind in (".yaml", ".yml") and contains(path, _WORLD):
             worlds.append(name)
             abouts[name] = _summary(path)
         elif kind == ".mcap":
@@ -54,7 +54,7 @@ def listed(folder: Folder) -> Json:
             sweeps.append(folder.name(path.parent))
         elif kind in PICTURES and not name.startswith("out/"):
             pictures.append(name)
-        elif kind in MODELS and not name.startswith("out/") and _contains(path, _MODEL):
+        elif kind in MODELS and not name.startswith("out/") and contains(path, _MODEL):
             models.append(name)
     found = {"worlds": worlds, "recordings": recordings, "sweeps": sweeps, "pictures": pictures, "models": models}
     lists = {kind: sorted(names) for kind, names in found.items()}
@@ -207,7 +207,7 @@ def _summary(path: Path) -> str:
         return ""
 
 
-def _contains(path: Path, word: re.Pattern[bytes]) -> bool:
+def contains(path: Path, word: re.Pattern[bytes]) -> bool:
     """Return whether the start of a file matches a pattern."""
     try:
         with path.open("rb") as file:

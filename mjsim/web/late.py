@@ -54,8 +54,10 @@ class LateRoutes:
         await self._router(scope, receive, send)
 
     def close(self) -> None:
-        """Close what was loaded, once it is."""
+        """Close what was loaded, once it is; without a start there is nothing."""
         self._closing.set()
+        if self._thread.ident is None:
+            return
         self._thread.join()
         if self._loaded.exception() is None:
             for call in self._loaded.result().closing:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from functools import cache, lru_cache
@@ -12,7 +13,7 @@ from threading import Lock
 
 from mjsim.models import note, noted
 from mjsim.modules import Key, Offer, offers_in, readings_needed
-from mjsim.web.files import files_below, source_of
+from mjsim.web.files import contains, files_below, source_of
 from mjsim.web.folder import Folder
 from mjsim.web.items import Json
 from mjsim.world import MAX_BYTES, SENSOR_KINDS, Source, read_regular
@@ -37,8 +38,8 @@ MAX_PROGRAMS = 50
 _SHIPPED = "mjsim.algorithms."
 _READING = Lock()
 """Held while the shipped modules are read: several requests, and the start, may ask for them at once."""
-_TEXTS = (".yaml", ".yml", ".py", ".m", ".md", ".txt", ".json")
-"""Files that are no programs of their own, even where all files are executable."""
+_PROGRAM = re.compile(rb"\A(#!|\x7fELF|\xcf\xfa\xed\xfe)")
+"""How scripts and programs of Linux and macOS begin; on some file systems, all files are executable."""
 
 
 def modules_in(folder: Folder, world: str | None = None) -> Json:
@@ -143,4 +144,4 @@ def _order(offer: Json) -> tuple[int, str]:
 
 
 def _is_program(path: Path) -> bool:
-    return path.suffix not in _TEXTS and os.access(path, os.X_OK)
+    return os.access(path, os.X_OK) and contains(path, _PROGRAM)

@@ -12,7 +12,7 @@ import pytest
 from mjsim.web.current_run import FAREWELL
 from mjsim.web.edit_api import EditApi
 from mjsim.web.items import scene_of, world_values
-from mjsim.web.modules import KINDS, PREFERRED
+from mjsim.web.modules import KINDS, PREFERRED, modules_in
 from mjsim.web.run_api import RunApi
 from mjsim.web.trust import Trust
 from mjsim.world import parse_world
@@ -310,6 +310,22 @@ def test_modules_are_offered_by_role_the_preferred_first_with_what_they_need_and
     (explore,) = (offer for offer in told["navigators"] if offer["use"].endswith(":Explore"))
     assert explore["needs"] == ["scans"]  # it reads more, but has a key `lidar`
     assert waypoints["options"]["required"] == ["points"]
+
+
+def test_where_all_files_are_executable_only_those_that_start_as_programs_are_offered(folder, monkeypatch):
+    monkeypatch.setattr("mjsim.web.modules.shipped_modules", tuple)
+    heads = {
+        "slam": b"\x7fELF",
+        "slam.py": b"#!/usr/bin/env python3\n",
+        "a.png": b"\x89PNG",
+        "b.stl": b"solid b\n",
+        "c.py": b"",
+    }
+    for name, head in heads.items():
+        (folder.root / name).write_bytes(head)
+        (folder.root / name).chmod(0o755)
+    (folder.root / "asleep").write_bytes(b"#!/bin/sh\n")
+    assert modules_in(folder)["programs"] == ["exec:./slam", "exec:./slam.py"]
 
 
 @pytest.mark.parametrize(

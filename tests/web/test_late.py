@@ -58,3 +58,7 @@ def test_an_error_while_loading_is_the_answer_to_each_request_and_closing_is_qui
         with pytest.raises(ImportError, match="no MuJoCo"):
             answer_of(late, "/late")
     late.close()
+
+
+def test_what_was_never_started_is_closed_without_loading():
+    LateRoutes(pytest.fail).close()
