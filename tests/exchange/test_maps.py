@@ -274,6 +274,16 @@ def test_a_robot_starts_in_the_largest_area_and_closed_rooms_are_told(tmp_path):
     assert told == ["1 free area has no way to the robot that is wide enough: around [4.0, 4.0] (10 m2)"]
 
 
+@pytest.mark.parametrize("start", [(100.0, 10.0), (-100.0, 10.0), (10.0, 1e300)])
+def test_a_start_outside_the_map_is_not_free(tmp_path, start):
+    picture = np.full((20, 20), 254, dtype=np.uint8)
+    picture[[0, 0, -1, -1], [0, -1, 0, -1]] = 0  # rims of the map are free between its corners
+    grid = read_grid(written(tmp_path, picture, resolution=1.0))
+    world, told = with_newcomer(world_from_grid(grid), Newcomer("turtlebot3_burger"), grid=grid, start=(*start, 0.0))
+    assert any("is not free; the robot is elsewhere" in line for line in told)
+    assert all(0.0 < place < 20.0 for place in world.robots[0].at)
+
+
 def test_a_robot_that_balances_gets_the_inertial_sensor_that_levels_its_scans(tmp_path):
     bare = world_from_map(write_map(parse_world(ROOM), tmp_path))
     for preset, kinds in [("balancer", ["imu", "lidar"]), ("turtlebot3_burger", ["lidar"])]:
