@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjsim.errors import UsageError
 from mjsim.exchange.brought import PRESET, Newcomer
@@ -140,7 +141,7 @@ def _with_robot(
             f"the {preset} has no lidar to localise with; add --lidar, one of {', '.join(sensor_names('lidar'))}"
         )
     tight = need - ELBOW_ROOM + TIGHT
-    wanted = [] if start is None or not _is_free(away, grid, start, tight) else [np.array(start[:2])]
+    wanted = [] if start is None or not _clear(away, grid, np.array([start[:2]]), tight)[0] else [np.array(start[:2])]
     away, cut_off = _connected(away, grid, tight, wanted)
     places = [*wanted, *_starts(away, grid, tight if wanted else need)]
     tours = (_tour(away, grid, place, room) for room in (need, tight) for place in wanted or _starts(away, grid, room))
@@ -211,16 +212,14 @@ def _clearance(world: World, grid: Grid | None) -> tuple[Array, Grid]:
     return np.asarray(np.maximum(away - 0.5, 0.0) * grid.resolution, dtype=float), grid
 
 
-def _is_free(away: Array, grid: Grid, start: tuple[float, float, float], need: float) -> bool:
-    """Return whether a robot has the clearance that it needs at a place [m]."""
-    row, column = _cell(away, grid, np.array(start[:2]))
-    return bool(away[row, column] >= need)
-
-
-def _cell(away: Array, grid: Grid, place: Array) -> tuple[int, int]:
-    """Return row and column of the cell at a place, shape (2,) [m], or of the nearest one."""
-    column, row = np.floor(grid.cells(place[None])[0]).astype(int).clip(0, np.array(away.shape)[::-1] - 1).tolist()
-    return row, column
+def _clear(away: Array, grid: Grid, points: Array, need: float) -> NDArray[np.bool_]:
+    """Return which points, shape (n, 2) [m], are in the grid and have the clearance that a robot needs [m]."""
+    size = np.array(away.shape[::-1])
+    # Clipped before the cast: no integer holds a number as far away as a file may state.
+    cells = np.floor(grid.cells(points)).clip(-1, size).astype(int)
+    inside = ((cells >= 0) & (cells < size)).all(axis=1)
+    columns, rows = np.where(inside[:, None], cells, 0).T
+    return inside & (away[rows, columns] >= need)
 
 
 def _connected(away: Array, grid: Grid, need: float, wanted: Sequence[Array]) -> tuple[Array, list[str]]:
@@ -230,7 +229,7 @@ def _connected(away: Array, grid: Grid, need: float, wanted: Sequence[Array]) ->
         away: Clearance of each cell [m].
         grid: The grid of these cells.
         need: Clearance that the robot needs [m].
-        wanted: A place in this area, shape (2,) [m]; none for the largest one.
+        wanted: A clear place in this area, shape (2,) [m]; none for the largest one.
     """
     import cv2
 
@@ -240,7 +239,8 @@ def _connected(away: Array, grid: Grid, need: float, wanted: Sequence[Array]) ->
     if not order:
         return away, []
     for place in wanted:
-        order.sort(key=lambda part: part != parts[_cell(away, grid, place)])
+        column, row = np.floor(grid.cells(place)).astype(int)
+        order.sort(key=lambda part: part != parts[row, column])
     others = [k for k in order[1:] if areas[k - 1] >= ROOM]
     places = [np.round(grid.corners(middles[k] + 0.5), 1).tolist() for k in others[:MOST_ROOMS]]
     more = ", and others" if len(others) > MOST_ROOMS else ""
@@ -295,11 +295,7 @@ def _farthest(away: Array, grid: Grid, seen: Sequence[Array], need: float) -> Ar
     best, longest = start, 0.1
     for heading in np.arange(DIRECTIONS) * (2 * math.pi / DIRECTIONS):
         points = start + steps[:, None] * [math.cos(heading), math.sin(heading)]
-        cells = np.floor(grid.cells(points)).astype(int)
-        rows, columns = away.shape
-        inside = (cells >= 0).all(axis=1) & (cells[:, 0] < columns) & (cells[:, 1] < rows)
-        cells = cells.clip(0, (columns - 1, rows - 1))
-        clear = inside & (away[cells[:, 1], cells[:, 0]] >= need)
+        clear = _clear(away, grid, points, need)
         last = len(clear) if clear.all() else int(np.argmin(clear))
         if not last:
             continue
