@@ -32,7 +32,7 @@ from .past_positions import Mark, PastPositions
 from .picture_errors import PictureErrors, each_of
 from .range_errors import RANGE_ERRORS, RangeErrors
 from .recent_motion import RecentMotion
-from .relocation import ANYWHERE, Relocation, as_lost, pose_from_sightings
+from .relocation import ANYWHERE, Relocation, as_lost
 
 __all__ = ["EkfSlam", "EkfSlamFilter", "InvariantEkfSlamFilter", "bicycle_motion", "odometry_motion"]
 
@@ -224,16 +224,11 @@ class EkfSlam:
         """Relocate the robot to where the recent sightings fit the map, if nearly all of them fail."""
         if not self._relocation.lost:
             return
-        names, sightings = self._relocation.recent(self._recent, time)
-        known = [(name, sighting) for name, sighting in zip(names, sightings, strict=True) if name in self._filter]
-        names, sightings = [name for name, _ in known], [sighting for _, sighting in known]
-        places = {name: mean for name, (mean, _) in self._filter.landmarks(names).items()}
-        pose = pose_from_sightings(names, sightings, places)
-        if pose is None:
-            return
-        self._filter.relocate(pose, np.diag(ANYWHERE) ** 2)
-        self._filter.update(names, *self._measured(sightings))
-        self._relocation.found()
+        places = {name: mean for name, (mean, _) in self._filter.landmarks(self._mapped()).items()}
+        found = self._relocation.find(self._recent, time, places)
+        if found is not None:
+            self._filter.relocate(found.pose, np.diag(ANYWHERE) ** 2)
+            self._filter.update(list(found.sightings), *self._measured(list(found.sightings.values())))
 
     def _steadied(self, claimed: Array) -> Array:
         """Return the covariance of odometry, no variance less than half of its average over the last ticks.

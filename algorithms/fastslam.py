@@ -21,7 +21,7 @@ from .monte_carlo import systematic_resample_with
 from .odometry_errors import COUNT, OdometryErrors
 from .picture_errors import PictureErrors, each_of
 from .recent_motion import RecentMotion
-from .relocation import Relocation, agreeing, as_lost, fitted, pose_from_sightings
+from .relocation import Relocation, as_lost, fitted
 
 GATE = 13.8
 """Gate for the squared Mahalanobis distance of a sighting: accepts 99.9 % of correct ones (chi-square, 2 degrees of
@@ -187,18 +187,15 @@ class FastSlam:
 
     def _relocated(self, time: float) -> Estimate:
         """Return the belief of a lost robot, after each particle was moved to where its map explains what is seen."""
-        names, sightings = self._relocation.recent(self._recent, time)
         places = {name: self._weights @ self._means[:, i] for name, i in self._index.items()}
-        pose = pose_from_sightings(names, sightings, places)
-        if pose is None:
+        found = self._relocation.find(self._recent, time, places)
+        if found is None:
             return as_lost(self._belief(), self._relocation, places)
-        kept = agreeing(pose, names, sightings, places)
-        seen = np.array([self._looked(sightings[i]) for i in kept]).transpose(1, 0, 2)
-        hung = self._means[:, np.array([self._index[names[i]] for i in kept])]
+        seen = np.array([self._looked(sighting) for sighting in found.sightings.values()]).transpose(1, 0, 2)
+        hung = self._means[:, np.array([self._index[name] for name in found.sightings])]
         self._poses = np.array([fitted(own, places) for own, places in zip(seen, hung, strict=True)])
         self._weights = np.full(self._number, 1.0 / self._number)
         self._failures[:] = 0.0
-        self._relocation.found()
         return self._belief()
 
     def _looked(self, sighting: Sighting) -> Array:

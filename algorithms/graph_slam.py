@@ -33,7 +33,7 @@ from .odometry_errors import COUNT, OdometryErrors
 from .picture_errors import PictureErrors, each_of
 from .range_errors import RANGE_ERRORS, RangeErrors
 from .recent_motion import RecentMotion
-from .relocation import ANYWHERE, Relocation, agreeing, as_lost, pose_from_sightings
+from .relocation import ANYWHERE, Relocation, as_lost
 
 FLOOR = 1e-3
 """Minimum standard deviation of the position of a robot that turns by one radian [m/sqrt(rad)]. With odometry that is
@@ -195,16 +195,12 @@ class GraphSlam:
 
         The step that odometry tells since the last pose is replaced by one of which nothing is known.
         """
-        names, sightings = self._relocation.recent(self._recent, time)
-        mended = [self._mended(each) for each in sightings]
-        pose = pose_from_sightings(names, mended, self._places)
-        if pose is None:
+        found = self._relocation.find(self._recent, time, self._places, corrected=self._mended)
+        if found is None:
             return []
-        kept = agreeing(pose, names, mended, self._places)
-        self._step = (Pose.from_array(self._pose).inverse() @ Pose.from_array(pose)).as_array()
+        self._step = (Pose.from_array(self._pose).inverse() @ Pose.from_array(found.pose)).as_array()
         self._step_covariance, self._slopes = np.diag(ANYWHERE) ** 2, np.zeros((3, COUNT))
-        self._relocation.found()
-        return [sightings[i] for i in kept]
+        return list(found.sightings.values())
 
     @property
     def range_errors(self) -> tuple[Array, Array]:

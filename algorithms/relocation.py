@@ -8,9 +8,9 @@ little is known, until two landmarks, seen one after the other, give the pose, o
 
 import itertools
 from collections import deque
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +47,19 @@ MAX_SIGHTINGS = 200
 
 Places = Mapping[Any, Array]
 """Positions of landmarks by their names, shape (2,) each [m]."""
+
+
+class Found(NamedTuple):
+    """Where a robot is found."""
+
+    pose: Array
+    """(x, y, heading), shape (3,) [m, m, rad]."""
+    sightings: dict[Any, Sighting]
+    """Those that agree with it, by landmark, as if taken from there."""
+
+
+def _same(sighting: Sighting) -> Sighting:
+    return sighting
 
 
 class Relocation:
@@ -95,25 +108,37 @@ class Relocation:
     def _is_row(self) -> bool:
         return len(self._row) >= ROW and self._row[-1] - self._row[0] >= ROW_SECONDS
 
-    def found(self) -> None:
+    def find(
+        self, motion: RecentMotion, time: float, places: Places, *, corrected: Callable[[Sighting], Sighting] = _same
+    ) -> Found | None:
+        """Return the pose that explains the newest sighting of each landmark since they fail; None if none does.
+
+        A landmark whose last sightings disagree with each other, given odometry, was seen while the robot was pushed or
+        slipped; it says nothing about where the robot is now.
+
+        Args:
+            motion: Of the last seconds.
+            time: Current time [s].
+            places: Positions of the landmarks of the map, shape (2,) each [m].
+            corrected: Takes errors that are known from a sighting; those that are returned still have them.
+        """
+        by_name: dict[Hashable, list[Sighting]] = {}
+        for name, sighting in self._records:
+            if time - sighting.stamp < MEMORY and name in places:
+                by_name.setdefault(name, []).append(sighting)
+        steady = {name: motion.to_now(looks[-1]) for name, looks in by_name.items() if _agree(looks, motion)}
+        found = pose_from_sightings(list(steady), [corrected(each) for each in steady.values()], places)
+        if found is None:
+            return None
+        self._found()
+        return Found(found.pose, {name: steady[name] for name in found.sightings})
+
+    def _found(self) -> None:
         """Forget what failed before a new pose; it is on trial."""
         self._records.clear()
         self._row.clear()
         self._failed = deque([True] * (FAILING - TRIAL), maxlen=COUNTED)
         self._lost = False
-
-    def recent(self, motion: RecentMotion, time: float) -> tuple[list[Any], list[Sighting]]:
-        """Return the newest sighting of each landmark of the map since they fail, transformed to the current pose.
-
-        A landmark whose last sightings disagree with each other, given odometry, was seen while the robot was pushed or
-        slipped; it says nothing about where the robot is now.
-        """
-        by_name: dict[Hashable, list[Sighting]] = {}
-        for name, sighting in self._records:
-            if time - sighting.stamp < MEMORY:
-                by_name.setdefault(name, []).append(sighting)
-        steady = {name: looks[-1] for name, looks in by_name.items() if _agree(looks, motion)}
-        return list(steady), [motion.to_now(sighting) for sighting in steady.values()]
 
     def covariance(self, pose: Array, places: Places) -> Array:
         """Return that of the pose of a lost robot, shape (3, 3).
@@ -125,8 +150,11 @@ class Relocation:
             pose: Mean, shape (3,).
             places: Positions of the landmarks of the map, shape (2,) each [m].
         """
-        name, sighting = self._records[-1]
-        squared = 0.5 * (float(np.sum((places[name] - pose[:2]) ** 2)) + sighting.range**2)
+        seen = [(places[name], sighting.range) for name, sighting in self._records if name in places]
+        if not seen:
+            return np.diag([ANYWHERE[0] ** 2, ANYWHERE[1] ** 2, ANY_HEADING])
+        place, distance = seen[-1]
+        squared = 0.5 * (float(np.sum((place - pose[:2]) ** 2)) + distance**2)
         return np.diag([squared, squared, ANY_HEADING])
 
 
@@ -152,8 +180,8 @@ def _agree(looks: Sequence[Sighting], motion: RecentMotion) -> bool:
     return bool(nu @ np.linalg.solve(first.covariance + last.covariance, nu) < STEADY_GATE)
 
 
-def pose_from_sightings(names: Sequence[Hashable], sightings: Sequence[Sighting], places: Places) -> Array | None:
-    """Return the pose with which most sightings agree; None if no pose explains enough of them.
+def pose_from_sightings(names: Sequence[Hashable], sightings: Sequence[Sighting], places: Places) -> Found | None:
+    """Return the pose with which most sightings agree, and these; None if no pose explains enough of them.
 
     Every pair of sightings far enough apart gives a pose; the one with most inliers is taken (an exhaustive RANSAC,
     Fischler, Bolles 1981), and fitted to its inliers (Arun, Huang, Blostein 1987, in the plane).
@@ -162,11 +190,8 @@ def pose_from_sightings(names: Sequence[Hashable], sightings: Sequence[Sighting]
         names: Landmark of each sighting.
         sightings: Sightings from the current pose.
         places: Positions of the landmarks of the map, shape (2,) each [m].
-
-    Returns:
-        (x, y, heading), shape (3,) [m, m, rad].
     """
-    seen = _points(sightings)
+    seen = np.array([[k.range * np.cos(k.bearing), k.range * np.sin(k.bearing)] for k in sightings])
     hung = np.array([places[name] for name in names])
     best: NDArray[np.bool_] = np.zeros(len(seen), dtype=bool)
     for i, j in itertools.combinations(range(len(seen)), 2):
@@ -176,18 +201,9 @@ def pose_from_sightings(names: Sequence[Hashable], sightings: Sequence[Sighting]
         if agree[[i, j]].all() and agree.sum() > best.sum():
             best = agree
     enough = max(2, np.ceil(AGREEING * len(seen)))
-    return fitted(seen[best], hung[best]) if best.sum() >= enough else None
-
-
-def agreeing(pose: Array, names: Sequence[Hashable], sightings: Sequence[Sighting], places: Places) -> list[int]:
-    """Return which sightings agree with a pose (3,); the rest as in `pose_from_sightings`."""
-    hung = np.array([places[name] for name in names])
-    return np.flatnonzero(_residuals(pose, _points(sightings), hung) < _tolerances(sightings)).tolist()
-
-
-def _points(sightings: Sequence[Sighting]) -> Array:
-    """Return where sightings are in the robot's frame, shape (n, 2) [m]."""
-    return np.array([[k.range * np.cos(k.bearing), k.range * np.sin(k.bearing)] for k in sightings]).reshape(-1, 2)
+    if best.sum() < enough:
+        return None
+    return Found(fitted(seen[best], hung[best]), {names[i]: sightings[i] for i in np.flatnonzero(best).tolist()})
 
 
 def fitted(seen: Array, hung: Array) -> Array:

@@ -9,7 +9,7 @@ import mjsim.algorithms
 from mjsim.algorithms.ekf_models import range_bearing
 from mjsim.algorithms.ekf_slam import EkfSlam
 from mjsim.algorithms.recent_motion import RecentMotion
-from mjsim.algorithms.relocation import pose_from_sightings
+from mjsim.algorithms.relocation import Relocation, pose_from_sightings
 from mjsim.bench import disturbed
 from mjsim.bench.disturbed import DISTURBED
 from mjsim.geometry import Array, Pose, wrap_angle
@@ -65,7 +65,8 @@ def test_a_pose_is_found_from_looks_of_which_one_is_wrong():
     places = {name: np.array(place) for name, place in HUNG.items()}
     found = pose_from_sightings(list(HUNG), looks, places)
     assert found is not None
-    np.testing.assert_allclose(found, pose, atol=1e-9)
+    np.testing.assert_allclose(found.pose, pose, atol=1e-9)
+    assert found.sightings.keys() == HUNG.keys() - {"r2"}
     # One landmark alone tells no pose.
     assert pose_from_sightings(["r1"], looks[1:2], places) is None
 
@@ -184,3 +185,15 @@ def test_so_do_particles_and_a_graph(kind):
 @pytest.mark.slow
 def test_a_robot_that_nothing_disturbs_is_never_lost():
     assert not disturbed.drive({"slam": EkfSlam()}, 3)["slam"].lost.any()
+
+
+def test_a_landmark_that_left_the_map_says_nothing_about_a_lost_robot():
+    relocation, pose = Relocation(), np.array([1.0, 1.0, 0.0])
+    for tick in range(12):
+        relocation.record("gone", Sighting(0.2 * tick, "gone", 2.0, 0.0, R), 100.0, gate=13.8)
+    assert relocation.lost
+    # On a circle of 2 m about a landmark that is 4 m away: the mean square of the distance, half along each axis.
+    near = relocation.covariance(pose, {"gone": np.array([5.0, 1.0])})
+    assert near[0, 0] == near[1, 1] == pytest.approx(0.5 * (4.0**2 + 2.0**2))
+    assert relocation.covariance(pose, {})[0, 0] == 100.0
+    assert relocation.find(RecentMotion(), 2.4, {}) is None
