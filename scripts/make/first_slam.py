@@ -5,7 +5,8 @@ Drives the real page in chromium as docs/studio-walk.md tells it. A test walks t
 
 import json
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import cv2
@@ -96,8 +97,9 @@ def start(hand: Hand) -> None:
     expect(hand.page.locator(".run-state:visible")).to_have_text("Running")
 
 
-def main() -> None:
-    """Walk, and make all pictures."""
+@contextmanager
+def empty_studio() -> Iterator[Page]:
+    """Open the page of an empty folder."""
     expect.set_options(timeout=PATIENCE)
     with (
         tempfile.TemporaryDirectory() as folder,
@@ -106,6 +108,19 @@ def main() -> None:
         page_at(browser, studio.url, width=SIZE[0], height=SIZE[1]) as page,
     ):
         page.set_default_timeout(PATIENCE)
+        yield page
+
+
+def keep_picture(page: Page, name: str) -> None:
+    """Write what the page shows."""
+    shot = cv2.imdecode(np.frombuffer(page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
+    small = cv2.resize(shot, SMALL, interpolation=cv2.INTER_AREA)
+    cv2.imwrite(str(IMAGES / f"{name}.png"), small, [cv2.IMWRITE_PNG_COMPRESSION, 9])
+
+
+def main() -> None:
+    """Walk, and make all pictures."""
+    with empty_studio() as page:
         hand, number = Hand(page), 0
 
         def keep(what: str) -> None:
@@ -113,9 +128,7 @@ def main() -> None:
             number += 1
             print(f"{number}. after {hand.clicks} clicks: {what}", flush=True)
             page.wait_for_timeout(1500)  # pictures of a camera are on their way
-            shot = cv2.imdecode(np.frombuffer(page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
-            small = cv2.resize(shot, SMALL, interpolation=cv2.INTER_AREA)
-            cv2.imwrite(str(IMAGES / f"studio-first-{number}.png"), small, [cv2.IMWRITE_PNG_COMPRESSION, 9])
+            keep_picture(page, f"studio-first-{number}")
 
         build(hand, keep)
         start(hand)

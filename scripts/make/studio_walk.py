@@ -4,25 +4,10 @@ Drives the real page in chromium as docs/studio-walk.md tells it, keeps a pictur
 the first sight of the page to each of them. What a person takes to read and to aim comes on top.
 """
 
-import tempfile
 import time
-from pathlib import Path
 
-import cv2
-import numpy as np
+from first_slam import empty_studio, keep_picture
 from playwright.sync_api import Page, expect
-
-from mjsim.bench.chromium import chromium, page_at
-from mjsim.web import Studio
-
-ROOT = Path(__file__).parents[2]
-
-IMAGES = ROOT / "docs" / "images"
-SIZE = (1280, 720)
-SMALL = (800, 450)
-"""Of a page and of its picture [px]."""
-PATIENCE = 120_000
-"""For a run on however loaded a machine [ms]."""
 
 
 class Walk:
@@ -44,9 +29,7 @@ class Walk:
         """Write what the page shows, and print when."""
         self._number += 1
         print(f"{self._number}. {time.monotonic() - self._start:6.1f} s  {what}", flush=True)
-        shot = cv2.imdecode(np.frombuffer(self.page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
-        small = cv2.resize(shot, SMALL, interpolation=cv2.INTER_AREA)
-        cv2.imwrite(str(IMAGES / f"studio-walk-{self._number}.png"), small, [cv2.IMWRITE_PNG_COMPRESSION, 9])
+        keep_picture(self.page, f"studio-walk-{self._number}")
 
     def run(self) -> None:
         """Start a run and wait until it has been recorded."""
@@ -59,14 +42,7 @@ class Walk:
 
 def main() -> None:
     """Walk, and make all pictures."""
-    expect.set_options(timeout=PATIENCE)
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        chromium() as browser,
-        Studio(Path(folder)) as studio,
-        page_at(browser, studio.url, width=SIZE[0], height=SIZE[1]) as page,
-    ):
-        page.set_default_timeout(PATIENCE)
+    with empty_studio() as page:
         expect(page.get_by_text("Build a room for your robot")).to_be_visible()
         walk = Walk(page)
         begin(walk)

@@ -37,6 +37,6 @@ function at(value: unknown, [key, ...deeper]: Path, fresh: (old: unknown) => unk
   return key in has ? { ...has, [key]: inner } : { ...rest, [key]: inner };
 }
 
-function isMapping(value: unknown): value is Values {
+export function isMapping(value: unknown): value is Values {
   return typeof value === "object" && value !== null && !Array.isArray(value);
 }

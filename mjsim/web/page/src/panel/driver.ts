@@ -19,8 +19,7 @@ export interface RunValues {
 export function driverRows(sheet: Sheet, robot: Item, { values, raw }: RunValues): Child[] {
   const schema = sheet.book.definition("Modules");
   if (!schema || robot.name === null) return [];
-  const own = driverOf(robot, raw);
-  const subject = { path: pathOf(robot), values: driverOf(robot, values), raw: own, written: Object.keys(own), fixed: false, within: robot.name };
+  const subject = { path: pathOf(robot), values: driverOf(robot, values), raw: driverOf(robot, raw), fixed: false, within: robot.name };
   return objectRows(sheet, schema, subject);
 }
 

@@ -4,6 +4,7 @@ import type { Change, Path, Problem, Values } from "../api";
 import { el, icon, type Child } from "../dom";
 import { keyOf } from "../plan/plan";
 import { ICONS } from "../shell/icons";
+import { isMapping } from "./changes";
 import { control, type Tools, useOf } from "./controls";
 import { keyAdder } from "./key_adder";
 import { type Field, type Kind, labelOf, namingKey, type Option, type Schema, type SchemaBook } from "./schema";
@@ -16,9 +17,10 @@ const NONE = word("panel.noneSet");
 export interface Subject {
   path: Path;
   values: Values;
-  /** As it stands in the text, and how it goes down into it. */
+  /** As it stands in the text. */
   raw: unknown;
-  written: string[];
+  /** The keys that it has there, where `raw` is not known. */
+  written?: string[];
   fixed: boolean;
   /** The groups it is in, as they are called: fields of the same name are told apart by them. */
   within?: string;
@@ -45,18 +47,13 @@ function row(sheet: Sheet, field: Field, subject: Subject): Child {
   const path = [...subject.path, field.key];
   const value = subject.values[field.key] ?? (field.key in subject.values ? null : field.fallback);
   const written = isWritten(subject, field.key);
-  const give = (fresh: unknown): void =>
-    sheet.change([fresh === undefined ? { op: "unset", path } : { op: "set", path, value: fresh }]);
-  return valueRow(sheet, {
-    field,
-    path,
-    value,
-    raw: under(subject.raw, field.key),
-    written,
-    fixed: subject.fixed,
-    within: subject.within ?? "",
-    give,
-  });
+  const { fixed, within = "" } = subject;
+  return valueRow(sheet, { field, path, value, raw: under(subject.raw, field.key), written, fixed, within, give: giver(sheet, path) });
+}
+
+/** Writes a value at a path; undefined takes it out. */
+function giver(sheet: Sheet, path: Path): (value: unknown) => void {
+  return (value) => sheet.change([value === undefined ? { op: "unset", path } : { op: "set", path, value }]);
 }
 
 interface Place {
@@ -91,7 +88,6 @@ function simpleRow(sheet: Sheet, place: Place): HTMLElement {
     { id, field, value, written, disabled: fixed, error, label: spoken(place), give: place.give },
     sheet.tools,
   );
-  const reset = written && !field.required && !fixed ? resetButton(place) : null;
   const standard =
     field.fallback === null || field.fallback === undefined
       ? ""
@@ -101,7 +97,7 @@ function simpleRow(sheet: Sheet, place: Place): HTMLElement {
     "div",
     { class: `field${written ? " written" : ""}${error ? (isWarned(sheet, path) ? " odd" : " bad") : ""}` },
     el("span", { class: "label", title: meaning }, field.label),
-    el("div", { class: "value" }, input, reset),
+    el("div", { class: "value" }, input, resetButton(place)),
     el("p", { class: "meaning", id: `${id}-meaning` }, meaning),
     error ? el("p", { class: "field-error", id: `${id}-error` }, error) : null,
   );
@@ -116,8 +112,10 @@ function inner(place: Place): string {
   return place.within ? `${place.within}, ${place.field.label}` : place.field.label;
 }
 
-function resetButton(place: Place): HTMLElement {
+/** Takes out what is written; null where nothing is, or it has to be. */
+function resetButton(place: Place): Child {
   const { path, give } = place;
+  if (!place.written || place.field.required || place.fixed) return null;
   const title = word("panel.resetToItsDefault", { place: spoken(place).toLowerCase() });
   return el(
     "button",
@@ -151,15 +149,7 @@ function emptyRow(sheet: Sheet, { field, path, fixed, give }: Place, schema: Sch
 }
 
 function objectGroup(sheet: Sheet, place: Place, schema: Schema): HTMLElement {
-  const values = (typeof place.value === "object" && place.value !== null ? place.value : {}) as Values;
-  const written = typeof place.raw === "object" && place.raw !== null ? Object.keys(place.raw) : [];
-  const subject = { path: place.path, values, raw: place.raw, written, fixed: place.fixed, within: inner(place) };
-  return group(
-    sheet,
-    place,
-    place.written && !place.field.required ? resetButton(place) : null,
-    objectRows(sheet, schema, subject),
-  );
+  return group(sheet, place, resetButton(place), objectInside(sheet, place, schema));
 }
 
 function unionGroup(sheet: Sheet, place: Place, options: Option[]): HTMLElement {
@@ -187,20 +177,13 @@ function unionGroup(sheet: Sheet, place: Place, options: Option[]): HTMLElement 
     el("span", { class: "label" }, word("panel.form")),
     el("div", { class: "value" }, select),
   );
-  return group(
-    sheet,
-    place,
-    place.written && !place.field.required ? resetButton(place) : null,
-    [form, ...inside],
-    chosen,
-  );
+  return group(sheet, place, resetButton(place), [form, ...inside], chosen);
 }
 
 function objectInside(sheet: Sheet, place: Place, schema: Schema): Child[] {
-  const values = place.value as Values;
-  const written = typeof place.raw === "object" && place.raw !== null ? Object.keys(place.raw) : [];
-  const subject = { path: place.path, values, raw: place.raw, written, fixed: place.fixed, within: inner(place) };
-  return objectRows(sheet, schema, subject, ["type"]);
+  const values = isMapping(place.value) ? place.value : {};
+  const { path, raw, fixed } = place;
+  return objectRows(sheet, schema, { path, values, raw, fixed, within: inner(place) }, ["type"]);
 }
 
 function plainInside(sheet: Sheet, place: Place, schema: Schema): Child {
@@ -215,13 +198,7 @@ function listGroup(sheet: Sheet, place: Place, entry: Schema): HTMLElement {
   const values = Array.isArray(place.value) ? (place.value as unknown[]) : [];
   const raws = Array.isArray(place.raw) ? (place.raw as unknown[]) : [];
   const rows = values.map((value, index) => listEntry(sheet, place, entry, value, raws[index], index));
-  return group(
-    sheet,
-    place,
-    null,
-    [...rows, adder(sheet, place, entry)],
-    values.length ? String(values.length) : NONE,
-  );
+  return group(sheet, place, null, [...rows, adder(sheet, place, entry)], values.length ? String(values.length) : NONE);
 }
 
 function listEntry(
@@ -291,14 +268,12 @@ function adder(sheet: Sheet, place: Place, entry: Schema): HTMLElement {
 }
 
 function mapGroup(sheet: Sheet, place: Place, { entry, names, most }: Extract<Kind, { is: "map" }>): HTMLElement {
-  const values = (typeof place.value === "object" && place.value !== null ? place.value : {}) as Values;
+  const values = isMapping(place.value) ? place.value : {};
   const rows = Object.entries(values).map(([key, value]) => {
     const field = { ...sheet.book.field(key, entry, false), label: names.includes(key) ? labelOf(key) : key };
     const path = [...place.path, key];
-    const give = (fresh: unknown): void =>
-      sheet.change([fresh === undefined ? { op: "unset", path } : { op: "set", path, value: fresh }]);
     const [raw, within] = [under(place.raw, key), inner(place)];
-    return valueRow(sheet, { field, path, value, raw, written: true, fixed: place.fixed, within, give });
+    return valueRow(sheet, { field, path, value, raw, written: true, fixed: place.fixed, within, give: giver(sheet, path) });
   });
   const free = [...names, ...sheet.tools.names(place.path)].filter((name) => !(name in values));
   const grow = rows.length < most && !place.fixed ? keyAdder(sheet, place.path, spoken(place), entry, free) : null;
@@ -316,7 +291,7 @@ function moduleRows(sheet: Sheet, place: Place, schema: Schema): HTMLElement {
   const others = Object.keys(values).filter((key) => key !== "use" && !(key in known));
   const properties = { ...known, ...Object.fromEntries(others.map((key) => [key, {}])) };
   const options = { type: "object", properties, required: offer?.options["required"] ?? [] };
-  const raw = typeof place.raw === "object" ? place.raw : null;
+  const raw = isMapping(place.raw) ? place.raw : null;
   const subject = { path: place.path, values, raw, written: Object.keys(values), fixed: place.fixed, within: inner(place) };
   const rows = objectRows(sheet, options, subject);
   // Functions and programs take options of any name.
@@ -379,20 +354,19 @@ function isSimplePart(problem: Path, path: Path): boolean {
   return problem.length === path.length + 1 && typeof problem.at(-1) === "number" && typeof path.at(-1) === "string";
 }
 
-function isWritten({ raw, written }: Subject, key: string): boolean {
-  return typeof raw === "object" && raw !== null ? key in raw : written.includes(key);
+function isWritten({ raw, written = [] }: Subject, key: string): boolean {
+  return isMapping(raw) ? key in raw : written.includes(key);
 }
 
 function under(raw: unknown, key: string): unknown {
-  return typeof raw === "object" && raw !== null ? (raw as Values)[key] : undefined;
+  return isMapping(raw) ? raw[key] : undefined;
 }
 
 function entryTitle(value: unknown, index: number, schema: Schema): string {
-  if (typeof value !== "object" || value === null || Array.isArray(value)) return String(index + 1);
-  const has = value as Values;
+  if (!isMapping(value)) return String(index + 1);
   const naming = namingKey(schema);
-  if (naming && typeof has[naming] === "string") return `${labelOf(naming)} ${has[naming]}`;
-  return typeof has["name"] === "string" ? has["name"] : String(index + 1);
+  if (naming && typeof value[naming] === "string") return `${labelOf(naming)} ${value[naming]}`;
+  return typeof value["name"] === "string" ? value["name"] : String(index + 1);
 }
 
 function plain(value: unknown): string {

@@ -1,6 +1,7 @@
 /** Fields of several selected things: common values, and changes of all of them. */
 
 import type { Change, Item, Path, Values } from "../api";
+import { isMapping, isSame } from "./changes";
 import type { Subject } from "./rows";
 
 /** Marks values that differ between the things. */
@@ -11,7 +12,7 @@ export function common(items: Item[]): Subject {
   const [first] = items;
   if (!first) return { path: [], values: {}, raw: undefined, written: [], fixed: true };
   const values = shared(items.map((item) => item.values)) as Values;
-  const written = first.written.filter((key) => items.every((item) => sameIn(item.values[key], first.values[key])));
+  const written = first.written.filter((key) => items.every((item) => isSame(item.values[key], first.values[key])));
   return { path: first.path, values, raw: undefined, written, fixed: items.some((item) => item.fixed !== null) };
 }
 
@@ -35,20 +36,12 @@ function own(value: unknown, ofThing: unknown): unknown {
 /** Return the common part of values, element by element and key by key. */
 function shared(values: unknown[]): unknown {
   const [first, ...others] = values;
-  if (others.every((other) => sameIn(other, first))) return first;
+  if (others.every((other) => isSame(other, first))) return first;
   if (values.every((each) => Array.isArray(each) && each.length === (first as unknown[]).length))
     return (first as unknown[]).map((_, k) => shared(values.map((each) => (each as unknown[])[k])));
-  if (!values.every(isMap)) return SEVERAL;
+  if (!values.every(isMapping)) return SEVERAL;
   const keys = Object.keys(first as Values);
   return Object.fromEntries(keys.map((key) => [key, shared(values.map((each) => (each as Values)[key]))]));
-}
-
-function sameIn(one: unknown, other: unknown): boolean {
-  return JSON.stringify(one) === JSON.stringify(other);
-}
-
-function isMap(value: unknown): boolean {
-  return typeof value === "object" && value !== null && !Array.isArray(value);
 }
 
 function at(value: unknown, path: Path): unknown {

@@ -90,7 +90,7 @@ export class Setup {
 
   private settings(sheet: Sheet, { values, raw }: RunValues): Child[] {
     const schema = sheet.book.definition("Run");
-    const subject = { path: ["run"], values, raw, written: Object.keys(raw), fixed: false };
+    const subject = { path: ["run"], values, raw, fixed: false };
     return schema ? objectRows(sheet, schema, subject, ELSEWHERE) : [];
   }
 
