@@ -219,7 +219,7 @@ def _clear(away: Array, grid: Grid, points: Array, need: float) -> NDArray[np.bo
     cells = np.floor(grid.cells(points)).clip(-1, size).astype(int)
     inside = ((cells >= 0) & (cells < size)).all(axis=1)
     columns, rows = np.where(inside[:, None], cells, 0).T
-    return inside & (away[rows, columns] >= need)
+    return np.asarray(inside & (away[rows, columns] >= need))
 
 
 def _connected(away: Array, grid: Grid, need: float, wanted: Sequence[Array]) -> tuple[Array, list[str]]:
