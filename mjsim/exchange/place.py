@@ -217,7 +217,7 @@ def _clear(away: Array, grid: Grid, points: Array, need: float) -> NDArray[np.bo
     size = np.array(away.shape[::-1])
     # Clipped before the cast: no integer holds a number as far away as a file may state.
     cells = np.floor(grid.cells(points)).clip(-1, size).astype(int)
-    inside = ((cells >= 0) & (cells < size)).all(axis=1)
+    inside = np.asarray(((cells >= 0) & (cells < size)).all(axis=1))
     columns, rows = np.where(inside[:, None], cells, 0).T
     return np.asarray(inside & (away[rows, columns] >= need))
 
