@@ -50,7 +50,9 @@ from .rotations import quaternion_of as quaternion_of
 from .said_sensors import SaidSensor as SaidSensor
 from .sdf_frames import SdfFrames as SdfFrames
 from .sdf_frames import floats as floats
-from .sdf_frames import own_pose as own_pose
+from .sdf_looks import color_of as color_of
+from .sdf_shapes import mesh_of as mesh_of
+from .sdf_shapes import sizes_of as sizes_of
 from .shape import ModelShape as ModelShape
 from .shape import read_model as read_model
 from .surroundings import MjcfScene as MjcfScene

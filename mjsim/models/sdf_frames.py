@@ -105,6 +105,11 @@ class SdfFrames:
         inner = self.inner(element) if held else None
         return pose if inner is None else pose @ np.linalg.inv(inner.frame(held))
 
+    def pose_in(self, link: Element, part: Element, where: str) -> Array:
+        """Return the pose of a part of a link, such as a collision, in the frame of the model."""
+        pose, frame = own_pose(part, where)
+        return np.asarray((self.frame(frame) if frame else self.pose_of(link)) @ pose)
+
     def frame(self, name: str) -> Array:
         """Return the pose of a frame.
 

@@ -7,10 +7,16 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.models.rotations import pose_keys
-from mjsim.models.sdf_frames import SdfFrames, floats, own_pose
+from mjsim.models.sdf_frames import SdfFrames, floats
+from mjsim.models.sdf_looks import color_of
+from mjsim.models.sdf_shapes import mesh_of, sizes_of
 
 SCENE = "bring it in as a world: mjsim new --from"
 """What to do with SDF that is more than a model."""
+USUAL = "#808080"
+"""Colour of a link without one."""
+_HALVES = {"box": (0.5, 0.5, 0.5), "sphere": (1.0,), "cylinder": (1.0, 0.5), "capsule": (1.0, 0.5)}
+"""Shape of SDF that is a geom -> factors on its sizes, since MuJoCo has half of those across the middle."""
 
 
 def mjcf_of_sdf(root: Element, path: str) -> Element:
@@ -37,15 +43,14 @@ def mjcf_of_sdf(root: Element, path: str) -> Element:
 def _add_links(model: Element, body: Element, asset: Element, path: str) -> None:
     frames = SdfFrames(model, path, lambda _: None)
     for link in model.findall("link"):
-        diffuse = (link.findtext("visual/material/diffuse") or "0.5 0.5 0.5 1").split()
+        color = next(filter(None, map(color_of, link.findall("visual"))), USUAL)
+        rgba = " ".join([*(repr(int(color[k : k + 2], 16) / 255) for k in (1, 3, 5)), "1"])
         mass = link.findtext("inertial/mass")
         shapes = [(part, shape) for part in link.findall("collision") for shape in part.findall("geometry/*")]
         for part, shape in shapes:
-            own, frame = own_pose(part, path)
-            pose = (frames.frame(frame) if frame else frames.pose_of(link)) @ own
             if (keys := _geom_keys(shape, asset, path)) is None:
                 continue
-            geom = SubElement(body, "geom", {**keys, **_placed(pose), "rgba": " ".join([*diffuse[:3], "1"])})
+            geom = SubElement(body, "geom", {**keys, **_placed(frames.pose_in(link, part, path)), "rgba": rgba})
             if mass is not None:
                 geom.set("mass", repr(floats(mass, 1, f"{path}: mass")[0] / len(shapes)))
 
@@ -57,21 +62,13 @@ def _placed(pose: Array) -> dict[str, str]:
 
 def _geom_keys(shape: Element, asset: Element, path: str) -> dict[str, str] | None:
     """Return type and sizes of a geom; None for a plane, which no object has."""
-
-    def number(key: str) -> float:
-        return floats(shape.findtext(key), 1, f"{path}: {key} of a {shape.tag}")[0]
-
-    if shape.tag == "box":
-        half = np.array(floats(shape.findtext("size"), 3, f"{path}: size")) / 2
-        return {"type": "box", "size": " ".join(map(repr, half.tolist()))}
-    if shape.tag in ("cylinder", "capsule"):
-        return {"type": shape.tag, "size": f"{number('radius')!r} {number('length') / 2!r}"}
-    if shape.tag == "sphere":
-        return {"type": "sphere", "size": repr(number("radius"))}
+    if shape.tag in _HALVES:
+        sizes = np.array(sizes_of(shape, path)) * _HALVES[shape.tag]
+        return {"type": shape.tag, "size": " ".join(map(repr, sizes.tolist()))}
     if shape.tag == "mesh":
         name = f"mesh{len(asset)}"
-        file = (shape.findtext("uri") or "").strip().replace("model://", "package://", 1)
-        scale = floats(shape.findtext("scale", "1 1 1"), 3, f"{path}: scale")
+        uri, scale = mesh_of(shape, path)
+        file = uri.replace("model://", "package://", 1)
         SubElement(asset, "mesh", name=name, file=file, scale=" ".join(map(repr, scale)))
         return {"type": "mesh", "mesh": name}
     if shape.tag in ("plane", "empty"):

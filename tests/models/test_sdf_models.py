@@ -1,5 +1,6 @@
 """Objects from models of Gazebo: their shapes, sizes and colours."""
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -9,7 +10,7 @@ LINK = "<link name='l'><pose>0 0 1 0 0 0</pose>{}<collision name='c'><geometry>{
 VISUAL = "<visual name='v'><material><diffuse>{}</diffuse></material></visual>"
 
 
-def read(shape: str, visual: str = "") -> object:
+def read(shape: str, visual: str = "") -> mujoco.MjModel:
     """Return the model of an SDF file with one shape."""
     text = f"<sdf version='1.9'><model name='m'>{LINK.format(visual, shape)}</model></sdf>"
     return read_model("a.sdf", lambda _: text.encode()).model

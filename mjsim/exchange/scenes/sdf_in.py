@@ -8,7 +8,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -16,11 +15,10 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.exchange.scenes.meshes import MeshFiles
 from mjsim.exchange.scenes.sdf_files import Folders
-from mjsim.exchange.scenes.sdf_looks import color_of
 from mjsim.exchange.scenes.solids import Light, Scene, SceneSolid, SceneThing
 from mjsim.geometry import Array
 from mjsim.inventory import Fate
-from mjsim.models import SdfFrames, floats, own_pose
+from mjsim.models import SdfFrames, color_of, floats, mesh_of, sizes_of
 
 MAX_INCLUDES = 12
 """Maximum nesting of included models."""
@@ -182,8 +180,7 @@ class _Reader:
                 self.scene.tell(Fate.LEFT_OUT, "texture", name, "its colour is kept")
         for number, part in enumerate(link.findall("collision")):
             geometry = part.find("geometry")
-            own, frame = own_pose(part, f"'{self._path}': {name}")
-            pose = world_from_model @ (frames.frame(frame) if frame else frames.pose_of(link)) @ own
+            pose = world_from_model @ frames.pose_in(link, part, f"'{self._path}': {name}")
             color = looks[min(number, len(looks) - 1)] if looks else None
             if geometry is not None:
                 yield from self._shapes(geometry, pose, color, file, name)
@@ -192,17 +189,15 @@ class _Reader:
         """Yield the solids of a geometry."""
         where = f"'{self._path}': {name}"
         for shape in geometry:
-            number = _numbers_of(shape, where)
-            if shape.tag == "box":
-                yield SceneSolid("box", tuple(floats(shape.findtext("size"), 3, where)), pose, color)
+            sizes = sizes_of(shape, where)
+            if shape.tag in ("box", "sphere"):
+                yield SceneSolid("box" if shape.tag == "box" else "sphere", tuple(sizes), pose, color)
             elif shape.tag in ("cylinder", "capsule", "cone"):
-                radius, length = number("radius"), number("length")
+                radius, length = sizes
                 if shape.tag != "cylinder":
                     self.scene.tell(Fate.GUESSED, shape.tag, name, "a cylinder of its size")
                 length += 2.0 * radius if shape.tag == "capsule" else 0.0
                 yield SceneSolid("cylinder", (radius, length), pose, color)
-            elif shape.tag == "sphere":
-                yield SceneSolid("sphere", (number("radius"),), pose, color)
             elif shape.tag == "mesh":
                 yield from self._mesh(shape, pose, color, file, name)
             elif shape.tag == "polyline":
@@ -213,8 +208,7 @@ class _Reader:
                 self.scene.tell(Fate.LEFT_OUT, shape.tag, name, "no such shape in mjsim")
 
     def _mesh(self, shape: Element, pose: Array, color: str | None, file: Path, name: str) -> Iterator[SceneSolid]:
-        uri = (shape.findtext("uri") or "").strip()
-        scale = floats(shape.findtext("scale", "1 1 1"), 3, f"'{self._path}': {name}: scale")
+        uri, scale = mesh_of(shape, f"'{self._path}': {name}")
         place = self._folders.find(uri, file.parent)
         if place is None or not place.is_file():
             self.scene.tell(Fate.LEFT_OUT, "mesh", uri, _why_missing(uri))
@@ -240,11 +234,6 @@ class _Reader:
         place = (world_from_outer @ frames.pose_of(light))[:3, 3]
         reach = float(floats(light.findtext("attenuation/range", "10"), 1, f"{where}: range")[0])
         self.scene.lights.append(Light(name, place, color_of(light) or "#ffffff", reach))
-
-
-def _numbers_of(shape: Element, where: str) -> Any:
-    """Return what gives a number of a shape by its name [m]."""
-    return lambda key: floats(shape.findtext(key), 1, f"{where}: {key} of a {shape.tag}")[0]
 
 
 def _mass_of(link: Element, name: str) -> float:
