@@ -141,15 +141,17 @@ class FastSlam:
         G = np.zeros((self._number, 3, 3))
         G[:, 0, 0], G[:, 0, 1], G[:, 1, 0], G[:, 1, 1], G[:, 2, 2] = c, -s, s, c, 1.0
         P = G @ covariance @ G.transpose(0, 2, 1)
-        lost = self._record(looks, expected, P)
         mean, log_weights = expected.copy(), np.zeros(self._number)
-        for sighting, R in () if lost else looks:
+        for sighting, R in looks:
             i = self._index[sighting.name or ""]
             nu, H, H_landmark = particle_innovations(mean, self._means[:, i], sighting)
             Q = R + H_landmark @ self._covariances[:, i] @ H_landmark.transpose(0, 2, 1)
             S = Q + H @ P @ H.transpose(0, 2, 1)
             solved = np.linalg.solve(S, nu[..., None])[..., 0]
             distance = np.sum(nu * solved, axis=1)
+            self._relocation.record(sighting.name, sighting, float(np.median(distance)), gate=GATE)
+            if self._relocation.lost:
+                continue
             good = distance < GATE
             failed = self._islands * self._by_island(self._weights * ~good).sum(axis=1)
             self._failures += RECENT * (failed - self._failures)
@@ -166,24 +168,8 @@ class FastSlam:
         weights = self._by_island(np.log(np.maximum(self._weights, TINY)) + log_weights)
         weights = np.exp(weights - weights.max(axis=1, keepdims=True))
         self._weights = (weights / weights.sum(axis=1, keepdims=True)).ravel() / self._islands
-        for sighting, R in () if lost else looks:
+        for sighting, R in () if self._relocation.lost else looks:
             self._correct(sighting, R)
-
-    def _record(self, looks: list[tuple[Sighting, Array]], poses: Array, P: Array) -> bool:
-        """Record how well sightings fit the median particle, before they change any; return whether the robot is lost.
-
-        Args:
-            looks: Sightings of the map with their covariances.
-            poses: Expected poses, shape (n, 3).
-            P: Their covariances, shape (n, 3, 3).
-        """
-        for sighting, R in looks:
-            i = self._index[sighting.name or ""]
-            nu, H, H_landmark = particle_innovations(poses, self._means[:, i], sighting)
-            S = R + H_landmark @ self._covariances[:, i] @ H_landmark.transpose(0, 2, 1) + H @ P @ H.transpose(0, 2, 1)
-            distances = np.einsum("ni,ni->n", nu, np.linalg.solve(S, nu[..., None])[..., 0])
-            self._relocation.record(sighting.name, sighting, float(np.median(distances)), gate=GATE)
-        return self._relocation.lost
 
     def _relocated(self, time: float) -> Estimate:
         """Return the belief of a lost robot, after each particle was moved to where its map explains what is seen."""
