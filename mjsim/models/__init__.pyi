@@ -17,7 +17,7 @@ from .files import ROBOT as ROBOT
 from .files import ModelFiles as ModelFiles
 from .files import Read as Read
 from .files import gather_model as gather_model
-from .mesh_files import whole_mesh as whole_mesh
+from .mesh_files import gazebo_triangles as gazebo_triangles
 from .notes import note as note
 from .notes import noted as noted
 from .picture_heads import any_picture_size as any_picture_size

@@ -86,18 +86,33 @@ def whole_mesh(path: str, data: bytes, read: Callable[[str], bytes]) -> MeshPart
     return _plain([mesh.triangles for mesh in _meshes(path, data, read)], None)
 
 
+def gazebo_triangles(path: str, data: bytes) -> tuple[Array, bool]:
+    """Return the triangles of a mesh as Gazebo reads it, without `<up_axis>`, and whether there are fewer than in it.
+
+    Returns:
+        triangles: Shape (n, 3, 3) [m].
+        coarser: Whether the mesh was simplified.
+
+    Raises:
+        ValueError: It cannot be read as a mesh; the message names the file.
+    """
+    whole = np.concatenate([mesh.triangles for mesh in _meshes(path, data, alone, up_axis=False)])
+    fewer = coarser(whole)
+    return fewer, len(fewer) < len(whole)
+
+
 def alone(name: str) -> bytes:
     """Return no file: what a mesh names is left out."""
     raise ValueError(f"'{name}' is not read")
 
 
-def _meshes(path: str, data: bytes, read: Callable[[str], bytes]) -> list[Any]:
-    """Return the meshes of a file, placed, in metres, z up."""
+def _meshes(path: str, data: bytes, read: Callable[[str], bytes], *, up_axis: bool = True) -> list[Any]:
+    """Return the meshes of a file, placed, in metres, z up; without `up_axis`, those of Collada as they are turned."""
     import trimesh
 
     ending = posixpath.splitext(path)[1].lower()
     turn = np.eye(4)
-    turn[:3, :3] = _upright(path, data, ending)
+    turn[:3, :3] = _upright(path, data, ending, up_axis=up_axis)
     beside: Any = _Beside(read)
     try:
         scene = trimesh.load_scene(
@@ -116,7 +131,7 @@ def _meshes(path: str, data: bytes, read: Callable[[str], bytes]) -> list[Any]:
     return found
 
 
-def _upright(path: str, data: bytes, ending: str) -> Array:
+def _upright(path: str, data: bytes, ending: str, *, up_axis: bool) -> Array:
     """Return the rotation and scale that a file's own units and axes need, shape (3, 3)."""
     if ending in Y_UP:
         return _UPRIGHT["Y"]
@@ -130,7 +145,7 @@ def _upright(path: str, data: bytes, ending: str) -> Array:
     scale = float(unit[1]) if unit else 1.0
     if not 1e-6 < scale < 1e6:
         raise ValueError(f"'{path}' cannot be read as a mesh: its unit is {scale:g} m; correct it")
-    return np.asarray(scale * _UPRIGHT[up[1] if up else "Z"])
+    return np.asarray(scale * _UPRIGHT[up[1] if up and up_axis else "Z"])
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mjsim.models import gather_robot, spec_of
-from mjsim.models.mesh_files import is_small_stl, mesh_parts, stl, whole_mesh
+from mjsim.models.mesh_files import gazebo_triangles, is_small_stl, mesh_parts, stl, whole_mesh
 
 CORNERS = np.array([[0, 0, 0], [4, 0, 0], [0, 2, 0], [0, 0, 1]], dtype=float)
 FACES = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
@@ -87,6 +87,9 @@ def test_a_collada_mesh_has_its_own_units_and_up_axis(unit, up, size):
     assert size_of(part.data) == pytest.approx(size, rel=1e-5)
     assert part.rgba == pytest.approx((1.0, 0.2, 0.0, 1.0), abs=0.01)
     assert size_of(whole_mesh("a.dae", collada(unit, up), nothing).data) == pytest.approx(size, rel=1e-5)
+    triangles, _ = gazebo_triangles("a.dae", collada(unit, up))
+    upright, _ = gazebo_triangles("a.dae", collada(unit, ""))  # Gazebo reads the unit, but no axis
+    np.testing.assert_allclose(triangles, upright)
 
 
 def test_y_points_up_in_gltf():

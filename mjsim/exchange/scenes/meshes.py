@@ -1,8 +1,6 @@
 """Meshes of scenes: divided into their parts, boxes recognised."""
 
-import re
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
@@ -14,7 +12,7 @@ from mjsim.exchange.scenes.solids import Scene, SceneSolid
 from mjsim.exchange.strokes import Indices
 from mjsim.geometry import Array
 from mjsim.inventory import Fate
-from mjsim.models import floats, whole_mesh
+from mjsim.models import floats, gazebo_triangles
 
 MAX_BYTES = 60_000_000
 """Maximum size of a mesh file [bytes]."""
@@ -26,10 +24,6 @@ FLAT = 1e-3
 """A mesh whose thickness is below this fraction of its size is flat."""
 WELD = 1e-5
 """Corners in the same cell of this size are one vertex [m]."""
-_UP = re.compile(rb"<up_axis>\s*([XYZ])_UP\s*</up_axis>")
-_HEAD, _RECORD = 84, np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
-"""Length of the header of a binary STL [bytes], and its triangles."""
-
 
 Part = tuple[Array, Indices]
 """Vertices, shape (n, 3) [m], and triangles, shape (m, 3)."""
@@ -74,35 +68,13 @@ class MeshFiles:
         """Return vertices, shape (n, 3) [m], and triangles, shape (m, 3), of each connected part of a file."""
         try:
             data = read_bounded(path, limit=MAX_BYTES, kind="a mesh")
-            mesh = whole_mesh(path.name, data, partial(_beside, path.parent))
+            triangles, coarser = gazebo_triangles(path.name, data)
         except (UsageError, ValueError) as error:
             self._scene.tell(Fate.LEFT_OUT, "mesh", path.name, str(error))
             return []
-        if mesh.coarser:
+        if coarser:
             self._scene.tell(Fate.GUESSED, "mesh", path.name, "simplified, as it has very many triangles")
-        return parts_of(stl_triangles(mesh.data) @ _as_gazebo_reads(data))
-
-
-def _as_gazebo_reads(data: bytes) -> Array:
-    """Return the rotation, shape (3, 3), that takes back that z points up: Gazebo reads no `<up_axis>`."""
-    found = _UP.search(data)
-    turn = np.eye(3)
-    if found and found[1] == b"Y":
-        turn = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-    elif found and found[1] == b"X":
-        turn = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
-    return turn
-
-
-def _beside(folder: Path, name: str) -> bytes:
-    """Return a file that a mesh names, for its materials; none is needed for its shape."""
-    raise ValueError(f"'{folder / name}' is not read")
-
-
-def stl_triangles(data: bytes) -> Array:
-    """Return the triangles of a binary STL, shape (n, 3, 3) [m]."""
-    records = np.frombuffer(data, dtype=_RECORD, offset=_HEAD)
-    return np.asarray(records["corners"], dtype=float)
+        return parts_of(triangles)
 
 
 def parts_of(triangles: Array) -> list[Part]:

@@ -8,6 +8,7 @@ import numpy as np
 from mjsim.exchange.scenes.solids import SceneSolid
 from mjsim.exchange.strokes import Indices
 from mjsim.geometry import Array
+from mjsim.models import pose_keys
 
 MOST_TRIANGLES = 20_000
 """A mesh with more becomes its convex hull."""
@@ -27,7 +28,7 @@ def model_files(solids: Sequence[SceneSolid], *, moves: bool) -> tuple[str, dict
     body = SubElement(SubElement(root, "worldbody"), "body")
     files: dict[str, bytes] = {}
     for number, solid in enumerate(solids):
-        geom = SubElement(body, "geom", pos=_text(solid.pose[:3, 3]), quat=_text(_quaternion(solid.pose)))
+        geom = SubElement(body, "geom", {key: _text(values) for key, values in pose_keys(solid.pose).items()})
         geom.set("rgba", _text([*(int((solid.color or USUAL)[k : k + 2], 16) / 255 for k in (1, 3, 5)), 1.0]))
         if solid.kind == "mesh":
             name = f"part{number}"
@@ -67,14 +68,6 @@ def _obj(vertices: Array, faces: Indices) -> bytes:
     lines = [f"v {x:.6g} {y:.6g} {z:.6g}" for x, y, z in vertices.tolist()]
     lines += [f"f {a} {b} {c}" for a, b, c in (faces + 1).tolist()]
     return ("\n".join(lines) + "\n").encode()
-
-
-def _quaternion(pose: Array) -> Array:
-    """Return the rotation of a pose as w, x, y, z."""
-    from scipy.spatial.transform import Rotation
-
-    x, y, z, w = Rotation.from_matrix(pose[:3, :3]).as_quat()
-    return np.array([w, x, y, z])
 
 
 def _text(numbers: Sequence[float] | Array) -> str:
