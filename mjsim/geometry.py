@@ -162,6 +162,19 @@ def roll_and_pitch(quaternions: ArrayLike) -> Array:
     return np.stack([roll, pitch], axis=-1)
 
 
+def headings(quaternions: ArrayLike) -> Array:
+    """Return the headings of the x axes of bodies, seen from above.
+
+    Args:
+        quaternions: (x, y, z, w) of outer_from_inner, of any length but 0, shape (..., 4).
+
+    Returns:
+        In [-pi, pi], shape (...) [rad].
+    """
+    qx, qy, qz, qw = np.moveaxis(np.asarray(quaternions, dtype=float), -1, 0)
+    return np.asarray(np.arctan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz))
+
+
 def ellipse_points(mean: ArrayLike, covariance: ArrayLike, *, probability: float = 0.95, count: int = 48) -> Array:
     """Return the outlines of the ellipses that contain 2-D Gaussians with the given probability.
 

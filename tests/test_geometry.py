@@ -13,6 +13,7 @@ from mjsim.geometry import (
     Pose3,
     align_rigid,
     ellipse_points,
+    headings,
     nearest_moments,
     places_at,
     poses_at,
@@ -171,3 +172,11 @@ def test_a_row_beside_one_that_is_unknown_is_known_at_its_own_time():
     found = poses_at(np.array([0.0, 0.5, 2.0]), track, gap=1.0)
     np.testing.assert_array_equal(found[[0, 2], :3], [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
     assert np.isnan(found[1]).any()
+
+
+def test_headings_are_those_of_planar_poses_for_quaternions_of_any_length():
+    rng = np.random.default_rng(5)
+    quaternions = rng.normal(size=(50, 4))
+    unit = quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
+    expected = [Pose3(0.0, 0.0, 0.0, *each).planar().heading for each in unit.tolist()]
+    np.testing.assert_allclose(headings(quaternions), expected, atol=1e-12)

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from mjsim.errors import UsageError, did_you_mean
-from mjsim.geometry import Array
+from mjsim.geometry import Array, headings
 from mjsim.lab.effects import BodyPush, ForceEffect, InputEffect, LedJoint, PointsPush
 from mjsim.lab.reduced import Setting
 from mjsim.mechanics import Constant
@@ -139,8 +139,7 @@ def working_point(model: mujoco.MjModel, part: PlantPart, plant: Plant) -> dict[
 
 def _level(quaternion: Array) -> Array:
     """Return an orientation without its heading: rotated back about the vertical, with pitch and roll unchanged."""
-    w, x, y, z = quaternion.tolist()
-    heading = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    heading = _heading(quaternion)
     back, found = np.array([math.cos(heading / 2), 0.0, 0.0, -math.sin(heading / 2)]), np.zeros(4)
     mujoco.mju_mulQuat(found, back, quaternion)
     return found
@@ -323,5 +322,4 @@ def _pitch(quaternion: Array) -> float:
 
 
 def _heading(quaternion: Array) -> float:
-    w, x, y, z = quaternion.tolist()
-    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    return float(headings(np.roll(quaternion, -1)))

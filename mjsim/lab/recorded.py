@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from mjsim.errors import UsageError
-from mjsim.geometry import Array
+from mjsim.geometry import Array, headings
 from mjsim.interface import Command
 from mjsim.lab.effects import BodyPush, ForceEffect, LedJoint, PointsPush
 from mjsim.lab.identify import Samples
@@ -135,8 +135,7 @@ def _turn_back(poses: Array, speeds: Array) -> None:
         poses: Position and quaternion (w, x, y, z), world frame, shape (N, 7) [m].
         speeds: Velocities, world frame, shape (N, 3) [m/s].
     """
-    w, x, y, z = poses[0, 3:].tolist()
-    heading = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    heading = float(headings(np.roll(poses[0, 3:], -1)))
     c, s = math.cos(heading), math.sin(heading)
     back = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     poses[:, :2] -= poses[0, :2].copy()

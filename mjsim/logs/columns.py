@@ -19,7 +19,7 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import ImuReading, Scan, Sighting
-from mjsim.logs.csv_table import CsvTable, headings, read_csv
+from mjsim.logs.csv_table import CsvTable, headings_in, read_csv
 from mjsim.logs.description import (
     LENGTHS,
     OURS,
@@ -101,7 +101,7 @@ class _Tables:
         headed = [columns.heading, columns.heading_deg, *(columns.quaternion or ())]
         table = self._filled(columns, columns.x, columns.y, *headed)
         turned = (
-            _angle(table, columns, "heading") if columns.quaternion is None else headings(table, columns.quaternion)
+            _angle(table, columns, "heading") if columns.quaternion is None else headings_in(table, columns.quaternion)
         )
         return self._rows(columns, table, *self._lengths(table, columns.x, columns.y), turned)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from mjsim.errors import LONGEST_MESSAGE, UsageError, did_you_mean
-from mjsim.geometry import Array
+from mjsim.geometry import Array, headings
 from mjsim.logs.table import UNIT, is_number
 from mjsim.logs.text import LARGEST, left_out_cut, lines_of
 
@@ -220,11 +220,11 @@ def _is_finite(word: str) -> bool:
     return is_number(word) and abs(float(word)) <= LARGEST
 
 
-def headings(table: CsvTable, names: Sequence[str | int]) -> Array:
+def headings_in(table: CsvTable, names: Sequence[str | int]) -> Array:
     """Return the headings of quaternions, seen from above [rad]."""
     x, y, z, w = (table.column(name) for name in names)
     length = np.sqrt(x * x + y * y + z * z + w * w)
     if len(odd := np.flatnonzero(np.abs(length - 1.0) > UNIT)):
         line = table.lines[odd[0]]
         raise UsageError(f"{table.path}:{line}: the quaternion has length {length[odd[0]]:.3g}, not 1")
-    return np.asarray(np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z))
+    return headings(np.stack([x, y, z, w], axis=-1))

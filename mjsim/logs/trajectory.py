@@ -8,7 +8,7 @@ import numpy as np
 from numpy.random import Generator
 
 from mjsim.errors import UsageError
-from mjsim.geometry import Array, Pose, places_at
+from mjsim.geometry import Array, Pose, headings, places_at
 from mjsim.guarded import Plain, guarded
 from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo
 from mjsim.logs.bag_file import Bag, is_bag
@@ -40,10 +40,12 @@ def read_trajectory(path: str | Path, *, topic: str | None = None) -> Array:
         raise UsageError(f"no file '{path}'; name a trajectory: rows t x y z qx qy qz qw, or a bag of ROS with poses")
     found = guarded(f"{__name__}:trajectory_rows", path, topic, about=path, folders=readable_folders(path))
     rows = np.asarray(found, dtype=float).reshape(-1, 4)
-    _, first = np.unique(rows[:, 0], return_index=True)
-    if len(first) < 2:
-        raise UsageError(f"'{path}' has {len(first)} poses at different times; a trajectory has at least two")
-    return np.asarray(rows[first])
+    # Of several poses at one time the last one counts: that of the newest path.
+    rows = rows[::-1]
+    _, last = np.unique(rows[:, 0], return_index=True)
+    if len(last) < 2:
+        raise UsageError(f"'{path}' has {len(last)} poses at different times; a trajectory has at least two")
+    return np.asarray(rows[last])
 
 
 def trajectory_rows(path: Path, topic: str | None) -> Plain:
@@ -69,12 +71,7 @@ def _rows_of_text(path: Path) -> Iterator[tuple[float, float, float, float]]:
             raise UsageError(
                 f"{path}:{number}: '{line.strip():.60}' has a quaternion of length 0; without headings, write 0 0 0 1"
             )
-        yield values[0], values[1], values[2], values[3] if len(values) == 4 else _yaw(*values[4:])
-
-
-def _yaw(x: float, y: float, z: float, w: float) -> float:
-    """Return the heading of a quaternion [rad]."""
-    return math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
+        yield values[0], values[1], values[2], values[3] if len(values) == 4 else float(headings(values[4:]))
 
 
 def _rows_of_bag(path: Path, topic: str | None) -> Iterator[tuple[float, float, float, float]]:
