@@ -29,5 +29,4 @@ from .robots import RobotOptions as RobotOptions
 from .sdf import write_sdf as write_sdf
 from .svg_out import write_svg as write_svg
 from .template import TEMPLATES as TEMPLATES
-from .template import template_summary as template_summary
 from .template import template_text as template_text

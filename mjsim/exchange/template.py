@@ -23,10 +23,3 @@ def template_text(template: str, *, name: str | None = None) -> str:
         raise UsageError(f"no template '{template:.40}'; templates are {', '.join(TEMPLATES)}")
     text = own_copy(shipped_worlds()[template])
     return text if name is None else re.sub(r"(?m)^name: .*$", f"name: {name}", text, count=1)
-
-
-def template_summary(template: str) -> str:
-    """Return the first sentence of the comment that describes a template."""
-    lines = template_text(template).splitlines()
-    comment = [line.lstrip("# ") for line in lines if line.startswith("#") and "yaml-language-server" not in line]
-    return " ".join(comment).partition(". ")[0] + "."

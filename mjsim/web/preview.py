@@ -152,4 +152,4 @@ def _with_fixed(request: PreviewRequest) -> World:
 def _unplaced(world: World) -> World:
     nowhere = {"at": (0.0, 0.0), "heading_deg": 0.0}
     robots = tuple(robot if robot.base == "fixed" else robot.model_copy(update=nowhere) for robot in world.robots)
-    return world.model_copy(update={"robots": robots, "run": world.run.model_copy(update={"drivers": {}})})
+    return world.model_copy(update={"robots": robots})

@@ -3,9 +3,10 @@
 from collections.abc import Iterator
 from functools import cache
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
-from mjsim.exchange import TEMPLATES, template_summary
+from mjsim.exchange import TEMPLATES
 from mjsim.world import preset_names, shipped_worlds, world_summary, worlds_folder
 
 SHIPPED = "shipped:"
@@ -27,7 +28,7 @@ def shipped() -> dict[str, Any]:
         "sensors": {kind: _presets(f"sensors/{kind}") for kind in ("camera", "lidar", "lidar3d")},
         "presets": [{"name": name, "about": _about(name)} for name in preset_names()],
         "templates": list(TEMPLATES),
-        "about": {name: template_summary(name) for name in TEMPLATES},
+        "about": {name: world_summary(shipped_worlds()[name]) for name in TEMPLATES},
     }
 
 
@@ -75,6 +76,5 @@ def _shipped_files(package: str, kinds: tuple[str, ...], *, cut: int = 0) -> Ite
 
 def _about(preset: str) -> str:
     """Return the first sentence of a preset's file."""
-    text = (resources.files("mjsim.assets") / "robots" / f"{preset}.yaml").read_text(encoding="utf-8")
-    first = " ".join(line.lstrip("# ") for line in text.splitlines() if line.startswith("#"))
-    return first.partition(". ")[0].partition(" Sources:")[0].rstrip(".")
+    path = Path(str(resources.files("mjsim.assets")), "robots", f"{preset}.yaml")
+    return world_summary(path).partition(" Sources:")[0].rstrip(".")

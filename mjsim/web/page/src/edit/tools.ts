@@ -3,7 +3,7 @@
 import type { Values } from "../api";
 import { el, icon, refill } from "../dom";
 import type { Tool } from "../plan/gestures";
-import { chooser, chooseRobot } from "../panel/gallery";
+import { chooser, chooseRobot, nameOf } from "../panel/gallery";
 import { choosePicture, hangable } from "../panel/pictures";
 import type { SchemaBook } from "../panel/schema";
 import { ICONS } from "../shell/icons";
@@ -241,7 +241,7 @@ export class Tools {
       src: this.editor.studio.api.picture(this.picture, 96, this.editor.document.path),
       alt: "",
     });
-    const name = this.picture.replace(/^.*\//, "");
+    const name = nameOf(this.picture);
     return [
       select,
       el(
@@ -297,6 +297,6 @@ export class Tools {
 }
 
 function pictureBeacon(path: string): { name: string; value: Values } {
-  const stem = path.replace(/^.*\//, "").replace(/\.\w+$/, "");
+  const stem = nameOf(path).replace(/\.\w+$/, "");
   return { name: stem, value: { image: path, width: 0.6 } };
 }

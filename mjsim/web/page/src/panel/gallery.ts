@@ -26,14 +26,22 @@ type Kind = "model" | "robot" | "arm";
 /** Let the person choose a model; null when they would rather not. */
 export async function chooseModel(studio: Studio): Promise<string | null> {
   await studio.refresh(); // models may have come into the folder meanwhile
-  const { folder, document } = studio;
-  const base = (document.path ?? "").replace(/[^/]*$/, "");
-  // A world names what lies beside it or below.
-  const own = folder.models.filter((path) => path.startsWith(base)).map((path) => path.slice(base.length));
+  const { models, shipped } = studio.folder;
   return choose(word("panel.chooseAModel"), portrait(studio, "model"), [
-    [word("panel.inThisFolder"), own.map(modelEntry)],
-    [word("panel.comeWithMjsim"), folder.shipped.models.map(modelEntry)],
+    [word("panel.inThisFolder"), ownFiles(studio, models).map(modelEntry)],
+    [word("panel.comeWithMjsim"), shipped.models.map(modelEntry)],
   ]);
+}
+
+/** Files of the folder as the world that is open names them: beside it or below. */
+export function ownFiles({ document }: Studio, files: string[]): string[] {
+  const base = (document.path ?? "").replace(/^shipped:.*$/, "").replace(/[^/]*$/, "");
+  return files.filter((path) => path.startsWith(base)).map((path) => path.slice(base.length));
+}
+
+/** The name of a file without its folder. */
+export function nameOf(path: string): string {
+  return path.replace(/^.*\//, "");
 }
 
 /** Let the person choose a preset of a robot; null when they would rather not. */
@@ -50,13 +58,13 @@ export function chooseArm(studio: Studio): Promise<string | null> {
 
 /** A button that shows what is chosen, and opens what there is. */
 export function chooser(studio: Studio, kind: Kind, value: string, title: string, press: () => void): HTMLElement {
-  const name = el("span", { class: "path" }, value.replace(/^.*\//, ""));
+  const name = el("span", { class: "path" }, nameOf(value));
   const image = value ? el("img", { src: studio.api.portrait(kind, value, studio.document.path), alt: "" }) : null;
   return el("button", { class: "pick", title, onclick: press }, image, name);
 }
 
 function modelEntry(path: string): Entry {
-  const name = path.replace(/^.*\//, "").replace(/\.\w+$/, "").replaceAll("_", " ");
+  const name = nameOf(path).replace(/\.\w+$/, "").replaceAll("_", " ");
   return { value: path, name, about: path };
 }
 

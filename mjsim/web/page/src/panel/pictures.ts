@@ -4,14 +4,14 @@ import type { Verdict } from "../api";
 import { el } from "../dom";
 import type { Studio } from "../shell/view";
 import { said, word } from "../words/words";
-import { choose, type Entry, pictured } from "./gallery";
+import { choose, type Entry, nameOf, ownFiles, pictured } from "./gallery";
 
 /** So many are judged at once. */
 const MOST = 200;
 
 /** Let the person choose, and see what recognition makes of each; null when they would rather not. */
 export async function choosePicture(studio: Studio): Promise<string | null> {
-  const own = ownPictures(studio);
+  const own = ownFiles(studio, studio.folder.pictures);
   const shipped = [...studio.folder.shipped.pictures].sort(postersFirst);
   const verdicts = judged(studio, [...own, ...shipped.filter(isPoster)]);
   const entry = (path: string): Entry => ({ value: path, name: nameOf(path), about: "", later: verdicts.then((all) => verdictOf(all[path])) });
@@ -24,13 +24,7 @@ export async function choosePicture(studio: Studio): Promise<string | null> {
 
 /** Pictures that can be hung up, in the order in which they are offered. */
 export function hangable(studio: Studio): string[] {
-  return [...ownPictures(studio), ...studio.folder.shipped.pictures.filter(isPoster)];
-}
-
-/** Pictures of the folder as the world that is open names them: beside it or below. */
-function ownPictures({ folder, document }: Studio): string[] {
-  const base = (document.path ?? "").replace(/^shipped:.*$/, "").replace(/[^/]*$/, "");
-  return folder.pictures.filter((path) => path.startsWith(base)).map((path) => path.slice(base.length));
+  return [...ownFiles(studio, studio.folder.pictures), ...studio.folder.shipped.pictures.filter(isPoster)];
 }
 
 /** What recognition makes of pictures among those of the world; nothing while the world cannot be read. */
@@ -95,10 +89,6 @@ function dropPlace(studio: Studio, answer: (path: string) => void): HTMLElement 
     void take(event.dataTransfer?.files);
   });
   return el("div", {}, place, input);
-}
-
-function nameOf(path: string): string {
-  return path.replace(/^.*\//, "");
 }
 
 function isPoster(path: string): boolean {
