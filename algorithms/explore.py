@@ -16,7 +16,7 @@ from .level_scan import LevelLidar
 from .occupancy import OccupancyGrid
 
 REPLAN, ARRIVED = 4.0, 0.5
-"""Time after which a frontier is chosen again, and where the robot has arrived [s]."""
+"""Time after which a frontier is chosen again: on the way, and at the last one [s]."""
 SAME = 0.2
 """A goal that moves by less stays as it is [m]."""
 

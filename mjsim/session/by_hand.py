@@ -1,6 +1,7 @@
 """What a person does to a running world by hand, each as a touch."""
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -8,15 +9,15 @@ from mjsim.session.touches import joints_keys
 from mjsim.world import ReachEvent, World, WorldEvent
 
 
-class ByHand:
+class ByHand(ABC):
     """Methods that touch a world; `Session` is one."""
 
     world: World
     """The simulated world, including changed noise."""
 
+    @abstractmethod
     def touch(self, keys: Mapping[str, Any], *, follows: bool = False) -> WorldEvent:
         """Apply an event of the world file; see `Session.touch`."""
-        raise NotImplementedError
 
     def move_joints(self, robot: str, arm: str, positions: Sequence[float] | None) -> None:
         """Move the joints of an arm manually, at up to 1 rad/s or 1 m/s; None returns it to the navigator.
