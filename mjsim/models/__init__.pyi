@@ -17,6 +17,7 @@ from .files import ROBOT as ROBOT
 from .files import ModelFiles as ModelFiles
 from .files import Read as Read
 from .files import gather_model as gather_model
+from .looks import color_of as color_of
 from .mesh_files import gazebo_triangles as gazebo_triangles
 from .notes import note as note
 from .notes import noted as noted
@@ -50,7 +51,6 @@ from .rotations import quaternion_of as quaternion_of
 from .said_sensors import SaidSensor as SaidSensor
 from .sdf_frames import SdfFrames as SdfFrames
 from .sdf_frames import floats as floats
-from .sdf_looks import color_of as color_of
 from .sdf_shapes import mesh_of as mesh_of
 from .sdf_shapes import sizes_of as sizes_of
 from .shape import ModelShape as ModelShape

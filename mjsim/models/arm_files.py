@@ -26,6 +26,7 @@ from mjsim.models.proven import one_trial_child
 from mjsim.models.reader import compiled
 from mjsim.models.rigid import weighed
 from mjsim.models.robot_meshes import PlainMeshes, without_shapes
+from mjsim.models.rotations import frame_at
 
 WEIGHTLESS = 1e-9
 """A link with a smaller mass has no mass in its file [kg]."""
@@ -249,15 +250,9 @@ def _placed(model: mujoco.MjModel, tree: ArmTree, kind: str, number: int) -> tup
 def _named(model: mujoco.MjModel, data: mujoco.MjData, kind: str, number: int) -> tuple[int, Array]:
     """Return the body to which an element belongs, and the element's frame, shape (4, 4)."""
     if kind == "site":
-        return int(model.site_bodyid[number]), _pose(data.site_xpos[number], data.site_xmat[number])
+        return int(model.site_bodyid[number]), frame_at(data.site_xpos[number], data.site_xmat[number])
     body = number if kind == "body" else int(model.jnt_bodyid[number])
-    return body, _pose(data.xpos[body], data.xmat[body])
-
-
-def _pose(place: Array, turn: Array) -> Array:
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = turn.reshape(3, 3), place
-    return pose
+    return body, frame_at(data.xpos[body], data.xmat[body])
 
 
 def _arm(
@@ -372,7 +367,7 @@ def _shapes(model: mujoco.MjModel, tree: ArmTree, number_of: dict[int, int]) -> 
     data = tree.data
     for number in range(model.ngeom):
         root = tree.root_of[int(model.geom_bodyid[number])]
-        pose = _pose(data.geom_xpos[number], data.geom_xmat[number])
+        pose = frame_at(data.geom_xpos[number], data.geom_xmat[number])
         yield FileShape(number, number_of[root], _inverse(tree.frame(root)) @ pose)
 
 

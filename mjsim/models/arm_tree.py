@@ -8,6 +8,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.models.rigid import SINGLE
+from mjsim.models.rotations import frame_at
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,9 +44,7 @@ class ArmTree:
 
     def frame(self, body: int) -> Array:
         """Return the frame of a body in the file frame, shape (4, 4) [m]; the identity for 0."""
-        pose = np.eye(4)
-        pose[:3, :3], pose[:3, 3] = self.data.xmat[body].reshape(3, 3), self.data.xpos[body]
-        return pose
+        return frame_at(self.data.xpos[body], self.data.xmat[body])
 
     def path_to(self, body: int) -> list[int]:
         """Return the moving bodies on the path from the base, exclusive, to a body, inclusive."""

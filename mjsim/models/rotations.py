@@ -16,3 +16,10 @@ def quaternion_of(rotation: Array) -> Array:
 def pose_keys(pose: Array) -> dict[str, Array]:
     """Return the keys `pos` [m] and `quat` of a body, camera or geom at a pose, shape (4, 4)."""
     return {"pos": pose[:3, 3], "quat": quaternion_of(pose[:3, :3])}
+
+
+def frame_at(place: Array, turn: Array) -> Array:
+    """Return the transform, shape (4, 4), of a place, shape (3,), and the nine numbers of a rotation."""
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = turn.reshape(3, 3), place
+    return pose

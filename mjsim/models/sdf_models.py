@@ -6,9 +6,9 @@ import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
+from mjsim.models.looks import color_of
 from mjsim.models.rotations import pose_keys
 from mjsim.models.sdf_frames import SdfFrames, floats
-from mjsim.models.sdf_looks import color_of
 from mjsim.models.sdf_shapes import mesh_of, sizes_of
 
 SCENE = "bring it in as a world: mjsim new --from"

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array
+from mjsim.models.looks import hex_of
 from mjsim.models.reader import UNSAID, no_warnings
+from mjsim.models.rotations import frame_at
 
 _FREE = int(mujoco.mjtJoint.mjJNT_FREE)
 _MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
@@ -88,7 +90,7 @@ def read_mjcf_scene(path: Path) -> MjcfScene:
         (model.light(k).name, model.light_pos[k].copy(), int(model.light_type[k]) == _DIRECTIONAL)
         for k in range(model.nlight)
     ]
-    starts = [(model.body(body).name, _pose(data.xpos[body], data.xmat[body])) for body in robots]
+    starts = [(model.body(body).name, frame_at(data.xpos[body], data.xmat[body])) for body in robots]
     return MjcfScene(_bodies(model, data, set(robots)), starts, lamps, bool(textures), fields)
 
 
@@ -108,7 +110,7 @@ def _body(model: Any, data: Any, body: int, geoms: Sequence[int]) -> SceneBody:
     free = joints > 0 and int(model.jnt_type[model.body_jntadr[body]]) == _FREE
     return SceneBody(
         name=model.body(body).name or f"body-{body}",
-        pose=_pose(data.xpos[body], data.xmat[body]),
+        pose=frame_at(data.xpos[body], data.xmat[body]),
         geoms=[_geom(model, data, geom) for geom in touched],
         mass=float(model.body_subtreemass[body]) if free else None,
         jointed=joints > 0 and not free,
@@ -124,15 +126,8 @@ def _geom(model: Any, data: Any, geom: int) -> SceneGeom:
         first, begin = int(mesh.vertadr[0]), int(mesh.faceadr[0])
         vertices = np.asarray(model.mesh_vert[first : first + int(mesh.vertnum[0])], dtype=float)
         faces = np.asarray(model.mesh_face[begin : begin + int(mesh.facenum[0])], dtype=np.int64)
-    pose = _pose(data.geom_xpos[geom], data.geom_xmat[geom])
+    pose = frame_at(data.geom_xpos[geom], data.geom_xmat[geom])
     return SceneGeom(kind, model.geom_size[geom].copy(), pose, _color(model, geom), vertices, faces)
-
-
-def _pose(place: Array, turn: Array) -> Array:
-    """Return a transform, shape (4, 4), from a place and the nine numbers of a rotation."""
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = turn.reshape(3, 3), place
-    return pose
 
 
 def _color(model: Any, geom: int) -> str | None:
@@ -141,7 +136,7 @@ def _color(model: Any, geom: int) -> str | None:
     shares = model.geom_rgba[geom] if material < 0 else model.mat_rgba[material]
     if np.allclose(shares, UNSAID):
         return None
-    return "#" + "".join(f"{round(255 * min(max(float(share), 0.0), 1.0)):02x}" for share in shares[:3])
+    return hex_of(shares[:3].tolist())
 
 
 def _carrier(model: Any, body: int) -> int:

@@ -1,7 +1,7 @@
-"""Colours of SDF: of a material, a script of Gazebo, or a light."""
+"""Colours: of a material or a light of SDF, of a script of Gazebo, and as text."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from xml.etree.ElementTree import Element
 
 SCRIPTS: Mapping[str, str] = {
@@ -33,6 +33,11 @@ def color_of(element: Element) -> str | None:
         except ValueError:
             continue
         if len(shares) == 3 and all(map(math.isfinite, shares)):
-            return "#" + "".join(f"{round(255 * min(max(share, 0.0), 1.0)):02x}" for share in shares)
+            return hex_of(shares)
     script = (element.findtext("material/script/name") or "").rpartition("/")[2].lower()
     return SCRIPTS.get(script)
+
+
+def hex_of(shares: Iterable[float]) -> str:
+    """Return red, green and blue as '#rrggbb'; below 0 is 0, above 1 is 1."""
+    return "#" + "".join(f"{round(255 * min(max(share, 0.0), 1.0)):02x}" for share in shares)
