@@ -68,15 +68,7 @@ def bring_robot(
     except ValueError as error:
         raise UsageError(source.described(error)) from None
     anatomy = anatomy_of(robot)
-    try:
-        said = [*source.drives(), *robot.drives]
-        gear = find_gear(anatomy, options, file=str(path), urdf=robot.files.urdf, said=said)
-        gear = moved_sideways(gear, anatomy, robot, options, file=str(path))
-    except UsageError as error:
-        raise UsageError(source.placed(str(error)) + _perhaps_missing(source, robot)) from None
-    if not anatomy.shapes:
-        gone = inventory(item for item in robot.items if "mesh" in item.kind)
-        raise UsageError(f"{path}: no part of it has a shape; {'; '.join(gone) or 'give its links visual shapes'}")
+    gear = _gear(source, robot, anatomy, options, path)
     # Rollers belong to their wheels: they are neither casters nor fixed joints.
     anatomy, _ = without_rollers(anatomy)
     stand = find_stand(anatomy, gear, acceleration=MARGIN * ACCELERATION)
@@ -89,21 +81,29 @@ def bring_robot(
     items = [*kept(anatomy, plan), *amiss(source, robot, anatomy, stand), *dropped, *source.unused()]
     plan, measured = _calibrated(plan, files, path)
     report = [summary(path, robot, anatomy, stand), *_driven(measured, plan)]
-    if gear.drive in ROLLERS:
-        plan, more_notes = _rolling(plan, files, path)
-        report += more_notes
-    if gear.drive == "skid_steer":
-        plan, more_notes = _slipping(plan, files, path, anatomy, robot)
-        report += more_notes
-    if gear.drive == "ackermann":
-        plan, more_notes = _steering(plan, files, path)
-        report += more_notes
-    report += inventory(items)
-    notes = [
-        f"From {path.name}, by `mjsim new --robot-from`; worlds name this file as a preset.",
-        *_about(path, report),
-    ]
-    return BroughtRobot(preset_text(plan, notes), files, report)
+    plan, found = _as_driven(plan, files, path, anatomy, robot)
+    report += [*found, *inventory(items)]
+    about = [line.replace(str(path), path.name) for line in report]  # comments name no folder of this machine
+    origin = f"From {path.name}, by `mjsim new --robot-from`; worlds name this file as a preset."
+    return BroughtRobot(preset_text(plan, [origin, *about]), files, report)
+
+
+def _gear(source: RobotSource, robot: RobotFiles, anatomy: Anatomy, options: RobotOptions, path: Path) -> Gear:
+    """Return how a robot drives.
+
+    Raises:
+        UsageError: Its wheels are missing or ambiguous, or it has no shapes.
+    """
+    try:
+        said = [*source.drives(), *robot.drives]
+        gear = find_gear(anatomy, options, file=str(path), urdf=robot.files.urdf, said=said)
+        gear = moved_sideways(gear, anatomy, robot, options, file=str(path))
+    except UsageError as error:
+        raise UsageError(source.placed(str(error)) + _perhaps_missing(source, robot)) from None
+    if not anatomy.shapes:
+        gone = inventory(item for item in robot.items if "mesh" in item.kind)
+        raise UsageError(f"{path}: no part of it has a shape; {'; '.join(gone) or 'give its links visual shapes'}")
+    return gear
 
 
 def moved_sideways(gear: Gear, anatomy: Anatomy, robot: RobotFiles, options: RobotOptions, *, file: str) -> Gear:
@@ -150,6 +150,18 @@ def _calibrated(plan: Plan, files: Mapping[str, bytes], path: Path) -> tuple[Pla
             break
         plan = plan.measured(distance=measured.distance, turn=measured.turn, strafe=measured.strafe)
     return plan, measured
+
+
+def _as_driven(
+    plan: Plan, files: Mapping[str, bytes], path: Path, anatomy: Anatomy, robot: RobotFiles
+) -> tuple[Plan, list[str]]:
+    """Return a plan that models the slip of its drive, and notes."""
+    drive = plan.gear.drive
+    if drive in ROLLERS:
+        return _rolling(plan, files, path)
+    if drive == "skid_steer":
+        return _slipping(plan, files, path, anatomy, robot)
+    return _steering(plan, files, path) if drive == "ackermann" else (plan, [])
 
 
 def _rolling(plan: Plan, files: Mapping[str, bytes], path: Path) -> tuple[Plan, list[str]]:
@@ -222,8 +234,3 @@ def _driven(measured: Measured, plan: Plan) -> list[str]:
         f"so its odometry computes with wheels of {plan.wheel_radius:.5f} m and"
         f" {SIZES.get(plan.gear.drive, 'a track')} of {plan.track:.5f} m",
     ]
-
-
-def _about(path: Path, report: Sequence[str]) -> list[str]:
-    """Return the report as comments, without paths of this machine."""
-    return [line.replace(str(path), path.name) for line in report]
