@@ -49,7 +49,7 @@ Places = Mapping[Any, Array]
 """Positions of landmarks by their names, shape (2,) each [m]."""
 
 
-class Found(NamedTuple):
+class Refound(NamedTuple):
     """Where a robot is found."""
 
     pose: Array
@@ -110,7 +110,7 @@ class Relocation:
 
     def find(
         self, motion: RecentMotion, time: float, places: Places, *, corrected: Callable[[Sighting], Sighting] = _same
-    ) -> Found | None:
+    ) -> Refound | None:
         """Return the pose that explains the newest sighting of each landmark since they fail; None if none does.
 
         A landmark whose last sightings disagree with each other, given odometry, was seen while the robot was pushed or
@@ -131,7 +131,7 @@ class Relocation:
         if found is None:
             return None
         self._found()
-        return Found(found.pose, {name: steady[name] for name in found.sightings})
+        return Refound(found.pose, {name: steady[name] for name in found.sightings})
 
     def _found(self) -> None:
         """Forget what failed before a new pose; it is on trial."""
@@ -180,7 +180,7 @@ def _agree(looks: Sequence[Sighting], motion: RecentMotion) -> bool:
     return bool(nu @ np.linalg.solve(first.covariance + last.covariance, nu) < STEADY_GATE)
 
 
-def pose_from_sightings(names: Sequence[Hashable], sightings: Sequence[Sighting], places: Places) -> Found | None:
+def pose_from_sightings(names: Sequence[Hashable], sightings: Sequence[Sighting], places: Places) -> Refound | None:
     """Return the pose with which most sightings agree, and these; None if no pose explains enough of them.
 
     Every pair of sightings far enough apart gives a pose; the one with most inliers is taken (an exhaustive RANSAC,
@@ -203,7 +203,7 @@ def pose_from_sightings(names: Sequence[Hashable], sightings: Sequence[Sighting]
     enough = max(2, np.ceil(AGREEING * len(seen)))
     if best.sum() < enough:
         return None
-    return Found(fitted(seen[best], hung[best]), {names[i]: sightings[i] for i in np.flatnonzero(best).tolist()})
+    return Refound(fitted(seen[best], hung[best]), {names[i]: sightings[i] for i in np.flatnonzero(best).tolist()})
 
 
 def fitted(seen: Array, hung: Array) -> Array:

@@ -39,10 +39,12 @@ from mjsim.exchange.ribbons import Ribbon, ribbons_of, without_ribbons
 from mjsim.exchange.roles import Role
 from mjsim.exchange.shapes import Bar
 from mjsim.exchange.sorting import (
+    Pens,
     SortedLines,
     by_pen,
     cleared,
     length_of_lines,
+    require_sparse,
     sorted_lines,
     with_large_rooms,
     with_rooms,
@@ -56,8 +58,6 @@ UNIT = 0.05
 """Walls are joined at corners as those of a map with cells of this size [m]."""
 BY_FACES = 0.3
 """Fraction of the total line length that must be faces for walls to count as drawn by their faces."""
-SAMPLE, MOST_PAIRS = 200, 5e6
-"""Number of lines by which those that may cross are counted, and the maximum number of pairs that do."""
 ALONE = 0.5
 """Minimum length at which a line on a wall layer is a wall by itself [m]."""
 BY_SIZE = (0.3, 3.0)
@@ -120,7 +120,7 @@ def read_plan(
     _, metres = corner_and_scale(drawing, walls, scale)
     counts = Counter(_LEFT[line.role] for line in lines if line.role in _LEFT)
     lines = [replace(line, points=line.points * metres, width=line.width * metres) for line in lines]
-    _require_sparse(lines, drawing.name)
+    require_sparse(lines, drawing.name)
     found = sorted_lines(with_symbols(with_large_rooms(with_parts(lines))))
     if not found.walls:
         raise UsageError(f"'{drawing.name}' has no lines for walls except white ones; draw walls in another colour")
@@ -140,25 +140,6 @@ def read_plan(
     return FloorPlan(world, metres, (place[0], place[1]), [*_counts_listed(counts), *drawing.notes])
 
 
-def _require_sparse(lines: Sequence[Line], name: str) -> None:
-    """Check that lines do not all cross each other, since geometry is computed with each pair that may meet.
-
-    Raises:
-        UsageError: They do.
-    """
-    low, high = (
-        np.concatenate([extreme(line.points[:-1], line.points[1:]) for line in lines])
-        for extreme in (np.minimum, np.maximum)
-    )
-    some = slice(None, None, max(1, len(low) // SAMPLE))
-    meet = (low[some, None] <= high).all(axis=2) & (low <= high[some, None]).all(axis=2)
-    pairs = float(meet.mean()) * len(low) ** 2
-    if pairs > MOST_PAIRS:
-        raise UsageError(
-            f"'{name}' has {pairs / 1e6:.0f} million pairs of lines that may cross; name the --layer of its walls"
-        )
-
-
 def _walls(lines: SortedLines, thickness: float | None, counts: Counter[str]) -> tuple[list[Wall], list[Hole]]:
     """Return the walls and their openings."""
     pens = by_pen(lines.walls)
@@ -173,21 +154,7 @@ def _walls(lines: SortedLines, thickness: float | None, counts: Counter[str]) ->
     pattern, patterns = patterned(pieces)
     counts["hatches and stairs"] += patterns
     pieces = merged(pieces.where(~pattern))
-    found = paired(pieces, usual_only=not lines.named)
-    faced = (
-        float(pieces.lengths[found.faces].sum()) >= BY_FACES * max(1e-9, float(pieces.lengths.sum()))
-        or curves
-        or ribbons
-    )
-    bars = [*solid_bars]
-    straight = list(pens.broad)
-    if faced or (solid_bars and not lines.named):
-        seen = _outside_of(_continued_walls(found, pieces, lines, counts), solid_bars, pieces)
-        inked = not lines.named and _total(solid_bars) > MOSTLY * _total(seen)
-        counts["pairs of lines beside filled walls"] += len(seen) if inked else 0
-        bars += [] if inked else seen
-    elif lines.named or length_of_lines(pens.broad) < BROAD * length_of_lines(pens.hair):
-        straight += _without(pens.hair, arcs)
+    bars, straight = _straight_walls(pieces, pens, solid_bars, arcs, lines, counts, bent=bool(curves or ribbons))
     singles = _by_lines(straight, thickness)
     seen = _bars_of_walls(singles)
     join = partial(
@@ -217,6 +184,39 @@ def _fine_lines(lines: Sequence[Line], *, named: bool) -> tuple[Pieces, list[Arc
     pieces, arcs = without_curves(*split(strokes, rings), curves)
     ribbons = ribbons_of(strokes, rings, curves, named=named)
     return without_ribbons(pieces, ribbons), arcs, curves, ribbons
+
+
+def _straight_walls(
+    pieces: Pieces,
+    pens: Pens,
+    filled: Sequence[Bar],
+    arcs: Sequence[Arc],
+    lines: SortedLines,
+    counts: Counter[str],
+    *,
+    bent: bool,
+) -> tuple[list[Bar], list[Line]]:
+    """Return walls that are filled or have two faces, and the lines that are walls by themselves.
+
+    Args:
+        pieces: Straight pieces of hairlines.
+        pens: Lines by how they are drawn.
+        filled: Filled walls.
+        arcs: Door swings of hairlines.
+        lines: Lines by their roles.
+        counts: What was left out is added here.
+        bent: Whether hairlines draw walls that are not straight.
+    """
+    found, straight = paired(pieces, usual_only=not lines.named), list(pens.broad)
+    faces = float(pieces.lengths[found.faces].sum())
+    if bent or faces >= BY_FACES * max(1e-9, float(pieces.lengths.sum())) or (filled and not lines.named):
+        seen = _outside_of(_continued_walls(found, pieces, lines, counts), filled, pieces)
+        if lines.named or _total(filled) <= MOSTLY * _total(seen):
+            return [*filled, *seen], straight
+        counts["pairs of lines beside filled walls"] += len(seen)
+    elif lines.named or length_of_lines(pens.broad) < BROAD * length_of_lines(pens.hair):
+        straight += _without(pens.hair, arcs)
+    return [*filled], straight
 
 
 def _total(bars: Sequence[Bar]) -> float:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mjsim.errors import UsageError
 from mjsim.exchange.drawing import THINNEST, Line
 from mjsim.exchange.faces import TOUCHING, merged, paired, sides_of_rooms
 from mjsim.exchange.filled import DARK, NARROW
@@ -19,6 +20,8 @@ from mjsim.geometry import Array
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
+SAMPLE, MOST_PAIRS = 200, 5e6
+"""Number of lines by which those that may cross are counted, and the maximum number of pairs that do."""
 ROOM = 2.3
 """A wider outline with the name of a kitchen or bath is that of the room, not of furniture [m]."""
 
@@ -193,3 +196,22 @@ def _are_faces(lines: Sequence[Line]) -> bool:
     rooms = sides_of_rooms([line.points for line in lines if line.closed], found.bars, pieces)
     share = float(pieces.lengths[found.faces | rooms].sum()) / max(1e-9, float(pieces.lengths.sum()))
     return share > 0.6 and bool(found.bars) and float(np.median([bar.width for bar in found.bars])) >= 2.5 * width
+
+
+def require_sparse(lines: Sequence[Line], name: str) -> None:
+    """Check that lines do not all cross each other, since geometry is computed with each pair that may meet.
+
+    Raises:
+        UsageError: They do.
+    """
+    low, high = (
+        np.concatenate([extreme(line.points[:-1], line.points[1:]) for line in lines])
+        for extreme in (np.minimum, np.maximum)
+    )
+    some = slice(None, None, max(1, len(low) // SAMPLE))
+    meet = (low[some, None] <= high).all(axis=2) & (low <= high[some, None]).all(axis=2)
+    pairs = float(meet.mean()) * len(low) ** 2
+    if pairs > MOST_PAIRS:
+        raise UsageError(
+            f"'{name}' has {pairs / 1e6:.0f} million pairs of lines that may cross; name the --layer of its walls"
+        )

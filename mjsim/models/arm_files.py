@@ -267,24 +267,18 @@ def _arm(
 ) -> FileArm:
     chain, fingers = tree.path_to(last), carried_by(tree, last)
     active = [*chain, *fingers]
-    held = [body for body in tree.moving if body not in active]
-    if held:
+    if held := [body for body in tree.moving if body not in active]:
         notes.append(f"rigid: {len(held)} joints outside the chain")
     if (model.jnt_stiffness > 0.0).any():
         notes.append("left out: springs of joints")
     tree = tree.with_rigid(held)
-    links: list[FileLink] = []
-    number_of = {0: -1}
-    for body in active:
-        links += _links_of(model, tree, body, number_of[tree.parent_of(body)], len(links), motors)
-        number_of[body] = len(links) - 1
-    bare = [link.name for link in links if link.mass is None]
-    if bare:
+    links, number_of = _links(model, tree, active, motors)
+    if bare := [link.name for link in links if link.mass is None]:
         notes.append(f"no mass: what {', '.join(bare)} move; capsules of 1000 kg/m^3 instead")
     pairs = coupled(couplings, [link.name for link in links])
-    notes += [
-        f"coupled: '{links[a].name}' is {k:g} times '{links[b].name}'{f' + {c:g}' * (c != 0.0)}" for a, b, k, c in pairs
-    ]
+    for moved, moving, ratio, offset in pairs:
+        more = f" + {offset:g}" if offset else ""
+        notes.append(f"coupled: '{links[moved].name}' is {ratio:g} times '{links[moving].name}'{more}")
     if len(pairs) < model.neq + model.ntendon + len(couplings) - len([*equalities(model)]):
         notes.append("left out: other couplings of joints, each has a motor of its own")
     still = [body for body in range(1, model.nbody) if not tree.root_of[body]]
@@ -300,6 +294,18 @@ def _arm(
         apart=frozenset(_separate_pairs(model, tree, number_of)),
         notes=tuple(notes),
     )
+
+
+def _links(
+    model: mujoco.MjModel, tree: ArmTree, bodies: Sequence[int], motors: Motors
+) -> tuple[list[FileLink], dict[int, int]]:
+    """Return the links of bodies, and the index of the last link of each body; -1 for the base."""
+    links: list[FileLink] = []
+    number_of = {0: -1}
+    for body in bodies:
+        links += _links_of(model, tree, body, number_of[tree.parent_of(body)], len(links), motors)
+        number_of[body] = len(links) - 1
+    return links, number_of
 
 
 def _links_of(

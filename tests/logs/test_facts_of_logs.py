@@ -13,7 +13,7 @@ from mjsim.logs.bag_clocks import Clocks
 from mjsim.logs.bag_frames import FrameTree, is_base, is_odometry, level_mount, matrix_of, mount_of
 from mjsim.logs.bag_messages import imu_of, is_clockwise, limits_of, scan_of
 from mjsim.logs.bag_order import FileOrder, InFileOrder, going_on, set_backs
-from mjsim.logs.csv_table import headings
+from mjsim.logs.csv_table import headings_in
 from mjsim.logs.description import Description
 
 
@@ -241,9 +241,9 @@ def test_headings_of_quaternions_are_those_of_their_matrices():
     turns = rng.normal(size=(2, 4))
     turns /= np.linalg.norm(turns, axis=1)[:, None]
     expected = [math.atan2(m[1, 0], m[0, 0]) for m in (Pose3(0, 0, 0, *q).matrix() for q in turns.tolist())]
-    assert headings(Table(*turns.T), "xyzw") == pytest.approx(expected)
+    assert headings_in(Table(*turns.T), "xyzw") == pytest.approx(expected)
     with pytest.raises(UsageError, match=r"t.csv:8: the quaternion has length 1.1, not 1"):
-        headings(Table(*(turns * [[1.0], [1.1]]).T), "xyzw")
+        headings_in(Table(*(turns * [[1.0], [1.1]]).T), "xyzw")
 
 
 POSES = {"file": "a.csv", "time": 1, "x": "x", "y": "y"}

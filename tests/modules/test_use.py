@@ -105,6 +105,22 @@ def test_a_class_of_a_package_is_judged_by_the_file_that_defines_it():
 
 
 @pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ("wander:Wander', speed: fast", "speed is 'fast'; it must be a number"),
+        ("wander:Wander', speed: true", "speed is True; it must be a number"),
+        ("explore:Explore', lidar: 3", "lidar is 3; it must be text or null"),
+        ("go_to_goal:GoToGoal', goals: 5", "goals is 5; it must be a list"),
+    ],
+)
+def test_a_value_of_another_kind_than_a_shipped_module_takes_is_told(keys, message):
+    text = (
+        f"robots: [{{name: a, at: [0, 0]}}]\nrun: {{drivers: {{a: {{navigator: {{use: 'mjsim.algorithms.{keys}}}}}}}}}"
+    )
+    assert [problem.message for problem in check_modules(parse_world(text))] == [message]
+
+
+@pytest.mark.parametrize(
     ("used", "lines"),
     [
         ("Good', pace: 1", []),

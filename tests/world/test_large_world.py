@@ -20,18 +20,18 @@ def yardstick() -> float:
 @pytest.mark.slow
 def test_five_thousand_segments_take_seconds_and_less_than_half_a_gigabyte_in_proportion(tmp_path):
     found = {}
+    before = yardstick()
     for count in (500, 1500, 5000):
         path = tmp_path / f"{count}.yaml"
         path.write_text(large_floor(count), encoding="utf-8")
-        before = yardstick()
-        seconds, megabytes = in_its_own_process(path)
-        found[count] = seconds / max(before, yardstick()), megabytes
+        found[count] = in_its_own_process(path)
     # 2.5 s where the yardstick takes 0.04 s, and half as much again for what else the machine does.
-    assert found[5000][0] < 1.5 * 2.5 / 0.04
+    assert found[5000][0] < 1.5 * 2.5 / 0.04 * max(before, yardstick())
     assert found[5000][1] < 600.0
-    # Ten times the walls take 10 times the time; what is needed in any case makes the small ones dearer.
-    assert found[5000][0] < 2.0 * 10 / 3 * found[1500][0]
-    assert found[5000][0] < 2.0 * 10 * found[500][0]
+    # Ten times the walls take 10 times the time, never the hundredfold of each with each; processor time of so short
+    # a process varies by half where others share its core.
+    assert found[5000][0] < 3.0 * 10 / 3 * found[1500][0]
+    assert found[5000][0] < 3.0 * 10 * found[500][0]
     # Memory beyond that of 500 segments: 4500 more need 4.5 times as much as 1000 more.
     assert found[5000][1] - found[500][1] < 1.5 * 4.5 * (found[1500][1] - found[500][1])
 

@@ -8,6 +8,15 @@ from typing import Any
 Schema = dict[str, Any]
 
 _PLAIN = {"float": "number", "int": "integer", "bool": "boolean", "str": "string"}
+_KINDS: Mapping[str, tuple[str, tuple[type, ...]]] = {
+    "number": ("a number", (int, float)),
+    "integer": ("a whole number", (int,)),
+    "boolean": ("true or false", (bool,)),
+    "string": ("text", (str,)),
+    "null": ("null", (type(None),)),
+    "array": ("a list", (list, tuple)),
+}
+"""Types of JSON Schema -> their name for people, and those of Python."""
 _ROWS = ("Sequence", "list", "Iterable", "Collection")
 _NAMED = re.compile(r"[\[(](x, y, z|x, y|minimum, maximum)[\])]")
 """The numbers of a point or a range, as a docstring names them."""
@@ -28,6 +37,25 @@ def schema_of(annotation: ast.expr | None, about: str, names: Mapping[str, ast.e
     if not forms or {} in forms:
         return {}
     return forms[0] if len(forms) == 1 else {"anyOf": forms}
+
+
+def misfit_of(value: Any, schema: Mapping[str, Any]) -> str | None:
+    """Return what a value of another kind must be, such as 'a number'; None if it fits, as far as kinds go."""
+    forms = schema.get("anyOf", [schema])
+    if any(_fits(value, form) for form in forms):
+        return None
+    return " or ".join(_named(form) for form in forms)
+
+
+def _fits(value: Any, form: Mapping[str, Any]) -> bool:
+    if "enum" in form:
+        return value in form["enum"]
+    kinds = _KINDS.get(form.get("type", ""))
+    return kinds is None or (isinstance(value, kinds[1]) and (bool in kinds[1] or not isinstance(value, bool)))
+
+
+def _named(form: Mapping[str, Any]) -> str:
+    return " or ".join(map(str, form["enum"])) if "enum" in form else _KINDS[form["type"]][0]
 
 
 def _forms(node: ast.expr | None, names: Mapping[str, ast.expr], count: int | None, depth: int) -> Iterator[Schema]:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from mjsim.errors import did_you_mean
 from mjsim.modules.hosts import Defect, beside
+from mjsim.modules.python.annotations import misfit_of
 from mjsim.modules.python.offers import keys_of
 from mjsim.modules.python.outline import BoundNames, Methods, UnreadableError, methods_of, outline_of
 from mjsim.modules.roles import ROLES, awaited, lacking, unmade
@@ -119,6 +120,10 @@ def _wrong_keys(item: ast.ClassDef, methods: Methods, use: Use) -> Iterator[Defe
     unknown = [key for key in use.arguments() if key not in known and made.args.kwarg is None]
     for key in unknown:
         yield Defect(f"{item.name} takes no '{key}'{did_you_mean(key, known)}", key)
+    for key, value in use.arguments().items():
+        # Only where the annotations are ours: Python itself takes what the user's own do not say.
+        if use.use.startswith("mjsim.") and key in known and (wanted := misfit_of(value, known[key].schema)):
+            yield Defect(f"{key} is {value!r:.40}; it must be {wanted}", key)
     missing = [key.name for key in known.values() if key.required and key.name not in use.arguments()]
     if missing and not unknown:
         listed = " and ".join(f"'{key}'" for key in missing)
