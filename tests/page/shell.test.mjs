@@ -1,6 +1,7 @@
 // The address of the page, charts that nobody chose, and what recordings are of.
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { ApiError, tellUnhandled } from "page/failures";
 import { factsOf } from "page/review/facts";
 import { suggested } from "page/charts/suggested";
 import { addressOf, isSamePlace, placeAt } from "page/shell/address";
@@ -43,4 +44,13 @@ test("a recording has date, length, world and robots, as far as they are known",
   assert.equal(factsOf({ ...card, seconds: 59.4 })[1], "59 s");
   assert.equal(factsOf({ ...card, seconds: 0.96 })[1], "1.0 s");
   assert.deepEqual(factsOf({ ...card, seconds: null, world: "", robots: [] }), ["2026-11-29 07:05"]);
+});
+
+test("of a request that fails and that nobody waits for the person is told, an error of the page stays unhandled", () => {
+  const [page, told] = [new EventTarget(), []];
+  tellUnhandled(page, (error) => told.push(error.message));
+  const isHandled = (reason) => !page.dispatchEvent(Object.assign(new Event("unhandledrejection", { cancelable: true }), { reason }));
+  assert.ok(isHandled(new ApiError(0, "the studio does not answer")));
+  assert.ok(!isHandled(new TypeError("undefined is not a function")));
+  assert.deepEqual(told, ["the studio does not answer"]);
 });

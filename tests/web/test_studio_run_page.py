@@ -304,8 +304,13 @@ def test_the_page_finds_back_to_a_server_that_was_killed(browser, folder):
         "--port",
         str(port),
     ]
-    with serving(command, folder) as (first, url), run_page(browser, url) as page:
+    with serving(command, folder) as (first, url), page_at(browser, url) as page:
+        expect(page.locator("#view-edit .plan")).to_be_visible(timeout=PATIENCE)
+        page.route("**/api/schema", lambda asked: asked.abort("connectionreset"))  # it is gone meanwhile
+        page.get_by_role("tab", name="Run", exact=True).click()
         is_in(page, "Ready")
+        expect(page.locator(".toast.error")).to_contain_text("The studio does not answer", timeout=PATIENCE)
+        page.unroute_all()
         # The world is open as well.
         expect(page.get_by_role("button", name="Start", exact=True)).to_be_enabled(timeout=PATIENCE)
         first.kill()
@@ -316,6 +321,8 @@ def test_the_page_finds_back_to_a_server_that_was_killed(browser, folder):
             # It lets in all pages of the browser.
             open_in(page.context, again.url)
             is_in(page, "Ready")
+            # The forms, which nobody answered for, have come as well.
+            expect(page.get_by_label("Seconds", exact=True)).to_be_visible(timeout=PATIENCE)
             start(page)
             picture_of(page, "scout/front")
 

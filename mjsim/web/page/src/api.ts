@@ -1,5 +1,6 @@
 /** What the server offers: its values, and one call for each of its addresses. */
 
+import { ApiError } from "./failures";
 import type { Item } from "./run/protocol";
 import { said, word } from "./words/words";
 
@@ -8,6 +9,7 @@ export type Path = (string | number)[];
 export type Values = Record<string, unknown>;
 export type Bounds = [number, number, number, number];
 
+export { ApiError };
 export type { Item };
 
 export interface Problem {
@@ -209,17 +211,6 @@ export interface PreviewAsk {
   at: Point;
   heading_deg: number;
   width: number;
-}
-
-/** The server said no, or could not be reached (status 0); the message is for people. */
-export class ApiError extends Error {
-  constructor(
-    readonly status: number,
-    message: string,
-    readonly data: Values = {},
-  ) {
-    super(message);
-  }
 }
 
 const GONE = word("start.gone");

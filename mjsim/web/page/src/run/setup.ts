@@ -22,6 +22,7 @@ export class Setup {
   private readonly open = new Map<string, boolean>();
   private book: SchemaBook | null = null;
   private shelf: ModuleShelf | null = null;
+  private loading: Promise<void> | null = null;
   /** What is to be other than in the world. */
   private changes: Change[] = [];
   private problems: Problem[] | null = null;
@@ -45,7 +46,7 @@ export class Setup {
     const { raw } = this.run(false);
     // What the world has by now is no change of it.
     this.changes = this.changes.filter((change) => !isSame(applied(raw, [within(change)]), raw));
-    void this.load().then(() => this.draw());
+    void this.loaded().then(() => this.draw());
   }
 
   /** The order to start says where to record. */
@@ -58,12 +59,18 @@ export class Setup {
     return this.changes.length ? (await this.studio.api.edit(path, text, this.changes)).text : text;
   }
 
+  /** The forms: asked for once, and anew where there was no answer. */
+  private loaded(): Promise<void> {
+    return (this.loading ??= this.load());
+  }
+
   private async load(): Promise<void> {
-    if (this.book) return;
-    const book = new SchemaBook(await this.studio.api.schema());
-    if (this.book) return;
-    this.book = book;
-    this.shelf = new ModuleShelf(this.studio, book);
+    try {
+      this.book = new SchemaBook(await this.studio.api.schema());
+    } finally {
+      if (!this.book) this.loading = null;
+    }
+    this.shelf = new ModuleShelf(this.studio, this.book);
     this.shelf.changed.on(() => this.draw());
   }
 

@@ -193,7 +193,10 @@ export class RunView implements View {
     const lost = state === "lost" || (state === "closed" && !this.live);
     this.bar.connection(lost ? "lost" : state);
     this.banner.connection(state, lost);
-    if (state === "open" && this.visible) this.cameras.watch();
+    if (state === "open" && this.visible) {
+      this.cameras.watch();
+      if (!this.live) this.setup.world(); // what was asked of a server that had gone is asked again
+    }
     if (state === "open") return;
     this.wheel.releaseAll();
     this.leader.forget();

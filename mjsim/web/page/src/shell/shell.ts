@@ -3,6 +3,7 @@
 import { api, type Folder } from "../api";
 import { el, fill, icon, isCommand, isPress, isSign, isTyping } from "../dom";
 import { makeEditView } from "../edit/edit";
+import { tellUnhandled } from "../failures";
 import { makeReviewView } from "../review/index";
 import { makeRunView } from "../run/index";
 import { placeAt, type Place } from "./address";
@@ -73,6 +74,7 @@ export class Shell implements Studio {
     this.document.opened.on(note);
     this.document.textChanged.on((origin) => origin !== "draft" && this.toasts.worked());
     this.document.failed.on((error) => this.toasts.error(error));
+    tellUnhandled(window, (error) => this.toasts.error(error));
     window.addEventListener("keydown", (event) => this.key(event));
     window.addEventListener("beforeunload", (event) => this.document.isChanged && event.preventDefault());
     this.note();
