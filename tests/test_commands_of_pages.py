@@ -11,7 +11,7 @@ from mjsim.cli.program import COMMANDS, app
 from mjsim.world import shipped_worlds
 
 ROOT = Path(__file__).parent.parent
-PAGES = [*sorted((ROOT / "docs").glob("*.md")), ROOT / "README.md"]
+PAGES = [*sorted((ROOT / "docs").rglob("*.md")), ROOT / "README.md"]
 SPAN = re.compile(r"`(mjsim [a-z][^`\n]*)`|^ *(?:\$ )?(mjsim [a-z][^\n`]*)$", re.MULTILINE)
 WORLDS = {"run", "lab", "show", "compile", "ergonomics", "bridge", "sweep"}
 """Commands whose first argument is a world."""

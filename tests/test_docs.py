@@ -1,17 +1,19 @@
 """The pages say what the program does."""
 
+import fnmatch
 import importlib
 import itertools
 import re
 import runpy
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import mjsim
-from mjsim.cli.program import COMMANDS
 from mjsim.modules import ROLES
 from mjsim.run import drivers_of
 from mjsim.world import EVENT_KINDS, check_world
@@ -21,11 +23,13 @@ ROOT = Path(__file__).parent.parent
 
 PAGES = sorted(
     [
-        *(ROOT / "docs").glob("*.md"),
+        *(ROOT / "docs").rglob("*.md"),
         *(ROOT / f"{name}.md" for name in ("README", "CHANGELOG", "CONTRIBUTING")),
         *(ROOT / "scripts").glob("**/*.md"),
     ]
 )
+GENERATED = {"world-file.md"}
+"""Pages of reference that `scripts/make` writes whole."""
 FENCED = re.compile(r"^ *(```+)[^`\n]*\n.*?^ *\1$", re.MULTILINE | re.DOTALL)
 
 
@@ -41,6 +45,9 @@ def test_prose_is_wrapped_at_120_columns(page):
         and not re.fullmatch(r" *(?:- )?(!\[[^]]*\]\([^)]*\)|`[^`]*`|\S+)[.,;:]?", line)
     ]
     assert long == []
+
+
+TREE = re.compile(r"^```\{toctree\}\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 def anchors(text: str) -> set[str]:
@@ -72,6 +79,38 @@ def test_links_of_a_page_lead_somewhere(page):
     assert dead == []
 
 
+def test_every_page_is_once_in_the_table_of_contents_of_the_site():
+    pages = {
+        page.relative_to(ROOT / "docs").with_suffix("").as_posix() for page in PAGES if ROOT / "docs" in page.parents
+    }
+    listed = ["index"]
+    for name in listed:
+        text = (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
+        for entry in itertools.chain(*(re.findall(r"^[\w/*-]+$", tree, re.M) for tree in TREE.findall(text))):
+            listed += fnmatch.filter(sorted(pages), entry)
+    assert sorted(listed) == sorted(pages)
+
+
+def test_pages_outside_the_generated_reference_stay_short():
+    pages = [page for page in PAGES if ROOT / "docs" in page.parents and page.name not in GENERATED]
+    words = {page.name: len(page.read_text(encoding="utf-8").split()) for page in pages}  # as `wc -w` counts
+    assert sum(words.values()) <= 80_000, words
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(300)  # it imports all of mjsim, and writes 50 pages on a loaded machine
+def test_the_site_builds_without_a_warning(tmp_path):
+    sphinx = [sys.executable, "-m", "sphinx", "--fail-on-warning", "--keep-going", "--quiet", "-d", tmp_path / "trees"]
+    built = subprocess.run([*sphinx, ROOT / "docs", tmp_path / "site"], capture_output=True, text=True, timeout=280)
+    assert (built.returncode, built.stderr) == (0, "")
+    # It works offline: nothing is loaded from elsewhere.
+    pages = (tmp_path / "site").rglob("*.html")
+    loaded = [re.findall(r'<(?:script|link|img)[^>]* (?:src|href)="https?:', page.read_text("utf-8")) for page in pages]
+    assert len(loaded) > 40
+    assert not any(loaded)
+    assert "mjsim.Estimate.joint_covariance" in (tmp_path / "site" / "reference" / "python.html").read_text("utf-8")
+
+
 def test_every_script_that_a_page_names_is_there():
     named = {name for page in PAGES for name in re.findall(r"scripts/\w+/\w+\.\w+", page.read_text(encoding="utf-8"))}
     assert len(named) > 10
@@ -101,11 +140,6 @@ def test_the_page_of_what_changes_runs(capsys):
     assert sim.truth("scout").x == 6.0
     # The cart has waited at its start, and come to its first stop.
     assert "Pose(x=7.0, y=1.0" in capsys.readouterr().out
-
-
-def test_the_readme_lists_every_command():
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert sorted(re.findall(r"^\| `([a-z-]+)[ `]", text, re.MULTILINE)) == sorted(COMMANDS)
 
 
 def test_the_page_of_signals_runs(capsys):
