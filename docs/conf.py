@@ -1,8 +1,8 @@
 """Settings of the documentation site, which `scripts/make/site` builds with Sphinx."""
 
+import importlib.metadata
 import re
 import sys
-import importlib.metadata
 from pathlib import Path
 
 from sphinx.application import Sphinx
