@@ -15,7 +15,7 @@ from mjsim.geometry import Array
 from mjsim.interface import ArmInfo, Command, FastReading, JointState, RobotInfo
 from mjsim.mechanics import Arm, with_links
 
-from .parameter_learning import ParameterLearner, steady_inertia
+from .estimation.parameter_learning import ParameterLearner, steady_inertia
 
 STILL = 1e-4
 """Goals slower than this count as at rest [rad/s, m/s]."""

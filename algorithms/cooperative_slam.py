@@ -17,7 +17,7 @@ from numpy.random import Generator
 from mjsim.geometry import Array, Pose, align_rigid, wrap_angle
 from mjsim.interface import BeaconInfo, Command, Estimate, Observation, RobotInfo
 
-from .ekf_slam import EkfSlam
+from .ekf_slam.ekf_slam import EkfSlam
 from .waypoints import Waypoints
 
 EXACT = 1e-10

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array, Pose
 from mjsim.interface import Command, Estimate, Observation, RobotInfo, Shown, WorldMap
 
-from .go_to_goal import GoToGoal
-from .grid_search import a_star, length
-from .level_scan import LevelLidar
+from .go_to_goal.go_to_goal import GoToGoal
 from .occupancy import OccupancyGrid
+from .paths.grid_search import a_star, length
+from .scans.level_scan import LevelLidar
 
 REPLAN, ARRIVED = 4.0, 0.5
 """Time after which a frontier is chosen again: on the way, and at the last one [s]."""

@@ -17,11 +17,11 @@ from numpy.random import Generator
 from mjsim.geometry import Array, Pose, wrap_angles
 from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Sighting
 
+from .estimation.odometry_errors import COUNT, OdometryErrors
+from .estimation.recent_motion import RecentMotion
+from .estimation.relocation import Relocation, as_lost, fitted
 from .monte_carlo import systematic_resample_with
-from .odometry_errors import COUNT, OdometryErrors
 from .picture_errors import PictureErrors, each_of
-from .recent_motion import RecentMotion
-from .relocation import Relocation, as_lost, fitted
 
 GATE = 13.8
 """Gate for the squared Mahalanobis distance of a sighting: accepts 99.9 % of correct ones (chi-square, 2 degrees of

@@ -14,7 +14,7 @@ from numpy.random import Generator
 from mjsim.geometry import Array, Pose, wrap_angle
 from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Sighting
 
-from .ekf_models import landmark_from, odometry_motion, range_bearing
+from .estimation.ekf_models import landmark_from, odometry_motion, range_bearing
 
 
 class FilterpySlam:

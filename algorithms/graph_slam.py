@@ -14,8 +14,8 @@ from numpy.random import Generator
 from mjsim.geometry import Array, Pose
 from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Sighting
 
-from .ekf_models import corrected, landmark_from, odometry_motion
-from .graph_factors import (
+from .estimation.ekf_models import corrected, landmark_from, odometry_motion
+from .estimation.graph_factors import (
     HUBER,
     PoseSightings,
     SharedPrior,
@@ -26,14 +26,14 @@ from .graph_factors import (
     sighting_factor,
     turned_covariance,
 )
-from .graph_refinement import Leg, MeasuredGraph, refined_poses
-from .held_frame import HeldFrame
-from .look_checks import GATE, LookChecks, PosedSighting
-from .odometry_errors import COUNT, OdometryErrors
+from .estimation.graph_refinement import Leg, MeasuredGraph, refined_poses
+from .estimation.held_frame import HeldFrame
+from .estimation.look_checks import GATE, LookChecks, PosedSighting
+from .estimation.odometry_errors import COUNT, OdometryErrors
+from .estimation.range_errors import RANGE_ERRORS, RangeErrors
+from .estimation.recent_motion import RecentMotion
+from .estimation.relocation import ANYWHERE, Relocation, as_lost
 from .picture_errors import PictureErrors, each_of
-from .range_errors import RANGE_ERRORS, RangeErrors
-from .recent_motion import RecentMotion
-from .relocation import ANYWHERE, Relocation, as_lost
 
 FLOOR = 1e-3
 """Minimum standard deviation of the position of a robot that turns by one radian [m/sqrt(rad)]. With odometry that is

@@ -11,17 +11,17 @@ from numpy.random import Generator
 from mjsim.geometry import Array, Pose, wrap_angle
 from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Shown
 
-from .ekf_models import odometry_motion
-from .level_scan import LevelLidar, LevelScan
-from .map_parts import Keyframe, PartsMap
+from .estimation.ekf_models import odometry_motion
+from .estimation.pose_graph import PoseGraph, compose
+from .estimation.recent_motion import SAME
 from .occupancy import OccupancyGrid, shown_grid
-from .odometry_bias import OdometryBias
-from .odometry_delay import SynchronousOdometry, retimed
-from .pose_graph import PoseGraph, compose
-from .recent_motion import SAME
-from .scan_odometry import ScanOdometry
-from .scan_search import MatchedPose, match_pose
-from .scan_walls import Surface, walls_of
+from .scans.level_scan import LevelLidar, LevelScan
+from .scans.map_parts import Keyframe, PartsMap
+from .scans.odometry_bias import OdometryBias
+from .scans.odometry_delay import SynchronousOdometry, retimed
+from .scans.scan_odometry import ScanOdometry
+from .scans.scan_search import MatchedPose, match_pose
+from .scans.scan_walls import Surface, walls_of
 
 SLIP = np.array([0.05, 0.05, 0.02])
 """Errors of odometry beyond its data sheet: relative to the distance, to the sideways distance, and to the turn."""

@@ -14,8 +14,8 @@ from numpy.random import Generator
 from mjsim.geometry import Array, Pose, wrap_angle
 from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Sighting
 
-from .association import chi_square
-from .ekf_models import odometry_motion, range_bearing
+from .ekf_slam.association import chi_square
+from .estimation.ekf_models import odometry_motion, range_bearing
 
 FLOOR = 1e-12
 """Added to the variances of the prior, so that a pose known exactly still has a square root of its covariance."""

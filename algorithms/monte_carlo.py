@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array, Pose, wrap_angle, wrap_angles
 from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Shown, ShownPoints, Sighting, WorldMap
 
-from .distance_grid import DistanceGrid
-from .level_scan import LevelLidar, LevelScan
+from .scans.distance_grid import DistanceGrid
+from .scans.level_scan import LevelLidar, LevelScan
 
 FAST, SLOW, LOSING = 0.3, 0.03, 0.0005
 """Weight of the newest scan in the fast average of the likelihood, and in the slow one when scans fit better or worse

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array, Pose
 from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Scan, ShownGrid
 
-from .distance_grid import DistanceGrid
-from .ekf_models import odometry_motion
-from .level_scan import LevelLidar
+from .estimation.ekf_models import odometry_motion
+from .scans.distance_grid import DistanceGrid
+from .scans.level_scan import LevelLidar
 
 FREE, HIT = -0.4, 1.7
 """Log-odds added to a cell by a beam that passes it, and by one that ends in it: occupied with 40 %, with 85 %."""

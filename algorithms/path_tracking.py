@@ -8,8 +8,8 @@ from numpy.random import Generator
 
 from mjsim.interface import Command, Estimate, Observation, RobotInfo, WorldMap
 
-from .controllers import feedback_linearisation, lqr_gains, path_errors
-from .trajectories import SpeedProfile, SplinePath, fastest_profile
+from .paths.controllers import feedback_linearisation, lqr_gains, path_errors
+from .paths.trajectories import SpeedProfile, SplinePath, fastest_profile
 
 SLOWEST = 0.05
 """Minimum speed, so that the robot starts from rest [m/s]."""

@@ -14,7 +14,7 @@ from scipy.optimize import least_squares
 from mjsim.geometry import Array, Pose, wrap_angles
 from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo
 
-from .ekf_models import odometry_motion, range_bearing
+from .estimation.ekf_models import odometry_motion, range_bearing
 from .localization import known_places
 
 

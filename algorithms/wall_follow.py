@@ -9,7 +9,7 @@ from numpy.random import Generator
 from mjsim.geometry import Array
 from mjsim.interface import Command, Estimate, Observation, RobotInfo, WorldMap
 
-from .controllers import lqr_gains
+from .paths.controllers import lqr_gains
 
 TOWARDS = np.arange(2, 6)
 """Rays of the ring from 45 to 112 degrees to the left, towards the wall."""

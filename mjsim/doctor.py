@@ -40,7 +40,7 @@ obstacles:
 PROBE = """
 import sys
 from mjsim.errors import OpenGLError
-from mjsim.sim.opengl import try_backend
+from mjsim.sim.gl.opengl import try_backend
 try:
     print("works:", try_backend(sys.argv[1]))
 except OpenGLError as error:

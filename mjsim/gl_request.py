@@ -1,8 +1,8 @@
 """MUJOCO_GL, the OpenGL backend that the user requests; hidden where it would make `import mujoco` fail.
 
 The mujoco package reads MUJOCO_GL when it is imported, and fails if the value is unknown or the library is missing,
-even if `mjsim.sim.opengl` would find that library in a package. Therefore mjsim moves a request that mujoco cannot
-satisfy to MJSIM_GL, which only `mjsim.sim.opengl` reads and child processes inherit.
+even if `mjsim.sim.gl.opengl` would find that library in a package. Therefore mjsim moves a request that mujoco cannot
+satisfy to MJSIM_GL, which only `mjsim.sim.gl.opengl` reads and child processes inherit.
 """
 
 import os

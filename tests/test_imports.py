@@ -125,7 +125,7 @@ def test_only_the_parts_that_build_and_move_the_scene_import_mujoco(package):
 
 def test_algorithms_import_of_mjsim_only_what_a_user_would():
     # The face of the package is of mjsim itself.
-    files = sorted(file for file in (ROOT.parent / "algorithms").glob("*.py") if file.name != "__init__.py")
+    files = sorted(file for file in (ROOT.parent / "algorithms").rglob("*.py") if file.name != "__init__.py")
     assert len(files) > 1
     for file in files:
         for node in ast.walk(ast.parse(file.read_text())):

@@ -16,7 +16,7 @@ from mjsim.bench.pictures import gallery_sensed, picture_floor
 from mjsim.bench.scenes import LIDAR, hall, office, office_places
 from mjsim.run import Driver, ticks
 from mjsim.sim import Renderer, Simulation
-from mjsim.sim.in_view import InView
+from mjsim.sim.rendering.in_view import InView
 
 pytestmark = pytest.mark.slow
 

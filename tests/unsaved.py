@@ -5,7 +5,7 @@ import time
 
 from playwright.sync_api import expect
 
-from mjsim.web.drafts import ID, drafts_folder
+from mjsim.web.worlds.drafts import ID, drafts_folder
 from tests.sheet import Sheet
 from tests.windows import PATIENCE
 

@@ -8,10 +8,10 @@ import mujoco
 import numpy as np
 
 from mjsim.compile.bodies import TOUCHED
-from mjsim.compile.covers import Covers
 from mjsim.compile.model_looks import LookOf
 from mjsim.compile.models import LoadedFile, copy_geom
 from mjsim.compile.parts import DECOR, SEEN
+from mjsim.compile.room import Covers
 from mjsim.geometry import Array
 from mjsim.mechanics import Solid, is_valid, nearest_valid
 from mjsim.models import FileArm, pose_keys, seen_and_touched

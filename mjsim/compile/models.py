@@ -14,10 +14,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.compile.covers import Covers
 from mjsim.compile.model_looks import LookOf
-from mjsim.compile.triangles import shape_triangles
-from mjsim.compile.walls import COLLISION, VISUAL
+from mjsim.compile.room import COLLISION, VISUAL, Covers, shape_triangles
 from mjsim.geometry import Array
 from mjsim.models import ModelShape, no_warnings, seen_and_touched
 from mjsim.world import ModelObstacle

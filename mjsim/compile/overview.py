@@ -7,7 +7,7 @@ import numpy as np
 
 from mjsim.compile.arms import reached
 from mjsim.compile.mechanisms import seen_box
-from mjsim.compile.walls import WallBox, wall_boxes
+from mjsim.compile.room import WallBox, wall_boxes
 from mjsim.geometry import Array
 from mjsim.world import World, extent, hung, top
 

@@ -5,13 +5,7 @@ import math
 import mujoco
 import numpy as np
 
-from mjsim.compile.beacons import add_carried_beacons, add_hung_beacons, face_maker
-from mjsim.compile.ceiling import add_ceiling, ceiling_height
 from mjsim.compile.contacts import sort_contacts
-from mjsim.compile.decor import Decor
-from mjsim.compile.doors import add_doors
-from mjsim.compile.floor import add_floor, add_patches
-from mjsim.compile.furniture import merge_furniture
 from mjsim.compile.light import add_general_light, add_lamps, divide_faces, light_pictures
 from mjsim.compile.mechanisms import add_mechanisms
 from mjsim.compile.obstacles import add_obstacles
@@ -20,7 +14,20 @@ from mjsim.compile.people import add_people
 from mjsim.compile.physics import set_physics
 from mjsim.compile.pictures import add_matte
 from mjsim.compile.robots import add_robots
-from mjsim.compile.walls import add_walls, wall_boxes
+from mjsim.compile.room import (
+    Decor,
+    add_carried_beacons,
+    add_ceiling,
+    add_doors,
+    add_floor,
+    add_hung_beacons,
+    add_patches,
+    add_walls,
+    ceiling_height,
+    face_maker,
+    merge_furniture,
+    wall_boxes,
+)
 from mjsim.geometry import Array
 from mjsim.models import quaternion_of
 from mjsim.world import Camera, Robot, World, gc_paused

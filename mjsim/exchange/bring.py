@@ -5,21 +5,13 @@ from pathlib import Path
 import numpy as np
 
 from mjsim.errors import UsageError
-from mjsim.exchange.barn import barn_world
 from mjsim.exchange.brought import Brought, Newcomer, Reading
-from mjsim.exchange.clutter import clutter_size, clutter_world
-from mjsim.exchange.drawing import Drawing
-from mjsim.exchange.dxf_in import read_dxf
-from mjsim.exchange.fidelity import fidelity
-from mjsim.exchange.grid import is_picture, read_grid
-from mjsim.exchange.landmarks import SPEED, read_landmarks, world_from_landmarks
-from mjsim.exchange.maps import name_of, specks, world_from_grid
-from mjsim.exchange.maze import maze_size, maze_world
+from mjsim.exchange.drawings import Drawing, FloorPlan, read_dxf, read_plan, read_svg
+from mjsim.exchange.generated import barn_world, clutter_size, clutter_world, maze_size, maze_world, template_text
+from mjsim.exchange.maps import fidelity, is_picture, name_of, read_grid, specks, world_from_grid
+from mjsim.exchange.matlab import SPEED, read_landmarks, world_from_landmarks
 from mjsim.exchange.place import with_newcomer
-from mjsim.exchange.plan_in import FloorPlan, read_plan
 from mjsim.exchange.scenes import bring_scene, is_scene
-from mjsim.exchange.svg_in import read_svg
-from mjsim.exchange.template import template_text
 from mjsim.exchange.text import world_text
 from mjsim.world import World, solid
 

@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from mjsim.exchange.brought import Newcomer, Reading
-from mjsim.exchange.grid import claimed_size as claimed_size
-from mjsim.exchange.grid import read_grid
-from mjsim.exchange.maps import name_of, world_from_grid
+from mjsim.exchange.maps import claimed_size as claimed_size
+from mjsim.exchange.maps import name_of, read_grid, world_from_grid
 from mjsim.guarded import Plain
 from mjsim.world import format_world
 
@@ -23,20 +22,20 @@ def world_file(path: Path, robot: Newcomer | None, reading: Reading | None) -> P
 
 def dxf_world(path: Path, reading: Reading) -> Plain:
     """Return the text of the world in a DXF drawing."""
-    from mjsim.exchange.dxf_in import read_dxf
+    from mjsim.exchange.drawings import read_dxf
 
     return _drawn(read_dxf(path, layers=reading.layers), path, reading)
 
 
 def svg_world(path: Path, reading: Reading) -> Plain:
     """Return the text of the world in an SVG drawing."""
-    from mjsim.exchange.svg_in import read_svg
+    from mjsim.exchange.drawings import read_svg
 
     return _drawn(read_svg(path, layers=reading.layers), path, reading)
 
 
 def _drawn(drawing: Any, path: Path, reading: Reading) -> str:
-    from mjsim.exchange.plan_in import read_plan
+    from mjsim.exchange.drawings import read_plan
 
     plan = read_plan(drawing, name=name_of(path), scale=reading.scale, thickness=reading.thickness)
     return format_world(plan.world)

@@ -9,7 +9,7 @@ from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
 from mjsim.exchange.bring import drawing_of, plan_of
 from mjsim.exchange.brought import Reading
-from mjsim.exchange.grid import is_picture, read_grid
+from mjsim.exchange.maps import is_picture, read_grid
 from mjsim.geometry import Array, Pose
 from mjsim.plan import Original, Stroke
 from mjsim.world import Grid

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mjsim.errors import UsageError
 from mjsim.exchange.brought import PRESET, Newcomer
-from mjsim.exchange.pixels import Cells
+from mjsim.exchange.maps import Cells
 from mjsim.exchange.preset_files import NO_NOISE, inhabited, robot_of
 from mjsim.geometry import Array
 from mjsim.world import (

@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 
 from mjsim.errors import UsageError
-from mjsim.exchange.svg_in import UNIT
+from mjsim.exchange.drawings import UNIT
 from mjsim.geometry import Array
 from mjsim.output import write_file
 from mjsim.plan import SVG_NAMESPACE, SvgPlan, add_line, bounds_of, color, hex_of, world_shapes, world_words

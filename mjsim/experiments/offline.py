@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjsim.algorithms.beacon_vision import PictureBeacons
+from mjsim.algorithms.beacon_vision.beacon_vision import PictureBeacons
 from mjsim.algorithms.triangulation import bearings_only
 from mjsim.geometry import Array, wrap_angles
 from mjsim.interface import Sighting, sightings_from

@@ -5,6 +5,6 @@ from .data_sets import import_mrclam as import_mrclam
 from .data_sets import import_victoria_park as import_victoria_park
 from .importing import import_log as import_log
 from .observed import write_log as write_log
+from .resampling import Wishes as Wishes
 from .trajectory import Trajectory as Trajectory
 from .trajectory import read_trajectory as read_trajectory
-from .wishes import Wishes as Wishes

@@ -5,9 +5,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 from mjsim.logs.importing import guarded_recording
-from mjsim.logs.merge import MotionNoise
-from mjsim.logs.noise_file import UNBIASED, Bias
-from mjsim.logs.wishes import Wishes
+from mjsim.logs.resampling import UNBIASED, Bias, MotionNoise, Wishes
 from mjsim.record import Recording
 
 
@@ -57,7 +55,7 @@ def import_mrclam(
         known_map=known_map,
         bias=bias,
     )
-    convert = "mjsim.logs.mrclam:convert_mrclam"
+    convert = "mjsim.logs.formats:convert_mrclam"
     return guarded_recording(convert, folder, wishes, record=record, progress=progress, overwrite=overwrite)
 
 
@@ -102,7 +100,7 @@ def import_victoria_park(
         seconds=seconds,
         bias=bias,
     )
-    convert = "mjsim.logs.victoria_park:convert_victoria_park"
+    convert = "mjsim.logs.formats:convert_victoria_park"
     return guarded_recording(convert, folder, wishes, record=record, progress=progress, overwrite=overwrite)
 
 

@@ -13,8 +13,7 @@ from typing import IO, Any
 
 from mjsim.errors import RecordingError, UsageError
 from mjsim.guarded import Allowance, Reader, limits_for
-from mjsim.logs.output import Output, Piece, SentFile, recorded
-from mjsim.logs.wishes import Wishes
+from mjsim.logs.resampling import Output, Piece, SentFile, Wishes, recorded
 from mjsim.record import Recording
 from mjsim.world import Run, step_misfit
 

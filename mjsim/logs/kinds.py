@@ -7,18 +7,20 @@ from itertools import islice
 from pathlib import Path
 
 from mjsim.errors import LONGEST_MESSAGE, UsageError
-from mjsim.logs import columns
 from mjsim.logs.bags import is_bag, read_bag
-from mjsim.logs.carmen import is_carmen, read_carmen
-from mjsim.logs.euroc import is_euroc, read_euroc
-from mjsim.logs.log import Log, record_logs
-from mjsim.logs.mrclam import convert_mrclam
-from mjsim.logs.output import Output
-from mjsim.logs.rgbd import is_rgbd, read_rgbd
-from mjsim.logs.text import lines_of
-from mjsim.logs.usable import require_motion, usable
-from mjsim.logs.victoria_park import convert_victoria_park
-from mjsim.logs.wishes import Wishes
+from mjsim.logs.files import lines_of
+from mjsim.logs.formats import (
+    columns,
+    convert_mrclam,
+    convert_victoria_park,
+    is_carmen,
+    is_euroc,
+    is_rgbd,
+    read_carmen,
+    read_euroc,
+    read_rgbd,
+)
+from mjsim.logs.resampling import Log, Output, Wishes, record_logs, require_motion, usable
 from mjsim.record import is_mcap
 
 

@@ -11,12 +11,7 @@ from numpy.typing import ArrayLike
 from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Command, Observation, ReadingType, form_fields, named, retimed
-from mjsim.logs.log import AHEAD, Log, world_of
-from mjsim.logs.output import recorded
-from mjsim.logs.readings import kept
-from mjsim.logs.robot_log import RobotLog
-from mjsim.logs.ticks import write_ticks
-from mjsim.logs.wishes import Wishes
+from mjsim.logs.resampling import AHEAD, Log, RobotLog, Wishes, kept, recorded, world_of, write_ticks
 from mjsim.output import require_free
 from mjsim.record import LoggedCamera, Recording, check_fit, logged_frame
 from mjsim.world import SENSOR_KINDS, Camera, World, step_misfit

@@ -11,11 +11,9 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Array, Pose, headings, places_at
 from mjsim.guarded import Plain, guarded
 from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo
-from mjsim.logs.bag_file import Bag, is_bag
-from mjsim.logs.bag_messages import pose_of
-from mjsim.logs.bag_topics import POSES
+from mjsim.logs.bags import POSES, Bag, is_bag, pose_of
+from mjsim.logs.files import LARGEST, lines_of
 from mjsim.logs.importing import readable_folders
-from mjsim.logs.text import LARGEST, lines_of
 
 ODOMETRY, PATH = "nav_msgs/msg/Odometry", "nav_msgs/msg/Path"
 TYPES = (*(kind for kind in POSES if "Transform" not in kind), ODOMETRY, PATH)

@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 from mjsim.models.meshes import check_mesh
 from mjsim.models.pictures import picture_size
 from mjsim.models.proven import digest
-from mjsim.models.sdf_models import mjcf_of_sdf
+from mjsim.models.sdf import mjcf_of_sdf
 from mjsim.models.trees import FOREIGN, tree_of
 from mjsim.models.xml_text import RefusedXmlError
 

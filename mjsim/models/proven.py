@@ -117,5 +117,5 @@ def _below(folder: Traversable) -> Iterable[Traversable]:
 @functools.cache
 def _readers() -> Sequence[str]:
     """Return the versions of the libraries, and the SHA-256 of each module that may take part."""
-    modules = sorted(Path(__file__).parent.glob("*.py"))
+    modules = sorted(Path(__file__).parent.rglob("*.py"))
     return [*map(metadata.version, LIBRARIES), *(digest(module.read_bytes()) for module in modules)]

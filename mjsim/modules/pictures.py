@@ -149,7 +149,7 @@ def _cached(digests: tuple[str, ...]) -> dict[str, _Quality]:
 def _judged(world: World, images: Mapping[str, str]) -> Mapping[str, _Quality]:
     """Judge pictures, and note the result."""
     # Most worlds have no new pictures before a camera, and need not load what decodes and judges them.
-    from mjsim.algorithms.picture_quality import picture_qualities
+    from mjsim.algorithms.beacon_vision.picture_quality import picture_qualities
 
     found = picture_qualities({digest: world.read_picture(image) for digest, image in images.items()})
     rows = {digest: astuple(quality) for digest, quality in found.items()}
@@ -182,6 +182,6 @@ def _about(images: Mapping[str, str]) -> Sequence[str]:
 @cache
 def _code() -> Sequence[str]:
     """Return the version of OpenCV, and the SHA-256 of each algorithm."""
-    files = sorted(Path(str(resources.files("mjsim.algorithms"))).glob("*.py"))
+    files = sorted(Path(str(resources.files("mjsim.algorithms"))).rglob("*.py"))
     version = metadata.version("opencv-python-headless")
     return version, *(hashlib.sha256(file.read_bytes()).hexdigest() for file in files)

@@ -3,6 +3,13 @@ from .belief import BeliefMessages as BeliefMessages
 from .container import is_mcap as is_mcap
 from .copy import Copy as Copy
 from .copy import with_frame as with_frame
+from .drawn import FORMS as FORMS
+from .drawn import LoggedFrame as LoggedFrame
+from .drawn import depth_values as depth_values
+from .drawn import filed_frame as filed_frame
+from .drawn import grid_png as grid_png
+from .drawn import logged_frame as logged_frame
+from .drawn import require_size as require_size
 from .export import export_csv as export_csv
 from .export import export_images as export_images
 from .export import export_mat as export_mat
@@ -19,12 +26,6 @@ from .logged import LoggedPictures as LoggedPictures
 from .logged import cameras_text as cameras_text
 from .logged import logged_cameras as logged_cameras
 from .logged import with_logged_cameras as with_logged_cameras
-from .logged_frame import FORMS as FORMS
-from .logged_frame import LoggedFrame as LoggedFrame
-from .logged_frame import depth_values as depth_values
-from .logged_frame import filed_frame as filed_frame
-from .logged_frame import logged_frame as logged_frame
-from .logged_frame import require_size as require_size
 from .mechanisms import SensorTrack as SensorTrack
 from .messages import covariance_message as covariance_message
 from .messages import encode as encode
@@ -45,7 +46,6 @@ from .recording import Landmarks as Landmarks
 from .recording import Recording as Recording
 from .recording import Track as Track
 from .recording import check_fit as check_fit
-from .shown import grid_png as grid_png
 from .summary import RecordingSummary as RecordingSummary
 from .summary import recorded_world as recorded_world
 from .summary import recording_summary as recording_summary

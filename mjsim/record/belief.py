@@ -4,9 +4,9 @@ import operator
 from collections.abc import Hashable, Sequence
 
 from mjsim.interface import Shown
+from mjsim.record.drawn import show_message
 from mjsim.record.messages import innovations_message, landmarks_message, map_arrays, pose_message, sightings_message
 from mjsim.record.numbers import Message
-from mjsim.record.shown import show_message
 from mjsim.record.tick import Order
 
 BELIEF_TOPICS = frozenset({"estimate", "landmarks", "sightings", "innovations", "covariance", "path", "show"})

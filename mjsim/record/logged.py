@@ -11,8 +11,8 @@ import numpy as np
 from mjsim.errors import RecordingError
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame, Intrinsics, Picture, RobotInfo
+from mjsim.record.drawn import LoggedFrame, decode_picture, depth_of
 from mjsim.record.file import RawMessage, picture_of, raw_messages, timestamp_of
-from mjsim.record.logged_frame import LoggedFrame, decode_picture, depth_of
 from mjsim.record.numbers import nanoseconds
 from mjsim.record.parse import FAULTS, reading, unfit
 from mjsim.record.recording import Recording

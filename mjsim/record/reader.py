@@ -11,6 +11,7 @@ import numpy as np
 from mjsim.errors import RecordingError, WorldError
 from mjsim.geometry import Array
 from mjsim.interface import Shown, Sighting
+from mjsim.record.drawn import shown_of
 from mjsim.record.file import FILES, METADATA_NAME, WORLD_NAME, Head, RawMessage, raw_messages
 from mjsim.record.joints import JointRows
 from mjsim.record.mechanisms import SensorRows
@@ -32,7 +33,6 @@ from mjsim.record.parse import FAULTS, content_of, misfit, unfit
 from mjsim.record.readings import SIGHTINGS, identities_of
 from mjsim.record.recording import SAME_TIME, Landmarks, Recording, Track
 from mjsim.record.schemas import ARM_TOPICS
-from mjsim.record.shown import shown_of
 from mjsim.record.tick import RobotEvent
 from mjsim.world import Source, World, WorldEvent, parse_world
 

@@ -14,9 +14,9 @@ from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array, places_at, poses_at
 from mjsim.interface import Observation, Picture, Shown, Sighting
 from mjsim.models import picture_size
+from mjsim.record.drawn import decode_picture, depth_pixels
 from mjsim.record.file import RawMessage, picture_of, raw_messages, timestamp_of
 from mjsim.record.joints import JointTrack
-from mjsim.record.logged_frame import decode_picture, depth_pixels
 from mjsim.record.mechanisms import SensorTrack
 from mjsim.record.messages import covariance_of, event_of, names_of, observation_of
 from mjsim.record.numbers import Message, nanoseconds

@@ -6,6 +6,7 @@ beside them. The schemas of the parts of an observation are beside their codecs,
 
 from typing import get_args
 
+from mjsim.record.drawn import SHOW
 from mjsim.record.json_schema import (
     STAMP,
     Schema,
@@ -21,7 +22,6 @@ from mjsim.record.json_schema import (
     topic,
 )
 from mjsim.record.readings import CODECS, codec_of
-from mjsim.record.shown import SHOW
 from mjsim.record.tick import EventKind
 
 _XYZ: Schema = {axis: {"type": "number"} for axis in "xyz"}

@@ -16,15 +16,13 @@ from mjsim.errors import Problem, RecordingError, WorldError
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import Estimate, RobotInfo
 from mjsim.output import Destination
+from mjsim.record.drawn import frames_message, grid_message, looks_update, map_update, mount
 from mjsim.record.file import FILES, METADATA_NAME, WORLD_NAME, encodable
-from mjsim.record.grid import grid_message
 from mjsim.record.json_schema import Schema
-from mjsim.record.map import looks_update, map_update
 from mjsim.record.messages import covariance_message, encode
 from mjsim.record.numbers import Message, nanoseconds
 from mjsim.record.place import WholeFile
 from mjsim.record.readings import CODECS, DrawnTopic
-from mjsim.record.scene import frames_message, mount
 from mjsim.record.schemas import (
     ARM_TOPICS,
     JOINTED_TOPICS,

@@ -24,11 +24,11 @@ from mjsim.mechanics import JointMotion
 from mjsim.sim.actuation import Actuation, ServoActuation
 from mjsim.sim.arms import ArmAtWork
 from mjsim.sim.bases import RunningGear, balancing_info, gear_of
-from mjsim.sim.canvas import Canvas, Quality
 from mjsim.sim.contact import Bumper
 from mjsim.sim.controls import Controls
 from mjsim.sim.odometry import STRAIGHT
-from mjsim.sim.proximity import ProximityRing
+from mjsim.sim.rays import ProximityRing
+from mjsim.sim.rendering import Canvas, Quality
 from mjsim.sim.sensors import MAKERS, Mounting, Sensors
 from mjsim.sim.streams import cached, streams_of
 from mjsim.world import AnySensor, BalancingDrive, Robot, World, name_of

@@ -26,18 +26,16 @@ from mjsim.interface import (
 )
 from mjsim.mechanics import JointMotion, SensorReadings
 from mjsim.sim.actuation import Actuation
-from mjsim.sim.canvas import Canvases
 from mjsim.sim.health import Health, collected_warnings
-from mjsim.sim.led import Mechanisms
-from mjsim.sim.light_source import light_source
+from mjsim.sim.mechanisms import Mechanisms
 from mjsim.sim.module_info import catalogue_of, map_of
 from mjsim.sim.radio import RadioNet
+from mjsim.sim.rendering import Canvases, Snapshot, light_source
 from mjsim.sim.robot import SimulatedRobot
-from mjsim.sim.snapshot import Snapshot
-from mjsim.sim.static_scene import bring_up
+from mjsim.sim.script import WorldScript
+from mjsim.sim.states import bring_up
 from mjsim.sim.streams import checked_seed
 from mjsim.sim.tuning import Tuning
-from mjsim.sim.world_script import WorldScript
 from mjsim.world import Looks, World, WorldEvent, event_from, load_checked, require_same_but_noise
 
 

@@ -10,12 +10,9 @@ from mjsim.closing import Closes
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.record import Tick
 from mjsim.session import Session
-from mjsim.web.answers import answer_get
-from mjsim.web.items import scene_of
-from mjsim.web.run_api import RunApi
-from mjsim.web.server import Server
-from mjsim.web.static_page import page_routes
-from mjsim.web.trust import Trust
+from mjsim.web.run import RunApi
+from mjsim.web.server import Server, answer_get, page_routes
+from mjsim.web.worlds import Trust, scene_of
 from mjsim.world import World
 
 

@@ -5,12 +5,8 @@ from pathlib import Path
 
 from mjsim.closing import Closes
 from mjsim.errors import UsageError
-from mjsim.web.folder import Folder
-from mjsim.web.late import LateRoutes, Loaded
-from mjsim.web.local import LOOPBACK
-from mjsim.web.server import Server
-from mjsim.web.shipped import is_shipped
-from mjsim.web.static_page import page_routes
+from mjsim.web.server import LOOPBACK, LateRoutes, Loaded, Server, page_routes
+from mjsim.web.worlds import Folder, is_shipped
 
 PRELOAD = ("/api/folder", "/api/schema")
 """What the page requests first."""
@@ -82,13 +78,11 @@ class Studio(Closes):
 
 def _loaded(folder: Folder, world: str | None) -> Loaded:
     """Load what edits, runs and reviews: MuJoCo and much else, while the browser gets the page."""
-    from mjsim.web.edit_api import EditApi
-    from mjsim.web.items import scene_of
-    from mjsim.web.review_api import ReviewApi
-    from mjsim.web.run_api import RunApi
-    from mjsim.web.tabs import Tabs
-    from mjsim.web.trust import Trust
+    from mjsim.web.edit import EditApi
+    from mjsim.web.review import ReviewApi
+    from mjsim.web.run import RunApi
     from mjsim.web.warm import warm_up
+    from mjsim.web.worlds import Tabs, Trust, scene_of
 
     warm_up()
     trust, tabs = Trust(), Tabs(folder)

@@ -3,11 +3,9 @@
 import threading
 from functools import cache
 
-from mjsim.web.files import EMPTY_WORLD
-from mjsim.web.modules import shipped_modules
-from mjsim.web.panel_schema import schema_text
-from mjsim.web.shipped import shipped
-from mjsim.web.static_page import pack, pack_files
+from mjsim.web.edit import schema_text
+from mjsim.web.server import pack, pack_files
+from mjsim.web.worlds import EMPTY_WORLD, shipped, shipped_modules
 from mjsim.world import parse_world
 
 

@@ -8,14 +8,14 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import mjsim
-from mjsim.algorithms.ekf_slam import EkfSlam
+from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam
 from mjsim.bench.large import peak_memory
 from mjsim.errors import MjsimError
 from mjsim.record import export_csv, export_images, export_mat, export_npz, export_tum
 from mjsim.report import key_table, statistics_file, write_report
 from mjsim.report.labels import settings_of
 from mjsim.video import make_video
-from mjsim.web.reviewing import events_json, recording_json, row_json
+from mjsim.web.review.reviewing import events_json, recording_json, row_json
 
 LIMIT = 5.0
 """No input may take longer, of the processor's time [s]."""

@@ -11,7 +11,7 @@ import matplotlib as mpl
 import numpy as np
 from scipy.stats import chi2
 
-from mjsim.algorithms.ekf_slam import EkfSlamFilter, InvariantEkfSlamFilter
+from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlamFilter, InvariantEkfSlamFilter
 from mjsim.bench.consistency import ring_nees
 
 START = (10.0, 0.0, np.pi / 2)

@@ -11,7 +11,7 @@ import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 
-from mjsim.algorithms.picture_quality import PictureQuality, picture_qualities
+from mjsim.algorithms.beacon_vision.picture_quality import PictureQuality, picture_qualities
 from mjsim.bench.odd_pictures import borderline, odd_pictures
 from mjsim.bench.views import read_posters
 from mjsim.models import read_picture

@@ -13,8 +13,8 @@ from typing import Any
 from pydantic import TypeAdapter
 from pydantic.json_schema import models_json_schema
 
-from mjsim.web.news import FrameHead, News
-from mjsim.web.requests import REQUESTS
+from mjsim.web.run.news import FrameHead, News
+from mjsim.web.run.requests import REQUESTS
 from mjsim.world.items import SENSOR_KINDS
 
 FILE = Path(__file__).resolve().parents[2] / "mjsim" / "web" / "page" / "src" / "run" / "protocol.ts"

@@ -11,7 +11,7 @@ import numpy as np
 from mjsim.bench.scenes import gallery
 from mjsim.geometry import Pose
 from mjsim.sim import SEEN_FROM_OUTSIDE, Renderer, Simulation
-from mjsim.sim.renderer import SEEN
+from mjsim.sim.rendering.renderer import SEEN
 
 WIDTH, HEIGHT = 640, 480
 OUT = Path(__file__).parents[2] / "docs" / "images" / "quality.jpg"

@@ -10,7 +10,7 @@ import json
 import re
 from pathlib import Path
 
-from mjsim.web.panel_schema import panel_schema
+from mjsim.web.edit.panel_schema import panel_schema
 
 TABLE = Path(__file__).resolve().parents[2] / "mjsim" / "web" / "page" / "src" / "words" / "en_fields.ts"
 ENTRY = re.compile(r'^  "((?:field|form)\.\w+)": +"(.*)",\n', re.MULTILINE)

@@ -10,7 +10,7 @@ import sys
 
 import numpy as np
 
-from mjsim.algorithms.go_to_goal import GoToGoal
+from mjsim.algorithms.go_to_goal.go_to_goal import GoToGoal
 from mjsim.run import Driver, ticks
 from mjsim.sim import Simulation
 from mjsim.world import parse_world

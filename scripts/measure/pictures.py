@@ -10,8 +10,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from mjsim.algorithms.beacon_vision import PictureBeacons
-from mjsim.algorithms.picture_quality import PictureQuality, picture_qualities
+from mjsim.algorithms.beacon_vision.beacon_vision import PictureBeacons
+from mjsim.algorithms.beacon_vision.picture_quality import PictureQuality, picture_qualities
 from mjsim.bench.odd_pictures import borderline
 from mjsim.bench.views import HANGING, INTRINSICS, POSTERS, ROOM, Studio, polar, read_posters
 from mjsim.interface import Picture

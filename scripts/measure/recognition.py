@@ -18,8 +18,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.algorithms.beacon_vision import PictureBeacons
-from mjsim.algorithms.planar_pose import project
+from mjsim.algorithms.beacon_vision.beacon_vision import PictureBeacons
+from mjsim.algorithms.beacon_vision.planar_pose import project
 from mjsim.bench.views import INTRINSICS, KNOWN, PICTURES, ROOM, SIZES, Shot, Studio, polar
 from mjsim.geometry import Array
 from mjsim.interface import Picture

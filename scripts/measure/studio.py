@@ -24,7 +24,7 @@ import mjsim
 from mjsim.bench.entering import client_of, cookie_of, socket_of
 from mjsim.run import drivers_of, one_blas_thread
 from mjsim.web import Studio
-from mjsim.web.open_recordings import Opened
+from mjsim.web.review.open_recordings import Opened
 
 GALLERY = Path(mjsim.__file__).parent.parent / "worlds" / "gallery.yaml"
 FAST = GALLERY.read_text().replace("rate_hz: 12.5}", "rate_hz: 25}")

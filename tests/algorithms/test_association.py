@@ -10,10 +10,10 @@ import pytest
 from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
-from mjsim.algorithms import ekf_slam
-from mjsim.algorithms.association import joint_compatibility, nearest_neighbour
-from mjsim.algorithms.ekf_models import range_bearing
-from mjsim.algorithms.ekf_slam import EkfSlam, EkfSlamFilter, odometry_motion
+from mjsim.algorithms.ekf_slam import ekf_slam
+from mjsim.algorithms.ekf_slam.association import joint_compatibility, nearest_neighbour
+from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam, EkfSlamFilter, odometry_motion
+from mjsim.algorithms.estimation.ekf_models import range_bearing
 from mjsim.geometry import Pose, wrap_angles
 from mjsim.interface import Observation, Odometry, Sighting
 from tests.algorithms.golden import DATA, golden

@@ -5,10 +5,10 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from mjsim.algorithms.beacon_vision import BeaconVision, PictureBeacons
-from mjsim.algorithms.picture_beacons import PreparedImage
-from mjsim.algorithms.picture_features import LIKELY_BITS, MATCH_BITS, match
-from mjsim.algorithms.planar_pose import fit_pose, picture_corners, project, rotation_of
+from mjsim.algorithms.beacon_vision.beacon_vision import BeaconVision, PictureBeacons
+from mjsim.algorithms.beacon_vision.picture_beacons import PreparedImage
+from mjsim.algorithms.beacon_vision.picture_features import LIKELY_BITS, MATCH_BITS, match
+from mjsim.algorithms.beacon_vision.planar_pose import fit_pose, picture_corners, project, rotation_of
 from mjsim.bench.views import (
     ABSENT,
     INTRINSICS,

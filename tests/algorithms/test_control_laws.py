@@ -11,10 +11,10 @@ from scipy.integrate import solve_ivp
 
 from mjsim.algorithms.arm_control import ComputedTorque, PdGravity
 from mjsim.algorithms.balance import Lean, Lqr, plant, regulator, turning_plant
-from mjsim.algorithms.go_to_goal import GoToGoal
+from mjsim.algorithms.estimation.recent_motion import RecentMotion
+from mjsim.algorithms.go_to_goal.go_to_goal import GoToGoal
 from mjsim.algorithms.linear_control import JointLoop, MechanismLoop, SpeedLoop
-from mjsim.algorithms.recent_motion import RecentMotion
-from mjsim.algorithms.sampling_planners import Roadmap
+from mjsim.algorithms.paths.sampling_planners import Roadmap
 from mjsim.algorithms.signal import Signal
 from mjsim.geometry import Pose, wrap_angle
 from mjsim.interface import (

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from mjsim.algorithms.controllers import Pid, feedback_linearisation, lqr_gains, path_errors
+from mjsim.algorithms.paths.controllers import Pid, feedback_linearisation, lqr_gains, path_errors
 from mjsim.geometry import Pose
 
 DT = 0.02

@@ -8,8 +8,8 @@ from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
 from mjsim.algorithms.cooperative_slam import CooperativeSlam, Map, ReportingWaypoints, map_from, merge
-from mjsim.algorithms.ekf_models import odometry_motion, range_bearing
-from mjsim.algorithms.ekf_slam import EkfSlam
+from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam
+from mjsim.algorithms.estimation.ekf_models import odometry_motion, range_bearing
 from mjsim.geometry import Pose, wrap_angle
 from mjsim.interface import Command, Message, Observation, Odometry, Sighting
 from tests.robots import pioneer

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
-from mjsim.algorithms.distance_grid import DistanceGrid
+from mjsim.algorithms.scans.distance_grid import DistanceGrid
 
 CORNERS = np.array([(0, 0), (10, 0), (10, 4), (6, 4), (6, 7), (0, 7)], dtype=float)
 POST = np.array([(2, 3), (3, 3), (3, 3.5), (2, 3.5)], dtype=float)

@@ -9,8 +9,8 @@ import pytest
 from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
-from mjsim.algorithms.ekf_models import landmark_from, range_bearing
-from mjsim.algorithms.ekf_slam import EkfSlam, EkfSlamFilter, bicycle_motion, odometry_motion
+from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam, EkfSlamFilter, bicycle_motion, odometry_motion
+from mjsim.algorithms.estimation.ekf_models import landmark_from, range_bearing
 from mjsim.bench.consistency import ring_nees
 from mjsim.geometry import Array, Pose, wrap_angles
 from mjsim.interface import Estimate, Observation, Odometry, Sighting

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import mjsim
+from mjsim.algorithms.estimation.pose_graph import COMMON, PoseGraph
 from mjsim.algorithms.lidar_slam import LidarSlam
-from mjsim.algorithms.pose_graph import COMMON, PoseGraph
-from mjsim.algorithms.scan_search import match_pose
-from mjsim.algorithms.scan_walls import surface_of
+from mjsim.algorithms.scans.scan_search import match_pose
+from mjsim.algorithms.scans.scan_walls import surface_of
 from mjsim.algorithms.waypoints import Waypoints
 from mjsim.geometry import wrap_angle
 

@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import chi2
 
 from mjsim.algorithms.cooperative_slam import CooperativeSlam, ReportingWaypoints, TeamEstimate, map_from
-from mjsim.algorithms.ekf_models import odometry_motion, range_bearing
+from mjsim.algorithms.estimation.ekf_models import odometry_motion, range_bearing
 from mjsim.geometry import Pose, wrap_angle
 from mjsim.interface import (
     Estimate,
@@ -109,8 +109,8 @@ def test_a_graph_without_a_wrong_frame_is_made(graph_slam):
 
 def measured(graph_slam, *, errors=(0.0, 0.0, 0.0, 0.0), noise=1.0):
     """Return a drive of 30 legs whose steps lack what the systematic errors add, with looks of known noise."""
-    from mjsim.algorithms.graph_refinement import Leg, MeasuredGraph
-    from mjsim.algorithms.pose_graph import step_between
+    from mjsim.algorithms.estimation.graph_refinement import Leg, MeasuredGraph
+    from mjsim.algorithms.estimation.pose_graph import step_between
 
     assert graph_slam
     rng, motion = np.random.default_rng(5), odometry_motion()
@@ -137,7 +137,7 @@ def measured(graph_slam, *, errors=(0.0, 0.0, 0.0, 0.0), noise=1.0):
 
 
 def test_systematic_errors_of_odometry_are_those_of_weighted_least_squares(graph_slam):
-    from mjsim.algorithms.graph_refinement import systematic_errors
+    from mjsim.algorithms.estimation.graph_refinement import systematic_errors
 
     errors = np.array([0.05, -0.02, 0.03, 0.01])
     poses, drive_ = measured(graph_slam, errors=errors)
@@ -153,7 +153,7 @@ def test_systematic_errors_of_odometry_are_those_of_weighted_least_squares(graph
 
 @pytest.mark.parametrize(("noise", "expected"), [(1.0, 1.0), (2.0, 2.0), (0.01, 0.25), (20.0, 4.0)])
 def test_the_scale_of_looks_is_that_of_their_noise_within_limits(graph_slam, noise, expected):
-    from mjsim.algorithms.graph_refinement import sighting_scales
+    from mjsim.algorithms.estimation.graph_refinement import sighting_scales
 
     poses, drive_ = measured(graph_slam, noise=noise)
     assert sighting_scales(drive_, poses, drive_.landmarks) == pytest.approx([expected] * 2, rel=0.2)
@@ -164,7 +164,7 @@ def test_the_scale_of_looks_is_that_of_their_noise_within_limits(graph_slam, noi
 def test_a_solved_graph_is_where_all_measurements_agree(graph_slam):
     import gtsam
 
-    from mjsim.algorithms.graph_refinement import refined_poses
+    from mjsim.algorithms.estimation.graph_refinement import refined_poses
 
     errors = np.array([0.05, -0.02, 0.03, 0.01])
     poses, drive_ = measured(graph_slam, errors=errors, noise=0.0)

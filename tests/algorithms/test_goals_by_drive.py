@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import mjsim
-from mjsim.algorithms.go_to_goal import GoToGoal
+from mjsim.algorithms.go_to_goal.go_to_goal import GoToGoal
 
 ROOM = """
 mjsim: 1

@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mjsim.algorithms.held_frame import UNSURE, HeldFrame
-from mjsim.algorithms.look_checks import NEEDED, LookChecks
-from mjsim.algorithms.pose_graph import compose
-from mjsim.algorithms.recent_motion import RecentMotion
+from mjsim.algorithms.estimation.held_frame import UNSURE, HeldFrame
+from mjsim.algorithms.estimation.look_checks import NEEDED, LookChecks
+from mjsim.algorithms.estimation.pose_graph import compose
+from mjsim.algorithms.estimation.recent_motion import RecentMotion
 from mjsim.interface import Odometry, Sighting
 
 TRACK = np.array([(0.1 * k, 0.02 * k * k, 0.03 * k) for k in range(20)])
@@ -133,7 +133,7 @@ def test_looks_are_forgotten_that_nothing_agreed_with_for_long():
 
 def test_the_derivatives_of_the_factor_of_odometry_match_central_differences():
     gtsam = pytest.importorskip("gtsam", reason="an extra")
-    from mjsim.algorithms.graph_factors import leg_factor
+    from mjsim.algorithms.estimation.graph_factors import leg_factor
 
     rng, step = np.random.default_rng(0), 1e-6
     one, other, common = gtsam.symbol("x", 0), gtsam.symbol("x", 1), gtsam.symbol("e", 0)
@@ -158,7 +158,7 @@ def test_the_derivatives_of_the_factor_of_odometry_match_central_differences():
 
 def test_the_derivatives_of_the_factor_of_a_look_match_central_differences():
     gtsam = pytest.importorskip("gtsam", reason="an extra")
-    from mjsim.algorithms.graph_factors import shared_sighting_factor, sighting_factor
+    from mjsim.algorithms.estimation.graph_factors import shared_sighting_factor, sighting_factor
 
     rng, step = np.random.default_rng(1), 1e-6
     at, place, common = gtsam.symbol("x", 0), gtsam.symbol("l", 0), gtsam.symbol("r", 0)
@@ -193,7 +193,13 @@ def test_the_derivatives_of_the_factor_of_a_look_match_central_differences():
 
 def test_one_factor_of_a_pose_is_those_of_odometry_and_of_each_look_with_its_robust_loss():
     gtsam = pytest.importorskip("gtsam", reason="an extra")
-    from mjsim.algorithms.graph_factors import HUBER, PoseSightings, leg_factor, pose_factor, shared_sighting_factor
+    from mjsim.algorithms.estimation.graph_factors import (
+        HUBER,
+        PoseSightings,
+        leg_factor,
+        pose_factor,
+        shared_sighting_factor,
+    )
 
     rng = np.random.default_rng(2)
     keys = gtsam.symbol("x", 0), gtsam.symbol("x", 1), gtsam.symbol("e", 0)

@@ -10,8 +10,8 @@ import pytest
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from mjsim.algorithms.distance_grid import DistanceGrid
-from mjsim.algorithms.grid_search import a_star, length
+from mjsim.algorithms.paths.grid_search import a_star, length
+from mjsim.algorithms.scans.distance_grid import DistanceGrid
 
 
 def rooms(rng, size):

@@ -7,7 +7,13 @@ import pytest
 from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
-from mjsim.algorithms.ekf_slam import EkfSlam, EkfSlamFilter, InvariantEkfSlamFilter, bicycle_motion, odometry_motion
+from mjsim.algorithms.ekf_slam.ekf_slam import (
+    EkfSlam,
+    EkfSlamFilter,
+    InvariantEkfSlamFilter,
+    bicycle_motion,
+    odometry_motion,
+)
 from mjsim.bench.consistency import ring_nees
 from mjsim.geometry import Array, wrap_angles
 from tests.algorithms.golden import DATA, golden, mean_error

@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import least_squares
 
-from mjsim.algorithms.ekf_slam import EkfSlamFilter, InvariantEkfSlamFilter, odometry_motion
+from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlamFilter, InvariantEkfSlamFilter, odometry_motion
 from mjsim.geometry import Array, wrap_angle
 
 R = np.diag([0.1, np.radians(2.0)]) ** 2

@@ -5,15 +5,15 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mjsim.algorithms.ekf_models import landmark_from
+from mjsim.algorithms.beacon_vision.picture_alignment import corners_by_correction
+from mjsim.algorithms.beacon_vision.picture_templates import apply_homography, make_templates, warp_slopes
+from mjsim.algorithms.beacon_vision.planar_pose import corner_error, picture_corners, rotation_of
+from mjsim.algorithms.estimation.ekf_models import landmark_from
+from mjsim.algorithms.estimation.pose_graph import carried, step_between, step_errors
 from mjsim.algorithms.fastslam import FastSlam, particle_innovations
 from mjsim.algorithms.filterpy_slam import FilterpySlam
-from mjsim.algorithms.picture_alignment import corners_by_correction
-from mjsim.algorithms.picture_templates import apply_homography, make_templates, warp_slopes
-from mjsim.algorithms.planar_pose import corner_error, picture_corners, rotation_of
-from mjsim.algorithms.pose_graph import carried, step_between, step_errors
-from mjsim.algorithms.scan_matching import misses
-from mjsim.algorithms.scan_walls import rotation
+from mjsim.algorithms.scans.scan_matching import misses
+from mjsim.algorithms.scans.scan_walls import rotation
 from mjsim.geometry import Pose
 from mjsim.interface import Intrinsics, Observation, Odometry, Sighting
 from tests.robots import pioneer

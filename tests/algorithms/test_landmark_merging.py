@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from mjsim.algorithms.ekf_slam import EkfSlam, EkfSlamFilter, InvariantEkfSlamFilter, odometry_motion
+from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam, EkfSlamFilter, InvariantEkfSlamFilter, odometry_motion
 from mjsim.geometry import Array
 from mjsim.interface import Estimate, Observation, Odometry, Sighting
 from tests.robots import pioneer

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from mjsim.algorithms.arm_control import Adaptive, ComputedTorque, PdGravity, within_limits
-from mjsim.algorithms.controllers import Pid
 from mjsim.algorithms.cooperative_slam import belief_of, map_from, map_of, report_of
 from mjsim.algorithms.crab import Crab
-from mjsim.algorithms.ekf_models import bicycle_motion
+from mjsim.algorithms.estimation.ekf_models import bicycle_motion
 from mjsim.algorithms.explore import Explore
 from mjsim.algorithms.linear_control import JointLoop, StateFeedback, TransferLaw
 from mjsim.algorithms.occupancy import OccupancyGrid, shown_grid
 from mjsim.algorithms.path_tracking import PathTracking
+from mjsim.algorithms.paths.controllers import Pid
 from mjsim.algorithms.triangulation import Triangulation
 from mjsim.algorithms.wall_follow import WallFollow
 from mjsim.algorithms.wander import Wander

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from mjsim import Command, Simulation, parse_world
 from mjsim.algorithms.balance import Lqr
-from mjsim.algorithms.level_scan import LevelLidar, leaning, level_scan
+from mjsim.algorithms.scans.level_scan import LevelLidar, leaning, level_scan
 from mjsim.interface import Scan
 
 HALL = """

@@ -9,11 +9,11 @@ import pytest
 import shapely
 
 import mjsim
+from mjsim.algorithms.estimation.pose_graph import PoseGraph, step_between
 from mjsim.algorithms.lidar_slam import LidarSlam
-from mjsim.algorithms.pose_graph import PoseGraph, step_between
-from mjsim.algorithms.scan_matching import WallField, align
-from mjsim.algorithms.scan_search import hypotheses, match_pose
-from mjsim.algorithms.scan_walls import Surface, joined, surface_of
+from mjsim.algorithms.scans.scan_matching import WallField, align
+from mjsim.algorithms.scans.scan_search import hypotheses, match_pose
+from mjsim.algorithms.scans.scan_walls import Surface, joined, surface_of
 from mjsim.algorithms.waypoints import Waypoints
 from mjsim.geometry import Pose, wrap_angle
 from mjsim.world import with_settings

@@ -5,17 +5,17 @@ import math
 import numpy as np
 import pytest
 
-from mjsim.algorithms.body_discs import BodyDiscs
-from mjsim.algorithms.cost_to_go import UNREACHED, Planner, time_per_metre
-from mjsim.algorithms.distance_grid import DistanceGrid
-from mjsim.algorithms.go_to_goal import GoToGoal
-from mjsim.algorithms.moving_things import MovingThings, grouped
-from mjsim.algorithms.obstacle_map import ObstacleMap
-from mjsim.algorithms.obstacle_memory import ObstacleMemory
-from mjsim.algorithms.path_integral import STEP, MotionPrices, PathIntegral
-from mjsim.algorithms.range_views import RangeView, smoothed
-from mjsim.algorithms.recovery import Attempt, Recovery, Toward
-from mjsim.algorithms.scan_alignment import ScanAlignment
+from mjsim.algorithms.go_to_goal.body_discs import BodyDiscs
+from mjsim.algorithms.go_to_goal.cost_to_go import UNREACHED, Planner, time_per_metre
+from mjsim.algorithms.go_to_goal.go_to_goal import GoToGoal
+from mjsim.algorithms.go_to_goal.moving_things import MovingThings, grouped
+from mjsim.algorithms.go_to_goal.obstacle_map import ObstacleMap
+from mjsim.algorithms.go_to_goal.obstacle_memory import ObstacleMemory
+from mjsim.algorithms.go_to_goal.path_integral import STEP, MotionPrices, PathIntegral
+from mjsim.algorithms.go_to_goal.range_views import RangeView, smoothed
+from mjsim.algorithms.go_to_goal.recovery import Attempt, Recovery, Toward
+from mjsim.algorithms.go_to_goal.scan_alignment import ScanAlignment
+from mjsim.algorithms.scans.distance_grid import DistanceGrid
 from mjsim.geometry import Pose
 from mjsim.interface import Odometry, RobotInfo
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from mjsim.algorithms.ekf_models import odometry_motion, range_bearing
+from mjsim.algorithms.estimation.ekf_models import odometry_motion, range_bearing
 from mjsim.algorithms.localization import EkfLocalization, UkfLocalization
 from mjsim.geometry import Pose, wrap_angle
 from mjsim.interface import BeaconInfo, Observation, Odometry, Sighting

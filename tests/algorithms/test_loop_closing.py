@@ -5,12 +5,12 @@ import itertools
 import numpy as np
 import pytest
 
-from mjsim.algorithms.free_space import seen_through
-from mjsim.algorithms.level_scan import LevelScan
-from mjsim.algorithms.loop_closing import KEPT, Loop, confirmed_by, find_loop
-from mjsim.algorithms.scan_matching import WallField
-from mjsim.algorithms.scan_search import SCORED, search
-from mjsim.algorithms.scan_walls import Surface, joined, placed, surface_of
+from mjsim.algorithms.scans.free_space import seen_through
+from mjsim.algorithms.scans.level_scan import LevelScan
+from mjsim.algorithms.scans.loop_closing import KEPT, Loop, confirmed_by, find_loop
+from mjsim.algorithms.scans.scan_matching import WallField
+from mjsim.algorithms.scans.scan_search import SCORED, search
+from mjsim.algorithms.scans.scan_walls import Surface, joined, placed, surface_of
 from mjsim.geometry import Pose
 from mjsim.interface import Scan
 

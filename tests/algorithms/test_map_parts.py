@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from mjsim.algorithms.level_scan import LevelScan
-from mjsim.algorithms.map_parts import PartsMap
-from mjsim.algorithms.odometry_bias import COUNT, OdometryBias
-from mjsim.algorithms.scan_search import MatchedPose
-from mjsim.algorithms.scan_walls import surface_of
+from mjsim.algorithms.scans.level_scan import LevelScan
+from mjsim.algorithms.scans.map_parts import PartsMap
+from mjsim.algorithms.scans.odometry_bias import COUNT, OdometryBias
+from mjsim.algorithms.scans.scan_search import MatchedPose
+from mjsim.algorithms.scans.scan_walls import surface_of
 from mjsim.geometry import Pose
 from mjsim.interface import Scan
 

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from mjsim.algorithms.beacon_vision import BeaconVision, MarkerBeacons
+from mjsim.algorithms.beacon_vision.beacon_vision import BeaconVision, MarkerBeacons
 from mjsim.bench.views import INTRINSICS, MARKERS, Studio, Tally, marker_room, marker_sizes
 from mjsim.interface import BeaconInfo, CameraFrame, MarkerInfo, Observation, Odometry, SensorInfo
 from tests.robots import pioneer

@@ -13,11 +13,11 @@ import shapely
 import mjsim
 from mjsim.algorithms.constant import ConstantCommand
 from mjsim.algorithms.explore import Explore
-from mjsim.algorithms.go_to_goal import GoToGoal
+from mjsim.algorithms.go_to_goal.go_to_goal import GoToGoal
 from mjsim.algorithms.occupancy import OccupancyGrid, OccupancyMapping
 from mjsim.algorithms.path_tracking import PathTracking
+from mjsim.algorithms.paths.trajectories import SplinePath
 from mjsim.algorithms.teleop import Teleop
-from mjsim.algorithms.trajectories import SplinePath
 from mjsim.algorithms.wall_follow import WallFollow
 from mjsim.algorithms.wander import Wander
 

@@ -6,15 +6,20 @@ import cv2
 import numpy as np
 import pytest
 
-from mjsim.algorithms.beacon_vision import PictureBeacons
-from mjsim.algorithms.inverses import inverse_of
-from mjsim.algorithms.picture_likeness import correlation_by_shift, repeats
-from mjsim.algorithms.planar_pose import fit_pose, image_from_plane, rotation_between, rotation_of
+from mjsim.algorithms.beacon_vision.beacon_vision import PictureBeacons
+from mjsim.algorithms.beacon_vision.picture_likeness import correlation_by_shift, repeats
+from mjsim.algorithms.beacon_vision.planar_pose import (
+    fit_pose,
+    image_from_plane,
+    rotation_between,
+    rotation_of,
+)
+from mjsim.algorithms.estimation.inverses import inverse_of
 from mjsim.bench.odd_pictures import colored, drawing, odd_pictures, one_way, plain, repeated
 from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.models import bounded, read_picture
-from mjsim.sim.lens import intrinsics_of
+from mjsim.sim.imaging.lens import intrinsics_of
 from mjsim.world import Camera
 
 ODD = odd_pictures()

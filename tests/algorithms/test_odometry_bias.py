@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mjsim.algorithms.odometry_bias import OdometryBias
+from mjsim.algorithms.scans.odometry_bias import OdometryBias
 from mjsim.geometry import wrap_angle
 
 BEFORE = np.diag([0.02, 0.02, 0.01]) ** 2

@@ -8,7 +8,7 @@ import pytest
 
 import mjsim
 from mjsim.algorithms.lidar_slam import LidarSlam
-from mjsim.algorithms.odometry_delay import OdometryDelay, retimed
+from mjsim.algorithms.scans.odometry_delay import OdometryDelay, retimed
 from mjsim.geometry import wrap_angles
 from mjsim.interface import Odometry
 

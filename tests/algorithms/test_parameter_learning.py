@@ -5,7 +5,7 @@ import pytest
 
 import mjsim
 from mjsim.algorithms.arm_control import believed
-from mjsim.algorithms.parameter_learning import Filtered, ParameterLearner, strength
+from mjsim.algorithms.estimation.parameter_learning import Filtered, ParameterLearner, strength
 from mjsim.interface import ArmInfo, JointState
 
 PUMA = mjsim.arm("puma560")

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from mjsim.algorithms.ekf_models import range_bearing
-from mjsim.algorithms.ekf_slam import EkfSlam, EkfSlamFilter, InvariantEkfSlamFilter, odometry_motion
-from mjsim.algorithms.past_positions import MAX_MARKS
+from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam, EkfSlamFilter, InvariantEkfSlamFilter, odometry_motion
+from mjsim.algorithms.ekf_slam.past_positions import MAX_MARKS
+from mjsim.algorithms.estimation.ekf_models import range_bearing
 from mjsim.geometry import Array, Pose
 from mjsim.interface import Estimate, Observation, Odometry, Sighting
 from tests.robots import pioneer

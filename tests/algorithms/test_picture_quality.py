@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from mjsim.algorithms.picture_quality import picture_qualities
+from mjsim.algorithms.beacon_vision.picture_quality import picture_qualities
 
 
 def colored(gray):

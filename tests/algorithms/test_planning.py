@@ -9,10 +9,10 @@ import shapely
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
-from mjsim.algorithms.distance_grid import DistanceGrid
-from mjsim.algorithms.grid_search import a_star, length, straightened
-from mjsim.algorithms.sampling_planners import Roadmap, rrt_star
-from mjsim.algorithms.visibility_graph import shortest_path
+from mjsim.algorithms.paths.grid_search import a_star, length, straightened
+from mjsim.algorithms.paths.sampling_planners import Roadmap, rrt_star
+from mjsim.algorithms.paths.visibility_graph import shortest_path
+from mjsim.algorithms.scans.distance_grid import DistanceGrid
 
 
 def ring(x0, y0, x1, y1):

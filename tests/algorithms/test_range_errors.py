@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mjsim.algorithms.ekf_models import corrected, measured, range_bearing
-from mjsim.algorithms.ekf_slam import EkfSlam, EkfSlamFilter, InvariantEkfSlamFilter, odometry_motion
-from mjsim.algorithms.range_errors import LEFT, REACH, RangeErrors
-from mjsim.algorithms.recent_motion import RecentMotion
+from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam, EkfSlamFilter, InvariantEkfSlamFilter, odometry_motion
+from mjsim.algorithms.estimation.ekf_models import corrected, measured, range_bearing
+from mjsim.algorithms.estimation.range_errors import LEFT, REACH, RangeErrors
+from mjsim.algorithms.estimation.recent_motion import RecentMotion
 from mjsim.geometry import Array, Pose
 from mjsim.interface import Observation, Odometry, Sighting
 from tests.algorithms.test_jacobians import slopes

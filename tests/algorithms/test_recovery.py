@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import mjsim.algorithms
-from mjsim.algorithms.ekf_models import range_bearing
-from mjsim.algorithms.ekf_slam import EkfSlam
-from mjsim.algorithms.recent_motion import RecentMotion
-from mjsim.algorithms.relocation import Relocation, pose_from_sightings
+from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam
+from mjsim.algorithms.estimation.ekf_models import range_bearing
+from mjsim.algorithms.estimation.recent_motion import RecentMotion
+from mjsim.algorithms.estimation.relocation import Relocation, pose_from_sightings
 from mjsim.bench import disturbed
 from mjsim.bench.disturbed import DISTURBED
 from mjsim.geometry import Array, Pose, wrap_angle

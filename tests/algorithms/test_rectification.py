@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from mjsim.algorithms.beacon_vision import BeaconVision
-from mjsim.algorithms.rectification import Rectifier
+from mjsim.algorithms.beacon_vision.beacon_vision import BeaconVision
+from mjsim.algorithms.beacon_vision.rectification import Rectifier
 from mjsim.interface import Sighting
 from mjsim.sim import Simulation
 from mjsim.world import parse_world

@@ -5,12 +5,12 @@ import itertools
 import numpy as np
 import pytest
 
-from mjsim.algorithms.pose_graph import compose, composed
-from mjsim.algorithms.pose_matrices import inverse, solution
-from mjsim.algorithms.scan_matching import WallField, align
-from mjsim.algorithms.scan_noise import median
-from mjsim.algorithms.scan_search import RADIUS, match_pose, search
-from mjsim.algorithms.scan_walls import joined, placed, surface_of
+from mjsim.algorithms.estimation.pose_graph import compose, composed
+from mjsim.algorithms.estimation.pose_matrices import inverse, solution
+from mjsim.algorithms.scans.scan_matching import WallField, align
+from mjsim.algorithms.scans.scan_noise import median
+from mjsim.algorithms.scans.scan_search import RADIUS, match_pose, search
+from mjsim.algorithms.scans.scan_walls import joined, placed, surface_of
 
 
 def wall(rng, *, number=60):

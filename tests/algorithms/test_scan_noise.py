@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from mjsim.algorithms.scan_matching import WallField, align
-from mjsim.algorithms.scan_noise import range_noise, smoothed
-from mjsim.algorithms.scan_walls import surface_of
+from mjsim.algorithms.scans.scan_matching import WallField, align
+from mjsim.algorithms.scans.scan_noise import range_noise, smoothed
+from mjsim.algorithms.scans.scan_walls import surface_of
 from mjsim.geometry import wrap_angle
 from mjsim.interface import Scan
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import mjsim
-from mjsim.algorithms import scan_walls
-from mjsim.algorithms.ekf_slam import EkfSlam
-from mjsim.algorithms.level_scan import LevelLidar
+from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam
+from mjsim.algorithms.estimation.pose_graph import compose
 from mjsim.algorithms.lidar_slam import LidarSlam
-from mjsim.algorithms.pose_graph import compose
-from mjsim.algorithms.scan_odometry import ScanOdometry
-from mjsim.algorithms.scan_walls import walls_of
+from mjsim.algorithms.scans import scan_walls
+from mjsim.algorithms.scans.level_scan import LevelLidar
+from mjsim.algorithms.scans.scan_odometry import ScanOdometry
+from mjsim.algorithms.scans.scan_walls import walls_of
 from mjsim.algorithms.waypoints import Waypoints
 from mjsim.interface import Odometry
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mjsim.algorithms.scan_search import match_pose
-from mjsim.algorithms.scan_walls import joined, surface_of
+from mjsim.algorithms.scans.scan_search import match_pose
+from mjsim.algorithms.scans.scan_walls import joined, surface_of
 
 NOISE = np.diag([0.05, 0.05, 0.06]) ** 2
 

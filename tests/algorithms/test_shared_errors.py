@@ -7,8 +7,8 @@ import pytest
 from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
-from mjsim.algorithms.ekf_models import range_bearing
-from mjsim.algorithms.ekf_slam import EkfSlam, EkfSlamFilter, InvariantEkfSlamFilter, odometry_motion
+from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam, EkfSlamFilter, InvariantEkfSlamFilter, odometry_motion
+from mjsim.algorithms.estimation.ekf_models import range_bearing
 from mjsim.algorithms.fastslam import FastSlam
 from mjsim.algorithms.graph_slam import GraphSlam
 from mjsim.algorithms.picture_errors import PictureErrors

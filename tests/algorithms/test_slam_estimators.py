@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from mjsim.algorithms.ekf_models import odometry_motion, range_bearing
-from mjsim.algorithms.ekf_slam import EkfSlam
+from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam
+from mjsim.algorithms.estimation.ekf_models import odometry_motion, range_bearing
 from mjsim.algorithms.fastslam import FastSlam
 from mjsim.algorithms.filterpy_slam import FilterpySlam
 from mjsim.algorithms.triangulation import Triangulation, bearings_only

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mjsim.algorithms.ekf_slam import EkfSlam
+from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam
 from mjsim.algorithms.textbook import TextbookEkfSlam
 from mjsim.bench.slam_rooms import ROOMS, ekf_slam, scores_in_log, scores_in_room
 from tests.real_logs import imported

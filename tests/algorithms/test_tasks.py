@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import mjsim
-from mjsim.algorithms.beacon_vision import MarkerBeacons
+from mjsim.algorithms.beacon_vision.beacon_vision import MarkerBeacons
 from mjsim.algorithms.explore import Explore
 from mjsim.algorithms.joint_path import ToolPath
 from mjsim.algorithms.occupancy import OccupancyGrid, OccupancyMapping, shown_grid

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mjsim.algorithms.trajectories import SplinePath, fastest_profile, minimum_jerk
+from mjsim.algorithms.paths.trajectories import SplinePath, fastest_profile, minimum_jerk
 
 LIMITS = {"speed": 1.0, "turn": 2.0, "acceleration": 0.5, "turn_acceleration": 3.0}
 

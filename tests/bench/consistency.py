@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from mjsim.algorithms.ekf_models import range_bearing
-from mjsim.algorithms.ekf_slam import EkfSlamFilter, odometry_motion
+from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlamFilter, odometry_motion
+from mjsim.algorithms.estimation.ekf_models import range_bearing
 from mjsim.geometry import Array, wrap_angles
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from mjsim.algorithms.constant import ConstantCommand
-from mjsim.algorithms.ekf_slam import EkfSlam, EkfSlamFilter, InvariantEkfSlamFilter, odometry_motion
+from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam, EkfSlamFilter, InvariantEkfSlamFilter, odometry_motion
 from mjsim.algorithms.fastslam import FastSlam
 from mjsim.algorithms.filterpy_slam import FilterpySlam
 from mjsim.algorithms.lidar_slam import LidarSlam

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import mujoco
 from mujoco.rendering.classic import gl_context
 
-from mjsim.compile.walls import wall_boxes
+from mjsim.compile.room.walls import wall_boxes
 from mjsim.geometry import Pose
 from mjsim.interface import Picture
 from mjsim.models import encode_png, read_picture

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.random import Generator
 
-from mjsim.algorithms.ekf_slam import EkfSlam
+from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam
 from mjsim.algorithms.textbook import TextbookEkfSlam
 from mjsim.geometry import Array
 from mjsim.interface import BeaconInfo, Estimate, Estimator, Observation, RobotInfo

@@ -9,13 +9,13 @@ import cv2
 import mujoco
 import numpy as np
 
-from mjsim.algorithms.planar_pose import project
+from mjsim.algorithms.beacon_vision.planar_pose import project
 from mjsim.bench.rooms import forwarded, look_from
 from mjsim.compile import compile_world
 from mjsim.geometry import Array
 from mjsim.interface import Detection, Picture
 from mjsim.sim import Canvas, Renderer
-from mjsim.sim.lens import intrinsics_of
+from mjsim.sim.imaging.lens import intrinsics_of
 from mjsim.world import Camera, Source, World, parse_world
 
 POSTERS = Path(str(files("mjsim.assets"))) / "posters"

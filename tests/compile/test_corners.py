@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from mjsim.bench.rooms import cast, forwarded
 from mjsim.compile import compile_world
-from mjsim.compile.solids import Faces, Prisms, visible_faces
-from mjsim.compile.walls import wall_boxes
+from mjsim.compile.room.solids import Faces, Prisms, visible_faces
+from mjsim.compile.room.walls import wall_boxes
 from mjsim.geometry import Pose
 from mjsim.interface import Command
 from mjsim.sim import Simulation

@@ -13,7 +13,7 @@ from mjsim.compile.light import dim_light, general_light, lamp_lights, lamps_dra
 from mjsim.compile.model_looks import LookOf
 from mjsim.compile.mujoco_model import compiled
 from mjsim.compile.pictures import add_matte
-from mjsim.compile.stability import drives, likely_cause
+from mjsim.compile.robots.stability import drives, likely_cause
 from mjsim.compile.usd import _plainly_named
 from mjsim.exchange import RobotOptions
 from mjsim.exchange.robots.frame import find_stand
@@ -257,7 +257,7 @@ CAR = """<mujoco><worldbody><body pos="0 0 1"><freejoint/><geom size=".1" contyp
 
 
 def test_a_robot_is_tried_with_speeds_of_both_sides(monkeypatch):
-    from mjsim.compile import stability
+    from mjsim.compile.robots import stability
 
     model, orders = mujoco.MjModel.from_xml_string(CAR.format(1)), []
 

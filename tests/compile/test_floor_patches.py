@@ -6,7 +6,7 @@ import pytest
 
 from mjsim.bench.rooms import forwarded, look_from
 from mjsim.compile import compile_world
-from mjsim.compile.floor import layers
+from mjsim.compile.room.floor import layers
 from mjsim.interface import Command
 from mjsim.sim import Renderer, Simulation
 from mjsim.world import parse_world

@@ -6,7 +6,7 @@ import pytest
 
 from mjsim.compile import compile_world
 from mjsim.sim import Simulation
-from mjsim.sim.instances import instances_of
+from mjsim.sim.rendering.instances import instances_of
 from mjsim.world import parse_world
 
 SHAPES = {

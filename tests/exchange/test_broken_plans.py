@@ -12,8 +12,8 @@ from PIL import Image
 from mjsim.errors import UsageError
 from mjsim.exchange import Reading, bring_file
 from mjsim.exchange.bring import bring_drawing, bring_map
-from mjsim.exchange.grid import read_grid
-from mjsim.exchange.maps import world_from_grid
+from mjsim.exchange.maps.grid import read_grid
+from mjsim.exchange.maps.maps import world_from_grid
 from mjsim.exchange.place import with_robot
 from mjsim.geometry import Pose
 from mjsim.world import Grid

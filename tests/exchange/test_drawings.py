@@ -11,8 +11,8 @@ import pytest
 
 from mjsim.errors import UsageError
 from mjsim.exchange import with_robot, world_from_dxf, world_from_svg
-from mjsim.exchange.svg_in import read_svg
-from mjsim.exchange.svg_tree import made_plain
+from mjsim.exchange.drawings.svg_in import read_svg
+from mjsim.exchange.drawings.svg_tree import made_plain
 from mjsim.world import check_world, segments
 
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" width="210mm" viewBox="0 0 800 600">'

@@ -12,8 +12,8 @@ from scipy.io import savemat
 from mjsim.cli import main
 from mjsim.errors import UsageError
 from mjsim.exchange import bring_file
-from mjsim.exchange.drawing import Drawing, Line
-from mjsim.exchange.plan_in import read_plan
+from mjsim.exchange.drawings.drawing import Drawing, Line
+from mjsim.exchange.drawings.plan_in import read_plan
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1300 1000">{}</svg>'
 

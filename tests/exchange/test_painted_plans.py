@@ -8,8 +8,8 @@ import pytest
 import shapely
 from shapely import box
 
-from mjsim.exchange.plan_in import FloorPlan, read_plan
-from mjsim.exchange.svg_in import read_svg
+from mjsim.exchange.drawings.plan_in import FloorPlan, read_plan
+from mjsim.exchange.drawings.svg_in import read_svg
 from mjsim.world import World, solid
 
 

@@ -6,13 +6,20 @@ import numpy as np
 import pytest
 
 from mjsim.errors import UsageError
-from mjsim.exchange.drawing import Drawing, Line
-from mjsim.exchange.openings import Hole, doors_and_windows, lines_through, with_openings
-from mjsim.exchange.plan_in import read_plan
-from mjsim.exchange.shapes import Bar
-from mjsim.exchange.sorting import by_pen, cleared, length_of_lines, sorted_lines, with_large_rooms, with_rooms
-from mjsim.exchange.strokes import Pieces, split
-from mjsim.exchange.symbols import with_symbols, without_leaves
+from mjsim.exchange.drawings.drawing import Drawing, Line
+from mjsim.exchange.drawings.openings import Hole, doors_and_windows, lines_through, with_openings
+from mjsim.exchange.drawings.plan_in import read_plan
+from mjsim.exchange.drawings.sorting import (
+    by_pen,
+    cleared,
+    length_of_lines,
+    sorted_lines,
+    with_large_rooms,
+    with_rooms,
+)
+from mjsim.exchange.drawings.strokes import Pieces, split
+from mjsim.exchange.drawings.symbols import with_symbols, without_leaves
+from mjsim.exchange.maps.shapes import Bar
 from mjsim.exchange.text import world_text
 from mjsim.world import Beacon, Wall, World, parse_world
 
@@ -196,7 +203,7 @@ def test_door_symbols_are_known_by_their_swing_and_windows_by_their_panes():
     ],
 )
 def test_drawings_without_walls_are_refused(lines, said):
-    from mjsim.exchange import plan_in
+    from mjsim.exchange.drawings import plan_in
 
     limit = 2 * plan_in.MAX_CORNERS
     said = said.replace("40001", str(limit + 1))

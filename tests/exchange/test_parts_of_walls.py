@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from mjsim.exchange import write_sdf
-from mjsim.exchange.corners import runs_of
-from mjsim.exchange.faces import merged, paired
-from mjsim.exchange.shapes import Bar, bar_between
-from mjsim.exchange.strokes import Pieces, arc_through, is_door_arc, patterned, runs, split
+from mjsim.exchange.drawings.faces import merged, paired
+from mjsim.exchange.drawings.strokes import Pieces, arc_through, is_door_arc, patterned, runs, split
+from mjsim.exchange.maps.corners import runs_of
+from mjsim.exchange.maps.shapes import Bar, bar_between
 from mjsim.models import any_picture_size
 from mjsim.models.pictures import orientation
 from mjsim.world import parse_world

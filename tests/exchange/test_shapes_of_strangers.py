@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 import shapely
 
-from mjsim.exchange.dxf_in import read_dxf
-from mjsim.exchange.plan_in import FloorPlan, read_plan
-from mjsim.exchange.svg_in import read_svg
+from mjsim.exchange.drawings.dxf_in import read_dxf
+from mjsim.exchange.drawings.plan_in import FloorPlan, read_plan
+from mjsim.exchange.drawings.svg_in import read_svg
 from mjsim.world import World, solid
 
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" width="8000" height="4000">'

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from mjsim.geometry import Pose, Pose3
-from mjsim.logs.bag_clocks import Clocks
-from mjsim.logs.bag_order import set_backs
+from mjsim.logs.bags.bag_clocks import Clocks
+from mjsim.logs.bags.bag_order import set_backs
 from tests.bags import START, new_bag
 from tests.real_logs import imported
 

@@ -8,7 +8,7 @@ import pytest
 import mjsim
 from mjsim.geometry import Pose, Pose3, wrap_angles
 from mjsim.logs import Wishes
-from mjsim.logs.bag_gps import Fix, east_north
+from mjsim.logs.bags.bag_gps import Fix, east_north
 from tests.bags import START, new_bag
 from tests.real_logs import imported
 

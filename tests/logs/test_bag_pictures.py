@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from mjsim.interface import Intrinsics
-from mjsim.logs.bag_messages import intrinsics_of, unread_lens
-from mjsim.logs.bag_pictures import depth_of, frame_of, size_of
+from mjsim.logs.bags.bag_messages import intrinsics_of, unread_lens
+from mjsim.logs.bags.bag_pictures import depth_of, frame_of, size_of
 from mjsim.record import filed_frame
-from mjsim.record.logged_frame import decode_picture
+from mjsim.record.drawn.logged_frame import decode_picture
 
 
 class _Image:

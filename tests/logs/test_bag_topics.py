@@ -3,7 +3,7 @@
 import pytest
 
 from mjsim.errors import UsageError
-from mjsim.logs.bag_topics import robots_of
+from mjsim.logs.bags.bag_topics import robots_of
 
 ODOMETRY, SCAN = "nav_msgs/msg/Odometry", "sensor_msgs/msg/LaserScan"
 

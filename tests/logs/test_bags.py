@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import mjsim
-from mjsim.algorithms.ekf_slam import EkfSlam
+from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam
 from mjsim.geometry import Pose, Pose3
 from mjsim.logs import Wishes
-from mjsim.logs.bag_file import Bag as RosBag
-from mjsim.logs.bag_file import BagMessages
+from mjsim.logs.bags.bag_file import Bag as RosBag
+from mjsim.logs.bags.bag_file import BagMessages
 from mjsim.run import drivers_of
 from mjsim.video.views import scene_pictures
 from tests.bags import FORMS, START, Bag, new_bag

@@ -13,7 +13,7 @@ from mjsim.datasets import export_carmen, export_rosbag2
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose
 from mjsim.logs import Wishes
-from mjsim.logs.carmen import read_carmen
+from mjsim.logs.formats.carmen import read_carmen
 from mjsim.record import export_tum
 from tests.real_logs import circle, imported, run_command
 

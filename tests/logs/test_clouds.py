@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mjsim.logs.bag_clouds import LONGEST_TURN, cloud_of, end_of
+from mjsim.logs.bags.bag_clouds import LONGEST_TURN, cloud_of, end_of
 
 NUMBERS = {"i1": 1, "u1": 2, "i2": 3, "u2": 4, "i4": 5, "u4": 6, "f4": 7, "f8": 8}
 POINTS = np.array([[1.0, 2.0, 3.0], [0.0, 0.0, 0.0], [4.0, -5.0, 6.0], [np.nan, 1.0, 1.0], [7.0, 8.0, 9.0]])

@@ -9,13 +9,20 @@ import pytest
 
 from mjsim.errors import UsageError
 from mjsim.interface import Scan
-from mjsim.logs.bag_order import set_backs
-from mjsim.logs.bag_pictures import _picture, shown_depth
-from mjsim.logs.carmen import _Found, _take
-from mjsim.logs.log import Mount
-from mjsim.logs.merge import MotionNoise, motions, restarts_of, track_motions, track_of, unknown_motion
-from mjsim.logs.mrclam import _number, _numbers
-from mjsim.logs.sweep import swept
+from mjsim.logs.bags.bag_order import set_backs
+from mjsim.logs.bags.bag_pictures import _picture, shown_depth
+from mjsim.logs.formats.carmen import _Found, _take
+from mjsim.logs.formats.mrclam import _number, _numbers
+from mjsim.logs.resampling.log import Mount
+from mjsim.logs.resampling.merge import (
+    MotionNoise,
+    motions,
+    restarts_of,
+    track_motions,
+    track_of,
+    unknown_motion,
+)
+from mjsim.logs.resampling.sweep import swept
 
 
 def image(encoding: str, rows: np.ndarray, *, height: int = 4, width: int = 6, big: bool = False, pad: int = 3):

@@ -7,11 +7,11 @@ from mjsim.errors import RecordingError, UsageError
 from mjsim.logs import data_sets
 from mjsim.logs.importing import limits_of as limits_of_log
 from mjsim.logs.importing import put_together
-from mjsim.logs.merge import MotionNoise
-from mjsim.logs.origin import near_origin
-from mjsim.logs.output import Output, SentFile
-from mjsim.logs.robot_log import RobotLog
-from mjsim.logs.ticks import cut, name_from
+from mjsim.logs.resampling.merge import MotionNoise
+from mjsim.logs.resampling.origin import near_origin
+from mjsim.logs.resampling.output import Output, SentFile
+from mjsim.logs.resampling.robot_log import RobotLog
+from mjsim.logs.resampling.ticks import cut, name_from
 
 
 def test_pieces_of_a_recording_are_handed_on_in_order(tmp_path):
@@ -129,8 +129,8 @@ def test_options_of_data_sets_reach_their_reader(monkeypatch):
     data_sets.import_victoria_park("d", rate_hz=6.0, begin=3.0, seconds=4.0)
     (first, keys), (second, plain) = asked
     assert (first[0], second[0]) == (
-        "mjsim.logs.mrclam:convert_mrclam",
-        "mjsim.logs.victoria_park:convert_victoria_park",
+        "mjsim.logs.formats.mrclam:convert_mrclam",
+        "mjsim.logs.formats.victoria_park:convert_victoria_park",
     )
     wishes = first[2]
     assert (wishes.rate_hz, wishes.begin, wishes.seconds, list(wishes.robots), wishes.known_map) == (

@@ -9,12 +9,12 @@ import pytest
 
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose3
-from mjsim.logs.bag_clocks import Clocks
-from mjsim.logs.bag_frames import FrameTree, is_base, is_odometry, level_mount, matrix_of, mount_of
-from mjsim.logs.bag_messages import imu_of, is_clockwise, limits_of, scan_of
-from mjsim.logs.bag_order import FileOrder, InFileOrder, going_on, set_backs
-from mjsim.logs.csv_table import headings_in
-from mjsim.logs.description import Description
+from mjsim.logs.bags.bag_clocks import Clocks
+from mjsim.logs.bags.bag_frames import FrameTree, is_base, is_odometry, level_mount, matrix_of, mount_of
+from mjsim.logs.bags.bag_messages import imu_of, is_clockwise, limits_of, scan_of
+from mjsim.logs.bags.bag_order import FileOrder, InFileOrder, going_on, set_backs
+from mjsim.logs.files.csv_table import headings_in
+from mjsim.logs.formats.description import Description
 
 
 def laser(ranges: list[float], **keys: object) -> Message:

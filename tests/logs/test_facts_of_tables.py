@@ -10,9 +10,9 @@ from mjsim.errors import UsageError
 from mjsim.interface import CameraFrame, Intrinsics, Observation, Odometry, Sighting
 from mjsim.logs import Wishes, calibration, write_log
 from mjsim.logs.calibration import Calibration, MotionCalibration, SightingCalibration, noise_text
-from mjsim.logs.columns import is_description, read_columns
-from mjsim.logs.merge import MotionNoise
+from mjsim.logs.formats.columns import is_description, read_columns
 from mjsim.logs.observed import _cameras
+from mjsim.logs.resampling.merge import MotionNoise
 from tests.logs.test_tables import LOG, MARKS, write_tables
 
 SCAN = "{file: scan.csv, time: t, ranges: r_, from_deg: 0, step_deg: 1, range: [0.1, 8]}"

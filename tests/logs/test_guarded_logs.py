@@ -12,12 +12,12 @@ from mcap.reader import make_reader
 import mjsim
 from mjsim.errors import MjsimError, UsageError
 from mjsim.guarded import Reader
-from mjsim.logs.csv_table import read_csv
+from mjsim.logs.files.csv_table import read_csv
+from mjsim.logs.files.table import read_table
+from mjsim.logs.files.text import lines_of
 from mjsim.logs.importing import limits_of, put_together
-from mjsim.logs.output import Output
-from mjsim.logs.table import read_table
-from mjsim.logs.text import lines_of
-from mjsim.logs.wishes import Wishes
+from mjsim.logs.resampling.output import Output
+from mjsim.logs.resampling.wishes import Wishes
 from mjsim.record import reserve_whole
 from tests.logs import hostile
 from tests.real_logs import imported, write_mrclam
@@ -163,7 +163,7 @@ def test_a_recording_that_grows_without_end_is_refused(place, tmp_path):
 
 @pytest.mark.parametrize("suffix", [".gz", ".xz", ".bz2"])
 def test_a_text_that_unpacks_to_too_much_is_refused_and_a_long_one_is_read(suffix, tmp_path, monkeypatch):
-    monkeypatch.setattr("mjsim.logs.text.UNPACKED", 1 << 20)
+    monkeypatch.setattr("mjsim.logs.files.text.UNPACKED", 1 << 20)
     path = hostile.packed(tmp_path / f"run.log{suffix}", bytes(4095) + b"\n", 3)
     with pytest.raises(UsageError, match="unpacks to more than 20 times its size; unpack it yourself"):
         list(lines_of(path))

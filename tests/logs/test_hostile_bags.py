@@ -12,7 +12,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, Pose3
-from mjsim.logs.bag_file import Bag as RosBag
+from mjsim.logs.bags.bag_file import Bag as RosBag
 from tests.bags import START, Bag, new_bag, write_scans, zstd
 from tests.real_logs import imported
 

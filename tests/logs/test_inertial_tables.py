@@ -5,10 +5,10 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from mjsim.logs.bag_contents import Contents
-from mjsim.logs.bag_file import Bag
-from mjsim.logs.bag_topics import robots_of
-from mjsim.logs.readings import InertialTable, sensors_of, stamps_of
+from mjsim.logs.bags.bag_contents import Contents
+from mjsim.logs.bags.bag_file import Bag
+from mjsim.logs.bags.bag_topics import robots_of
+from mjsim.logs.resampling.readings import InertialTable, sensors_of, stamps_of
 from tests.bags import START, new_bag
 from tests.real_logs import imported
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import mjsim
-from mjsim.algorithms.ekf_slam import EkfSlam
+from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, places_at, wrap_angle, wrap_angles
 from mjsim.logs import Wishes
-from mjsim.logs.antenna import car_poses
-from mjsim.logs.merge import MotionNoise, motions
+from mjsim.logs.files.antenna import car_poses
+from mjsim.logs.resampling.merge import MotionNoise, motions
 from mjsim.report import statistics
 from tests.real_logs import (
     CAR,

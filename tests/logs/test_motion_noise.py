@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mjsim.logs.merge import (
+from mjsim.logs.resampling.merge import (
     GAP,
     PIVOT,
     STEPS,

@@ -13,8 +13,8 @@ import mjsim
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, Pose3
 from mjsim.logs import Wishes
-from mjsim.logs.bag_file import Bag as RosBag
-from mjsim.logs.bag_frames import matrix_of
+from mjsim.logs.bags.bag_file import Bag as RosBag
+from mjsim.logs.bags.bag_frames import matrix_of
 from tests.bags import START, new_bag, write_scans
 from tests.real_logs import imported, run_command
 

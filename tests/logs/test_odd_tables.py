@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mjsim
-from mjsim.algorithms.ekf_slam import EkfSlam
+from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam
 from mjsim.errors import MjsimError, UsageError
 from tests.real_logs import imported
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mjsim.errors import UsageError
-from mjsim.logs.bag_file import Bag
+from mjsim.logs.bags.bag_file import Bag
 from tests.bags import write_scans
 from tests.real_logs import imported
 

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from mjsim.logs.rvl import unpack_rvl
+from mjsim.logs.bags.rvl import unpack_rvl
 from tests.bags import START, new_bag
 from tests.real_logs import imported
 

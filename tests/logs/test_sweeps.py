@@ -8,8 +8,8 @@ import pytest
 from mjsim.geometry import Pose, Pose3
 from mjsim.interface import Scan
 from mjsim.logs import Wishes
-from mjsim.logs.log import Mount
-from mjsim.logs.sweep import swept
+from mjsim.logs.resampling.log import Mount
+from mjsim.logs.resampling.sweep import swept
 from tests.bags import START, new_bag
 from tests.real_logs import imported
 

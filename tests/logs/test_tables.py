@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 import mjsim
-from mjsim.algorithms.ekf_slam import EkfSlam
+from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam
 from mjsim.errors import MjsimError, UsageError
 from mjsim.geometry import Pose
 from mjsim.interface import Message, Observation, Odometry, Scan, Sighting, WheelTicks
 from mjsim.logs import Wishes, write_log
-from mjsim.logs.columns import read_columns
-from mjsim.logs.csv_table import read_csv
+from mjsim.logs.files.csv_table import read_csv
+from mjsim.logs.formats.columns import read_columns
 from mjsim.run import drivers_of
 from tests.real_logs import circle, imported, run_command
 

@@ -8,7 +8,7 @@ import pytest
 
 from mjsim.bench.odd_pictures import encoded, odd_pictures
 from mjsim.models import picture_size, read_picture, shown_size
-from mjsim.record.map import map_update
+from mjsim.record.drawn.map import map_update
 from mjsim.world import Source, parse_world
 
 BENT = np.random.default_rng(1).integers(0, 255, (8, 12, 3), dtype=np.uint8)

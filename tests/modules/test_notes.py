@@ -5,7 +5,7 @@ import pytest
 import mjsim
 from mjsim.cli import main
 from mjsim.modules import notes_on, unfed_modules
-from mjsim.web.parsed import parsed
+from mjsim.web.worlds.parsed import parsed
 from mjsim.world import Source, shipped_worlds
 
 NOISE = "odometry: {noise: {distance: 0, turn: 0}}"

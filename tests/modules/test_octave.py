@@ -13,8 +13,8 @@ import mjsim
 from mjsim.cli import main
 from mjsim.interface import octave_names
 from mjsim.modules import check_modules, foreign_code, make_module, missing_modules, offers_in, user_files
-from mjsim.web.answers import RefusedError
-from mjsim.web.trust import Trust
+from mjsim.web.server.answers import RefusedError
+from mjsim.web.worlds.trust import Trust
 from mjsim.world import Source, Use, parse_world
 from tests.children import child
 from tests.modules.octave_room import HEADS, ROOM, needs_octave, world_of, written

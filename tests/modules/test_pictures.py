@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 
 import mjsim
-from mjsim.algorithms import picture_quality
+from mjsim.algorithms.beacon_vision import picture_quality
 from mjsim.bench.odd_pictures import drawing, odd_pictures, png
 from mjsim.cli import main
 from mjsim.modules import check_pictures, judge_images, judge_pictures, pictures
-from mjsim.web.parsed import parsed
+from mjsim.web.worlds.parsed import parsed
 from mjsim.world import Source, World, load_world, parse_world
 
 WORLDS = Path(__file__).parents[2] / "worlds"

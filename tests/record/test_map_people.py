@@ -3,7 +3,7 @@
 import pytest
 
 import mjsim
-from mjsim.record.map import map_update
+from mjsim.record.drawn.map import map_update
 
 
 @pytest.mark.slow

@@ -87,7 +87,7 @@ def test_several_folders_are_groups_of_their_names(pair, tmp_path):
 
 
 def test_modules_given_in_python_are_told_by_the_recording(tmp_path):
-    from mjsim.algorithms.ekf_slam import EkfSlam
+    from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam
     from mjsim.algorithms.filterpy_slam import FilterpySlam
 
     files = [

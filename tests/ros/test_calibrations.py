@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mjsim.interface import Intrinsics
-from mjsim.logs.bag_messages import intrinsics_of
+from mjsim.logs.bags.bag_messages import intrinsics_of
 from mjsim.ros.messages import camera_info
 
 RATIONAL = (0.3, -0.2, 0.001, -0.002, 0.05, 0.6, -0.1, 0.02)

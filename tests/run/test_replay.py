@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import mjsim
-from mjsim.algorithms.beacon_vision import BeaconVision
+from mjsim.algorithms.beacon_vision.beacon_vision import BeaconVision
 from mjsim.algorithms.constant import ConstantCommand
-from mjsim.algorithms.ekf_slam import EkfSlam
+from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam
 from mjsim.algorithms.lidar_slam import LidarSlam
 from mjsim.algorithms.monte_carlo import MonteCarloLocalization
 from mjsim.cli import main

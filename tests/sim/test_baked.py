@@ -10,11 +10,12 @@ import pytest
 from mjsim.bench.rooms import forwarded, look_from
 from mjsim.compile import compile_world, compiled, dim_lamp, dim_light
 from mjsim.light import ALWAYS, DOOR, GENERAL, LAMP, LightProbes, bake, linear
-from mjsim.sim import Onlooker, Playback, Renderer, Simulation, lit_check
-from mjsim.sim.canvas import Canvas
-from mjsim.sim.light_weights import DOOR_STEPS, LightWeights
-from mjsim.sim.lit_scene import LitScene
-from mjsim.sim.merged import UNSEEN
+from mjsim.sim import Onlooker, Playback, Renderer, Simulation
+from mjsim.sim.rendering import lit_check
+from mjsim.sim.rendering.canvas import Canvas
+from mjsim.sim.rendering.light_weights import DOOR_STEPS, LightWeights
+from mjsim.sim.rendering.lit_scene import LitScene
+from mjsim.sim.rendering.merged import UNSEEN
 from mjsim.world import parse_world
 from tests.sim.evenly_lit import evenly_lit
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import mjsim
-from mjsim.algorithms.parameter_learning import largest_inertia, steady_inertia
+from mjsim.algorithms.estimation.parameter_learning import largest_inertia, steady_inertia
 from mjsim.world import parse_world
 
 SCARA = (

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mjsim.sim.followers import FASTEST, Blend
+from mjsim.sim.mechanisms.followers import FASTEST, Blend
 
 
 def ways_of(blend):

@@ -9,7 +9,7 @@ import pytest
 
 from mjsim.compile import compile_world, export_scene, merged_into
 from mjsim.sim import Canvas, Merged, Renderer, Simulation, glb_bytes
-from mjsim.sim.instances import instances_of
+from mjsim.sim.rendering.instances import instances_of
 from mjsim.world import parse_world
 
 ASSETS = Path(__file__).parents[2] / "assets"

@@ -8,8 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation as Turn
 
 from mjsim.compile import compile_world
-from mjsim.sim.grasps import Along, Rotation, SingleValue, grasp_of, period_of, shorter, yielding
-from mjsim.sim.mechanism_state import Places
+from mjsim.sim.mechanisms.grasps import Along, Rotation, SingleValue, grasp_of, period_of, shorter, yielding
+from mjsim.sim.mechanisms.mechanism_state import Places
 from mjsim.world import parse_world
 
 BODIES = "bodies: [{name: rod, rod: [1.0, 0.05], mass: 2}, {name: tip, rod: [0.5, 0.05], mass: 1}]"

@@ -5,7 +5,8 @@ import pytest
 
 from mjsim.bench.scenes import office, office_places
 from mjsim.geometry import Pose
-from mjsim.sim import Renderer, Simulation, hiding
+from mjsim.sim import Renderer, Simulation
+from mjsim.sim.rendering import hiding
 from mjsim.world import parse_world
 
 pytestmark = pytest.mark.slow

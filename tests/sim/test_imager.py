@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from mjsim.sim.imager import Imager, PlainImager, imager_of, specks, vignette
-from mjsim.sim.light_response import light_for
-from mjsim.sim.pixel_noise import PixelNoise
+from mjsim.sim.imaging.imager import Imager, PlainImager, imager_of, specks, vignette
+from mjsim.sim.imaging.light_response import light_for
+from mjsim.sim.imaging.pixel_noise import PixelNoise
 from mjsim.world import Camera
 
 WIDE, TALL = 96, 72

@@ -9,7 +9,8 @@ import mjsim
 from mjsim.compile import compile_world
 from mjsim.errors import WorldError
 from mjsim.interface import Command, PointCloud
-from mjsim.sim import Simulation, batch_rays
+from mjsim.sim import Simulation
+from mjsim.sim.rays import batch_rays
 from mjsim.world import parse_world, with_settings
 
 ROOM = """

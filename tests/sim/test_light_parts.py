@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from mjsim.light import ALWAYS, DOOR, GENERAL, LAMP, BakedLight, LightGroup, LightProbes, coded
-from mjsim.sim.contact_shadows import SIDE, shadows_of
-from mjsim.sim.light_mix import LightMix
+from mjsim.sim.rendering.contact_shadows import SIDE, shadows_of
+from mjsim.sim.rendering.light_mix import LightMix
 
 GAMMA = 2.2
 

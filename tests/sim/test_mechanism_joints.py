@@ -6,7 +6,7 @@ import mujoco
 import pytest
 
 from mjsim.compile.joints import add_joint, add_motor
-from mjsim.sim.joints import Joints
+from mjsim.sim.script.joints import Joints
 from mjsim.world import MotorJoint
 
 DRAWER = MotorJoint(

@@ -9,14 +9,14 @@ import pytest
 from mjsim.errors import OpenGLError, how_to_install
 from mjsim.gl_request import hide_request_from_mujoco, requested_backend
 from mjsim.sim import BACKENDS, choose_backend, make_context
-from mjsim.sim.opengl import APT_LINE, CHECKOUT
-from mjsim.sim.osmesa import has_package, system_osmesa
+from mjsim.sim.gl.opengl import APT_LINE, CHECKOUT
+from mjsim.sim.gl.osmesa import has_package, system_osmesa
 from tests.children import completed
 
 DRAW_A_RED_WALL = """
 from mjsim.errors import OpenGLError
-from mjsim.sim.opengl import choose_backend
-from mjsim.sim.renderer import Renderer
+from mjsim.sim.gl.opengl import choose_backend
+from mjsim.sim.rendering.renderer import Renderer
 import mujoco
 try:
     backend = choose_backend()

@@ -13,7 +13,7 @@ from mjsim.bench.rooms import GALLERY, beacon_corners, cast, forwarded, look_fro
 from mjsim.compile import compile_world
 from mjsim.interface import Intrinsics
 from mjsim.sim import Renderer
-from mjsim.sim.lens import intrinsics_of
+from mjsim.sim.imaging.lens import intrinsics_of
 from mjsim.sim.sensors import robot_from_camera
 from mjsim.world import Source, World, load_world, parse_world
 

@@ -12,7 +12,7 @@ from mjsim.closing import join
 from mjsim.compile import compile_world
 from mjsim.errors import UsageError
 from mjsim.sim import Canvas, OnboardCamera, Renderer, streams_of
-from mjsim.sim.lens import intrinsics_of
+from mjsim.sim.imaging.lens import intrinsics_of
 from mjsim.sim.sensors import robot_from_camera, ticks_between
 from mjsim.world import Camera, World, parse_world
 

@@ -9,9 +9,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mjsim.compile import compile_world
-from mjsim.sim.hiding import Hiding, _clipped
-from mjsim.sim.playback import BEFORE, avoid_walls
-from mjsim.sim.shutter import Shutter
+from mjsim.sim.imaging.shutter import Shutter
+from mjsim.sim.rendering.hiding import Hiding, _clipped
+from mjsim.sim.states.playback import BEFORE, avoid_walls
 from mjsim.world import parse_world
 
 ROOM = """

@@ -23,7 +23,7 @@ def test_the_example_of_the_page_of_sensors_runs_as_it_says(capsys):
 
 
 def test_every_key_of_every_sensor_stands_in_the_world_with_all_of_them_or_on_the_page():
-    from mjsim.world.items.sensors import SENSOR_KINDS
+    from mjsim.world.items.sensing.sensors import SENSOR_KINDS
 
     told = (ROOT / "docs" / "sensors.md").read_text(encoding="utf-8") + (ROOT / "worlds" / "sensors.yaml").read_text()
     for model in SENSOR_KINDS.values():

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from mjsim.interface import CameraFrame
 from mjsim.sim import Canvas, OnboardCamera, Simulation, streams_of
-from mjsim.sim.lens import intrinsics_of
-from mjsim.sim.stereo import StereoDepth
+from mjsim.sim.imaging.lens import intrinsics_of
+from mjsim.sim.imaging.stereo import StereoDepth
 from mjsim.world import Camera, Stereo, parse_world
 
 WIDE, TALL = 160, 120

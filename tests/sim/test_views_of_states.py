@@ -8,7 +8,7 @@ import pytest
 from mjsim.errors import UsageError
 from mjsim.sim import Onlooker, Orbit, Playback
 from mjsim.world import Looks, parse_world
-from mjsim.world.items.events import LightEvent
+from mjsim.world.items.timeline.events import LightEvent
 
 WORLD = parse_world(
     """

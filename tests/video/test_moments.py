@@ -8,8 +8,8 @@ import pytest
 import mjsim
 from mjsim.video.film import frame_rows, write_film
 from mjsim.video.moment import moments
-from mjsim.web.measured import SHOWN_FOR, SensorPast
-from mjsim.web.reviewing import row_json
+from mjsim.web.review.reviewing import row_json
+from mjsim.web.run.measured import SHOWN_FOR, SensorPast
 from mjsim.world import parse_world
 
 WORLD = parse_world(

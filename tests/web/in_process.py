@@ -6,8 +6,8 @@ import json
 import httpx
 from starlette.applications import Starlette
 
-from mjsim.web.connections import Connections, Limits
-from mjsim.web.folder import Folder
+from mjsim.web.server.connections import Connections, Limits
+from mjsim.web.worlds.folder import Folder
 
 PATIENCE = 10.0
 ROOM = """mjsim: 1

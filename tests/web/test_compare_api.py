@@ -9,11 +9,11 @@ import pytest
 import mjsim
 from mjsim.bench.entering import client_of
 from mjsim.report import compare, comparison_csv, mean_rows, metrics
-from mjsim.web.comparing import compared_json
-from mjsim.web.files import listed
-from mjsim.web.folder import Folder
-from mjsim.web.review_api import ReviewApi
-from mjsim.web.server import Server
+from mjsim.web.review.comparing import compared_json
+from mjsim.web.review.review_api import ReviewApi
+from mjsim.web.server.server import Server
+from mjsim.web.worlds.files import listed
+from mjsim.web.worlds.folder import Folder
 
 ROOM = """
 mjsim: 1
@@ -118,7 +118,7 @@ def test_poses_that_are_not_known_are_gaps(folder):
 
 
 def test_of_many_runs_the_median_is_drawn_and_the_paths_of_as_many_as_can_be_told_apart(tmp_path, monkeypatch):
-    monkeypatch.setattr("mjsim.web.comparing.MAX_PATHS", 4)
+    monkeypatch.setattr("mjsim.web.review.comparing.MAX_PATHS", 4)
     for seed in range(1, 6):
         with mjsim.Simulation(mjsim.parse_world(ROOM), seed=seed) as sim:
             mjsim.run(sim, seconds=0.2, record=tmp_path / f"run-{seed}.mcap")

@@ -14,13 +14,13 @@ import pytest
 from starlette.routing import Route
 
 from mjsim.bench.entering import client_of, cookie_of
-from mjsim.web.answers import answer_get
-from mjsim.web.connections import Limits
-from mjsim.web.folder import Folder
-from mjsim.web.run_api import RunApi
-from mjsim.web.server import Server
-from mjsim.web.static_page import page_routes
-from mjsim.web.trust import Trust
+from mjsim.web.run.run_api import RunApi
+from mjsim.web.server.answers import answer_get
+from mjsim.web.server.connections import Limits
+from mjsim.web.server.server import Server
+from mjsim.web.server.static_page import page_routes
+from mjsim.web.worlds.folder import Folder
+from mjsim.web.worlds.trust import Trust
 from mjsim.world import parse_world
 from tests.browser import browser
 from tests.children import child

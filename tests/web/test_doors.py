@@ -7,13 +7,20 @@ from types import SimpleNamespace
 import pytest
 
 from mjsim.errors import UsageError
-from mjsim.web import token_penalty
-from mjsim.web.connections import LONGEST_COOKIE, MAX_COOKIES, Connections, Limits, Visitor, _upgrade_headers
-from mjsim.web.entrance import Entrance
-from mjsim.web.keys import LIFETIME, SHORTEST, Keys
-from mjsim.web.local import HEADERS, SameOrigin
-from mjsim.web.peer import peer_of
-from mjsim.web.token_penalty import AT_ONCE, FORGIVEN, MAX_PEERS, Penalty, delay
+from mjsim.web.server import token_penalty
+from mjsim.web.server.connections import (
+    LONGEST_COOKIE,
+    MAX_COOKIES,
+    Connections,
+    Limits,
+    Visitor,
+    _upgrade_headers,
+)
+from mjsim.web.server.entrance import Entrance
+from mjsim.web.server.keys import LIFETIME, SHORTEST, Keys
+from mjsim.web.server.local import HEADERS, SameOrigin
+from mjsim.web.server.peer import peer_of
+from mjsim.web.server.token_penalty import AT_ONCE, FORGIVEN, MAX_PEERS, Penalty, delay
 from tests.loops import in_a_loop
 
 PORT = 8123

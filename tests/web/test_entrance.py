@@ -14,9 +14,9 @@ from websockets.sync.client import connect
 from mjsim.bench.entering import client_of, cookie_of, socket_of
 from mjsim.errors import UsageError
 from mjsim.web import LiveView
-from mjsim.web.keys import LIFETIME, MAX_PASSES, MAX_SESSIONS, Keys
+from mjsim.web.server.keys import LIFETIME, MAX_PASSES, MAX_SESSIONS, Keys
+from mjsim.web.server.token_penalty import AT_ONCE, FIRST, LONGEST, Penalty, delay
 from mjsim.web.studio import Studio
-from mjsim.web.token_penalty import AT_ONCE, FIRST, LONGEST, Penalty, delay
 from mjsim.world import parse_world
 from tests.loops import in_a_loop
 from tests.strangers import as_stranger, ended, fork, other_user

@@ -6,7 +6,7 @@ import threading
 import pytest
 from playwright.sync_api import expect
 
-from mjsim.web.browser import BrowserOpener
+from mjsim.web.server.browser import BrowserOpener
 from mjsim.web.studio import Studio
 from tests.windows import PATIENCE, page_at
 

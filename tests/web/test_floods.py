@@ -10,7 +10,7 @@ import pytest
 
 from mjsim.bench.entering import client_of, cookie_of
 from mjsim.web import Studio
-from mjsim.web.connections import MAX_FRAGMENTS
+from mjsim.web.server.connections import MAX_FRAGMENTS
 
 pytestmark = pytest.mark.slow  # Each starts a server.
 

@@ -6,9 +6,9 @@ import pytest
 
 from mjsim.errors import UsageError
 from mjsim.modules import foreign_code
-from mjsim.web.answers import RefusedError
-from mjsim.web.folder import LONGEST, Folder
-from mjsim.web.trust import Trust
+from mjsim.web.server.answers import RefusedError
+from mjsim.web.worlds.folder import LONGEST, Folder
+from mjsim.web.worlds.trust import Trust
 from mjsim.world import load_world
 
 

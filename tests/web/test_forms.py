@@ -9,18 +9,18 @@ import pytest
 
 from mjsim.geometry import Pose, wrap_angle
 from mjsim.interface import ShownGrid, ShownLines, ShownPoints, ShownText
-from mjsim.web.answers import RefusedError
-from mjsim.web.fields import DEEPEST, LONGEST, numbers_in
-from mjsim.web.files import new_world, read_world, source_of, stamp_of
-from mjsim.web.folder import Folder
-from mjsim.web.history import plain, track_json
-from mjsim.web.looks import look_at
-from mjsim.web.mechanism_poses import moved, sliders, start_values
-from mjsim.web.pictures import LARGEST, _plain, _within, bring_picture, decoded, encoded, small_picture
-from mjsim.web.review_api import _number
-from mjsim.web.shipped import SHIPPED, is_shipped, shipped
-from mjsim.web.shots import depth_shown, instance_colour
-from mjsim.web.showing import shown_json
+from mjsim.web.review.fields import DEEPEST, LONGEST, numbers_in
+from mjsim.web.review.review_api import _number
+from mjsim.web.run.history import plain, track_json
+from mjsim.web.run.shots import depth_shown, instance_colour
+from mjsim.web.run.showing import shown_json
+from mjsim.web.server.answers import RefusedError
+from mjsim.web.worlds.files import new_world, read_world, source_of, stamp_of
+from mjsim.web.worlds.folder import Folder
+from mjsim.web.worlds.looks import look_at
+from mjsim.web.worlds.mechanism_poses import moved, sliders, start_values
+from mjsim.web.worlds.pictures import LARGEST, _plain, _within, bring_picture, decoded, encoded, small_picture
+from mjsim.web.worlds.shipped import SHIPPED, is_shipped, shipped
 from mjsim.world import parse_world
 
 

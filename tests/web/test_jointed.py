@@ -5,7 +5,7 @@ import pytest
 
 import mjsim
 from mjsim.geometry import Pose3
-from mjsim.web.jointed import drawn_bodies, grips_json, joints_json
+from mjsim.web.run.jointed import drawn_bodies, grips_json, joints_json
 
 WORLD = """
 robots:
@@ -36,7 +36,7 @@ def grips(world, values):
 
 
 def test_a_grip_moves_about_or_along_the_axis_that_is_told(world, monkeypatch):
-    monkeypatch.setattr("mjsim.web.jointed.plain", lambda values, digits=4: np.asarray(values).tolist())
+    monkeypatch.setattr("mjsim.web.run.jointed.plain", lambda values, digits=4: np.asarray(values).tolist())
     rng = np.random.default_rng(0)
     values = {"bars": world.mechanisms[0].assembly.start, "r/arm": rng.uniform(-0.5, 0.5, 6)}
     before = grips(world, values)

@@ -5,11 +5,11 @@ import time
 
 import pytest
 
-from mjsim.web import drafts as kept
-from mjsim.web.answers import RefusedError
-from mjsim.web.drafts import Drafts, drafts_folder
-from mjsim.web.folder import Folder
-from mjsim.web.watch import DiskWatch, named_in, signs_of
+from mjsim.web.server.answers import RefusedError
+from mjsim.web.worlds import drafts as kept
+from mjsim.web.worlds.drafts import Drafts, drafts_folder
+from mjsim.web.worlds.folder import Folder
+from mjsim.web.worlds.watch import DiskWatch, named_in, signs_of
 
 ONE, TWO = "1" * 16, "2" * 16
 
@@ -180,7 +180,7 @@ def test_files_that_a_text_names_are_those_that_look_like_files():
 
 
 def test_a_change_on_disk_is_told_once_it_has_settled_and_once_only(folder, tmp_path):
-    from mjsim.web.files import stamp_of
+    from mjsim.web.worlds.files import stamp_of
 
     world, code = folder.root / "room.yaml", folder.root / "go.py"
     code.write_text("x = 1\n")

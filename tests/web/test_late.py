@@ -6,7 +6,7 @@ import pytest
 from starlette.responses import PlainTextResponse
 from starlette.routing import Route
 
-from mjsim.web.late import LateRoutes, Loaded
+from mjsim.web.server.late import LateRoutes, Loaded
 from tests.loops import in_a_loop
 from tests.web.in_process import asked
 

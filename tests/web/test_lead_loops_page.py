@@ -10,7 +10,7 @@ from playwright.sync_api import expect
 from scipy.spatial.transform import Rotation
 
 import mjsim
-from mjsim.web.jointed import grips_json
+from mjsim.web.run.jointed import grips_json
 from tests.browser import browser as listener
 from tests.web.test_joints_page import keep, running
 from tests.web.test_lead_solids_page import lead, opened

@@ -12,7 +12,7 @@ from websockets.exceptions import ConnectionClosedOK, InvalidStatus
 from mjsim.bench.entering import client_of, cookie_of
 from mjsim.errors import UsageError
 from mjsim.web import LiveView
-from mjsim.web.history import MAX_ROWS, Past
+from mjsim.web.run.history import MAX_ROWS, Past
 from mjsim.world import parse_world
 from tests.browser import PATIENCE, browser
 from tests.record_ticks import hand_made_ticks, hand_made_world

@@ -5,7 +5,7 @@ import pytest
 
 from mjsim.geometry import Pose, Pose3
 from mjsim.interface import PointCloud, Scan
-from mjsim.web.measured import MAX_POINTS, lidar_points
+from mjsim.web.run.measured import MAX_POINTS, lidar_points
 
 MOUNT = np.array([[0.0, -1, 0, 0.2], [1, 0, 0, 0], [0, 0, 1, 0.4], [0, 0, 0, 1]])
 POST = np.array([3.0, 1.0, 1.2])

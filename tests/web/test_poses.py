@@ -2,8 +2,8 @@
 
 import pytest
 
-from mjsim.web.answers import RefusedError
-from mjsim.web.poses import PoseAsk, pose_json
+from mjsim.web.edit.poses import PoseAsk, pose_json
+from mjsim.web.server.answers import RefusedError
 from mjsim.world import Change, edit_text, parse_world
 
 WORLD = """\

@@ -9,8 +9,8 @@ import pytest
 import mjsim
 from mjsim.geometry import Pose
 from mjsim.video import take_picture
-from mjsim.web.answers import RefusedError
-from mjsim.web.preview import Preview, PreviewRequest
+from mjsim.web.edit.preview import Preview, PreviewRequest
+from mjsim.web.server.answers import RefusedError
 
 pytestmark = pytest.mark.slow
 PATIENCE = 60.0

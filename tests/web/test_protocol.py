@@ -7,11 +7,11 @@ import pytest
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 import mjsim
-from mjsim.web.folder import Folder
-from mjsim.web.news import News
-from mjsim.web.run_api import RunApi
-from mjsim.web.server import Server
-from mjsim.web.trust import Trust
+from mjsim.web.run.news import News
+from mjsim.web.run.run_api import RunApi
+from mjsim.web.server.server import Server
+from mjsim.web.worlds.folder import Folder
+from mjsim.web.worlds.trust import Trust
 from tests.browser import browser
 from tests.web.rounds import ROOM, scene, start
 

@@ -13,11 +13,11 @@ import pytest
 import mjsim
 from mjsim.bench.entering import client_of
 from mjsim.sim import SEEN_FROM_OUTSIDE, Playback
-from mjsim.web.folder import Folder
-from mjsim.web.open_recordings import Opened
-from mjsim.web.review_api import ReviewApi
-from mjsim.web.reviewing import row_json
-from mjsim.web.server import Server
+from mjsim.web.review.open_recordings import Opened
+from mjsim.web.review.review_api import ReviewApi
+from mjsim.web.review.reviewing import row_json
+from mjsim.web.server.server import Server
+from mjsim.web.worlds.folder import Folder
 from tests.record_ticks import hand_made_ticks, record
 from tests.solids import names_of
 

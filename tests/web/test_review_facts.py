@@ -12,12 +12,12 @@ from starlette.applications import Starlette
 import mjsim
 from mjsim.geometry import wrap_angle
 from mjsim.record import raw_messages
-from mjsim.web import review_api
-from mjsim.web.fields import column_json, fields_json, numbers_in
-from mjsim.web.folder import Folder
-from mjsim.web.measured import SensorPast
-from mjsim.web.review_api import ReviewApi
-from mjsim.web.reviewing import default_film, events_json, recording_json, row_at, row_json
+from mjsim.web.review import review_api
+from mjsim.web.review.fields import column_json, fields_json, numbers_in
+from mjsim.web.review.review_api import ReviewApi
+from mjsim.web.review.reviewing import default_film, events_json, recording_json, row_at, row_json
+from mjsim.web.run.measured import SensorPast
+from mjsim.web.worlds.folder import Folder
 from tests.loops import in_a_loop
 from tests.record_ticks import DT, ROBOTS, hand_made_ticks, record
 

@@ -9,10 +9,10 @@ from websockets.exceptions import ConnectionClosedOK
 
 import mjsim
 from mjsim.bench.entering import client_of
-from mjsim.web.folder import Folder
-from mjsim.web.run_api import RunApi
-from mjsim.web.server import Server
-from mjsim.web.trust import Trust
+from mjsim.web.run.run_api import RunApi
+from mjsim.web.server.server import Server
+from mjsim.web.worlds.folder import Folder
+from mjsim.web.worlds.trust import Trust
 from tests.browser import browser
 from tests.solids import names_of
 from tests.web.rounds import ROOM, scene, start

@@ -23,8 +23,8 @@ ELSEWHERE = (
         "report/labels.py",
         "report/paired.py",
     ),
-    *("run/falls.py", "run/pilot.py", "session/gate.py", "session/session.py", "world/items/reaching.py"),
-    *("world/check/leading.py", "world/check/movers.py", "world/files/within.py", "world/items/events.py"),
+    *("run/falls.py", "run/pilot.py", "session/gate.py", "session/session.py", "world/items/timeline/reaching.py"),
+    *("world/check/leading.py", "world/check/movers.py", "world/files/within.py", "world/items/timeline/events.py"),
     *("world/edit/apart.py", "world/edit/changes.py", "world/edit/edited_text.py", "world/edit/singles.py"),
 )
 """Other modules whose sentences the page shows."""
@@ -50,7 +50,7 @@ def template(node):
 
 
 def test_each_refusal_of_the_server_is_in_the_table():
-    files = [path for path in (ROOT / "web").glob("*.py") if "RefusedError(" in path.read_text("utf-8")]
+    files = [path for path in (ROOT / "web").rglob("*.py") if "RefusedError(" in path.read_text("utf-8")]
     calls = [
         node for path in files for node in ast.walk(ast.parse(path.read_text("utf-8"))) if isinstance(node, ast.Call)
     ]
@@ -76,7 +76,7 @@ def test_the_sentences_of_the_table_are_those_of_the_server():
     """One that was reworded would never be found."""
     own = [
         path
-        for path in (ROOT / "web").glob("*.py")
+        for path in (ROOT / "web").rglob("*.py")
         if re.search(r"Error\(|SEATED =|def _held", path.read_text("utf-8"))
     ]
     nodes = [

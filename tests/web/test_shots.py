@@ -6,7 +6,7 @@ import pytest
 
 from mjsim.interface import CameraFrame, Intrinsics
 from mjsim.video import INK, PAPER
-from mjsim.web.shots import FAR, NEAR, NOTHING, depth_shown, instance_colour, jpeg, segmentation_shown
+from mjsim.web.run.shots import FAR, NEAR, NOTHING, depth_shown, instance_colour, jpeg, segmentation_shown
 
 WIDE, HIGH = 200, 120
 

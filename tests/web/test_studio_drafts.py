@@ -10,9 +10,9 @@ from websockets.exceptions import InvalidStatus
 
 from mjsim.bench.entering import client_of
 from mjsim.output.whole import LEFT_BEHIND, NEW
-from mjsim.web.drafts import MAX_DRAFTS, OLDEST, Drafts, drafts_folder
-from mjsim.web.folder import Folder
 from mjsim.web.studio import Studio
+from mjsim.web.worlds.drafts import MAX_DRAFTS, OLDEST, Drafts, drafts_folder
+from mjsim.web.worlds.folder import Folder
 from tests.asking import ROOM, told
 from tests.browser import browser
 

@@ -11,8 +11,8 @@ from shapely import Point, Polygon, unary_union
 import mjsim
 from mjsim.bench.entering import client_of
 from mjsim.web import Studio
-from mjsim.web.items import scene_of
-from mjsim.web.modules import KINDS
+from mjsim.web.worlds.items import scene_of
+from mjsim.web.worlds.modules import KINDS
 from mjsim.world import wall_polygons
 
 PATIENCE = 60.0

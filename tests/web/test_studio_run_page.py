@@ -12,7 +12,7 @@ from playwright.sync_api import Page, expect
 
 import mjsim
 from mjsim.web import LiveView, Studio
-from mjsim.web.local import listen
+from mjsim.web.server.local import listen
 from tests.browser import browser as listener
 from tests.children import child
 from tests.windows import PATIENCE, agreed, page_at

@@ -17,10 +17,10 @@ from mjsim.bench.entering import client_of, cookie_of, socket_of
 from mjsim.cli import main
 from mjsim.errors import UsageError
 from mjsim.web import Studio
-from mjsim.web.answers import MAX_JSON
-from mjsim.web.folder import Folder
-from mjsim.web.local import HEADERS
-from mjsim.web.pictures import LARGEST, MAX_BYTES
+from mjsim.web.server.answers import MAX_JSON
+from mjsim.web.server.local import HEADERS
+from mjsim.web.worlds.folder import Folder
+from mjsim.web.worlds.pictures import LARGEST, MAX_BYTES
 
 pytestmark = pytest.mark.slow  # Each starts a server.
 

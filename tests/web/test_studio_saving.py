@@ -91,9 +91,9 @@ def test_a_writer_that_is_killed_leaves_the_old_text_and_what_it_left_is_removed
 REFUSED = """
     import os, sys
     from pathlib import Path
-    from mjsim.web.answers import RefusedError
-    from mjsim.web.files import read_world, save_world
-    from mjsim.web.folder import Folder
+    from mjsim.web.server.answers import RefusedError
+    from mjsim.web.worlds.files import read_world, save_world
+    from mjsim.web.worlds.folder import Folder
 
     folder = Folder(Path(sys.argv[1]))
     stamp = read_world(folder, "room.yaml")[1]
@@ -134,9 +134,9 @@ def test_where_nobody_may_write_a_save_is_refused_in_a_line(shared):
 FULL = """
     import os, sys
     from pathlib import Path
-    from mjsim.web.answers import RefusedError
-    from mjsim.web.files import save_world, stamp_of
-    from mjsim.web.folder import Folder
+    from mjsim.web.server.answers import RefusedError
+    from mjsim.web.worlds.files import save_world, stamp_of
+    from mjsim.web.worlds.folder import Folder
 
     place = Path(sys.argv[1])
     (place / "room.yaml").write_text("mjsim: 1")

@@ -11,7 +11,7 @@ from playwright.sync_api import expect
 import mjsim
 from mjsim.bench.entering import client_of
 from mjsim.web import Studio
-from mjsim.web.items import scene_of
+from mjsim.web.worlds.items import scene_of
 from tests.asking import told
 from tests.windows import PATIENCE, page_at
 

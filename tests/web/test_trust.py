@@ -13,8 +13,8 @@ from mjsim.bench.entering import client_of
 from mjsim.errors import UsageError
 from mjsim.run import drivers_of
 from mjsim.web import Studio
-from mjsim.web.answers import RefusedError
-from mjsim.web.trust import Trust
+from mjsim.web.server.answers import RefusedError
+from mjsim.web.worlds.trust import Trust
 from mjsim.world import load_world
 from tests.browser import browser
 from tests.rover import ROVER, TANK

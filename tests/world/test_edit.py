@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mjsim.web.items import scene_of
+from mjsim.web.worlds.items import scene_of
 from mjsim.world import Change, Source, UnwritableError, World, edit_text, parse_world, read_text
 from mjsim.world.edit.edited_text import same
 from tests.odd_texts import COMMENT, OddText, random_value

@@ -5,7 +5,7 @@ import pytest
 from mjsim.errors import WorldError
 from mjsim.sim import Simulation
 from mjsim.world import Camera, Lidar, format_world, parse_world
-from mjsim.world.items.sensor_presets import sensor_names
+from mjsim.world.items.sensing.sensor_presets import sensor_names
 
 KINDS = {"lidar": Lidar, "camera": Camera}
 

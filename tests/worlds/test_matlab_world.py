@@ -9,8 +9,8 @@ import pytest
 
 import mjsim
 from mjsim.algorithms.balance import plant, regulator, turning_plant
-from mjsim.algorithms.ekf_filter import EkfSlamFilter
-from mjsim.algorithms.ekf_models import odometry_motion
+from mjsim.algorithms.ekf_slam.ekf_filter import EkfSlamFilter
+from mjsim.algorithms.estimation.ekf_models import odometry_motion
 from mjsim.geometry import roll_and_pitch
 from mjsim.modules import check_modules, load_runnable
 from mjsim.world import with_settings

@@ -8,8 +8,8 @@ import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
+from mjsim.exchange.drawings import Indices
 from mjsim.exchange.scenes.solids import Scene, SceneSolid
-from mjsim.exchange.strokes import Indices
 from mjsim.geometry import Array
 from mjsim.inventory import Fate
 from mjsim.models import floats, gazebo_triangles

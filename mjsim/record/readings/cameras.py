@@ -9,10 +9,9 @@ from foxglove.channels import CameraCalibrationChannel, CompressedImageChannel, 
 from numpy.typing import ArrayLike
 
 from mjsim.interface import Observation, RobotInfo, SensorInfo
-from mjsim.record.logged_frame import depth_message, picture_file_message
+from mjsim.record.drawn import calibration_message, depth_message, picture_file_message
 from mjsim.record.readings.codec import Box, DrawnTopic
 from mjsim.record.readings.derived import derived
-from mjsim.record.scene import calibration_message
 from mjsim.world import Camera, Depth, World
 
 

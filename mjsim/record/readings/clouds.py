@@ -11,9 +11,9 @@ from foxglove.messages import PointCloud as FoxgloveCloud
 from foxglove.messages import Pose as FoxglovePose
 
 from mjsim.interface import CLOUD_FIELDS, PointCloud
+from mjsim.record.drawn import stamp
 from mjsim.record.readings.codec import DrawnTopic, Given, SensorTable, by_name
 from mjsim.record.readings.derived import derived
-from mjsim.record.scene import stamp
 
 KINDS = {"<f4": PackedElementFieldNumericType.Float32, "<u2": PackedElementFieldNumericType.Uint16}
 

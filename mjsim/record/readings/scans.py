@@ -9,9 +9,9 @@ from numpy.typing import ArrayLike
 
 from mjsim.geometry import Array
 from mjsim.interface import Observation, RobotInfo, Scan
+from mjsim.record.drawn import laser_message
 from mjsim.record.readings.codec import Box, DrawnTopic, Given, SensorTable, by_name
 from mjsim.record.readings.derived import derived
-from mjsim.record.scene import laser_message
 from mjsim.world import Lidar, World
 
 

@@ -11,14 +11,9 @@ from numpy.typing import NDArray
 from mjsim.compile import robot_from_carrier, robot_from_view
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame, Picture, SensorInfo
-from mjsim.sim.canvas import Canvas
-from mjsim.sim.imager import Imager, PlainImager, imager_of
-from mjsim.sim.instances import instances_of
-from mjsim.sim.lens import BentView, intrinsics_of
-from mjsim.sim.renderer import Renderer
+from mjsim.sim.imaging import BentView, Imager, PlainImager, Shutter, StereoDepth, imager_of, intrinsics_of
+from mjsim.sim.rendering import Canvas, Renderer, instances_of
 from mjsim.sim.sensors.device import Mounting, Sensed
-from mjsim.sim.shutter import Shutter
-from mjsim.sim.stereo import StereoDepth
 from mjsim.sim.streams import Streams
 from mjsim.world import Camera, Depth, Photons, Robot
 

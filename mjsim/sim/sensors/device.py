@@ -11,7 +11,7 @@ from mjsim.geometry import Array
 from mjsim.interface import ImuReading, SensorInfo
 from mjsim.modules import Sealed
 from mjsim.sim.bases import RunningGear
-from mjsim.sim.canvas import Canvas, Quality
+from mjsim.sim.rendering import Canvas, Quality
 from mjsim.sim.streams import Streams
 from mjsim.world import Beacon, Robot, sensors
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array
 from mjsim.interface import PointCloud, SensorInfo
-from mjsim.sim.batch_rays import BatchRays
+from mjsim.sim.rays import BatchRays
 from mjsim.sim.sensors.device import Mounting, Sensed
 from mjsim.sim.sensors.lidar import BRIGHT
 from mjsim.world import sensors

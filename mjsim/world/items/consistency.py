@@ -7,11 +7,11 @@ from mjsim.errors import did_you_mean
 from mjsim.world.ground import KEY, TakenNames
 from mjsim.world.items.arms import RobotArm
 from mjsim.world.items.drives import KINDS
-from mjsim.world.items.events import OpenEvent
 from mjsim.world.items.running import Control, Run, nearest_divisor, step_misfit, whole_steps
-from mjsim.world.items.sensors import SENSOR_KINDS
+from mjsim.world.items.sensing import SENSOR_KINDS
 from mjsim.world.items.sitting import sitting_misfits
 from mjsim.world.items.structure import Door
+from mjsim.world.items.timeline import OpenEvent
 
 NAMED = ("walls", "obstacles", "beacons", "lamps", "robots", "mechanisms", "people", "plants")
 """Lists of items that may have a name."""

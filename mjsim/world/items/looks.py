@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from mjsim.world.ground import item_names
-from mjsim.world.items.events import (
+from mjsim.world.items.timeline import (
     LampEvent,
     LightEvent,
     ReachEvent,

@@ -9,8 +9,7 @@ from pydantic import BaseModel
 
 from mjsim.errors import UsageError
 from mjsim.world.ground import Slider, description_of
-from mjsim.world.items.cameras import Depth
-from mjsim.world.items.sensors import SENSOR_KINDS, name_of
+from mjsim.world.items.sensing import SENSOR_KINDS, Depth, name_of
 from mjsim.world.items.values import called, with_values
 from mjsim.world.items.world import World
 

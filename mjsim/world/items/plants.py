@@ -6,7 +6,7 @@ from typing import Annotated, Self
 from pydantic import BeforeValidator, Field, model_validator
 
 from mjsim.world.ground import PLANT_PATTERN, Legible, Model, Name, fault
-from mjsim.world.items.signals import Signal
+from mjsim.world.items.timeline import Signal
 
 MAX_STATES = 50
 """Largest number of states of a mathematical model."""

@@ -30,7 +30,7 @@ from mjsim.world.items.drives import (
     WheelOdometry,
 )
 from mjsim.world.items.presets import over_preset
-from mjsim.world.items.sensors import Imu, Sensor, name_of
+from mjsim.world.items.sensing import Imu, Sensor, name_of
 
 Preset = Annotated[str, Field(pattern=PLAIN_PATTERN, max_length=200)]
 """Name of a preset, or path of its file."""

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 
 from mjsim.world.ground import USE_PATTERN, Model, Name, Rate, composed, fault
-from mjsim.world.items.events import WorldEvent
+from mjsim.world.items.timeline import WorldEvent
 
 
 class Use(Model):

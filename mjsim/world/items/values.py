@@ -7,7 +7,7 @@ from pydantic import ValidationError
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.world.ground import composed, path_of, sentence
-from mjsim.world.items.sensors import SENSOR_KINDS
+from mjsim.world.items.sensing import SENSOR_KINDS
 from mjsim.world.items.world import World
 
 

@@ -6,7 +6,7 @@ from pydantic import Field
 
 from mjsim.world.ground import Length, Model
 from mjsim.world.items.drives.base import SIDES, Acceleration, AnyDrive, Slip, TorqueMotor, Wheel, half_width
-from mjsim.world.items.sensors import Imu, ImuError
+from mjsim.world.items.sensing import Imu, ImuError
 
 OWN_IMU = "drive-imu"
 """Name of the inertial sensor of a balancing base."""

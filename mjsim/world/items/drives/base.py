@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from mjsim.world.ground import Deviation, Model
-from mjsim.world.items.sensors import Imu
+from mjsim.world.items.sensing import Imu
 
 Speed = Annotated[float, Field(gt=0, le=20)]
 """[m/s]"""

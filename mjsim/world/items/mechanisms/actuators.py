@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 from mjsim.world.ground import Model, OneOf, fault
 from mjsim.world.items.mechanisms.points import Axis, End, Named
 from mjsim.world.items.running import Control
-from mjsim.world.items.signals import Signal
+from mjsim.world.items.timeline import Signal
 
 
 class _Actuator(Model):

@@ -1,0 +1,1 @@
+from .beacon_vision import BeaconVision as BeaconVision

@@ -1,0 +1,1 @@
+from .ekf_slam import EkfSlam as EkfSlam

@@ -1,0 +1,1 @@
+"""What several estimators share: models, systematic errors, graphs of poses, relocalization."""

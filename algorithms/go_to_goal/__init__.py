@@ -1,0 +1,5 @@
+"""Drives to goals by what it sees: obstacles remembered, ways planned, motions sampled."""
+
+from mjsim.faces import face
+
+__getattr__, __dir__, __all__ = face(__name__, __file__)

@@ -1,0 +1,1 @@
+from .go_to_goal import GoToGoal as GoToGoal

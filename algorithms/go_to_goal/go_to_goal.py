@@ -1,0 +1,373 @@
+"""Drives to goals by what it sees: plans on the obstacles seen so far, and drives by sampled motions."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array, Pose
+from mjsim.interface import Command, Estimate, Observation, RobotInfo, Shown, WorldMap
+
+from ..paths.grid_search import shown_path
+from ..scans.distance_grid import DistanceGrid
+from .cost_to_go import UNREACHED, CostToGo
+from .moving_things import GATE, MovingThings
+from .obstacle_map import ObstacleMap
+from .obstacle_memory import ObstacleMemory
+from .path_integral import Leads, MotionPrices, PathIntegral
+from .range_views import RangeView, Views
+from .recovery import Around, Attempt, Recovery, Toward
+from .scan_alignment import ScanAlignment
+from .shown_plan import shown_plan
+from .way_plan import EXPLAINED, WayPlan
+
+FINE = 0.025
+"""Side of the cells in which obstacles are remembered [m]."""
+FORGET = 60.0
+"""Time for which an obstacle that is not seen again is remembered [s]."""
+LOOK, SLOW_LOOK, SPACING = 0.08, 0.16, 0.16
+"""Time between scans that are used, that of slow robots and in the open, and the way that a robot drives meanwhile [s,
+s, m]."""
+ROOM, AHEAD, UNHURRIED = 0.1, 0.15, 0.32
+"""A motion is in the open with at least this clearance, plus this time at its speed; then it is chosen anew only after
+the third [m, s, s]."""
+SHOW = 0.2
+"""Time between two changes of what is shown [s]."""
+SOON = 1.5
+"""Nearer to the goal than this, motions are chosen with each scan [s]."""
+BACKWARDS = 0.4
+"""Maximum speed while it backs out or looks round [m/s]."""
+SETTLED = 0.6
+"""Time since which obstacles stand [s]."""
+MOSTLY = 0.5
+"""Share of fresh points above which a scan says nothing of what moves."""
+MOVING_RANGE = 5.0
+"""Range in which things that move are looked for [m]."""
+WINDOW = 2.0
+"""How far the robot drives with the same selection of near walls [m]."""
+
+
+class GoToGoal:
+    """Drives to goals around what its sensors see, as fast as the robot can, and stops at the last.
+
+    Obstacles come from the map, if there is one, and from lidars, proximity rays, depth cameras and 3-D lidars. The
+    time to the goal is planned on a grid, where unseen space counts as free but doubtful; sampled motions of the
+    robot's true shape and limits lead down this time. Without progress the robot backs out, looks round, forgets
+    obstacles that it does not see, and tries other ways; after 5 s it also says why. Dead reckoning is corrected by
+    scans. It takes goals while it runs, and turns to the heading of a goal where its drive turns on the spot.
+
+    References:
+        Williams et al. 2018 in `path_integral`; Dijkstra 1959 in `cost_to_go`.
+    """
+
+    def __init__(
+        self,
+        goals: Sequence[Sequence[float]],
+        *,
+        speed: float | None = None,
+        clearance: float = 0.1,
+        tolerance: float = 0.1,
+        tolerance_deg: float = 4.0,
+        cell: float = 0.05,
+        show_all: bool = False,
+    ) -> None:
+        """Set the goals.
+
+        Args:
+            goals: Each [x, y] [m], or [x, y, heading] [m, deg], in the frame of the estimate; one alone may be given
+                without the outer brackets.
+            speed: Maximum speed [m/s]; None for the robot's own.
+            clearance: Preferred clearance between the robot's rim and walls [m].
+            tolerance: Distance at which a goal counts as reached [m].
+            tolerance_deg: Difference at which the heading of a goal counts as reached.
+            cell: Side of a cell of the planning grid; in large maps it is doubled until the grid is small enough [m].
+            show_all: Whether to show goals, costs and sampled motions too, five times a second, not only the path.
+        """
+        self._goals = _checked(goals)
+        positive = {"speed": speed, "tolerance": tolerance, "tolerance_deg": tolerance_deg, "cell": cell}
+        for key, value in positive.items():
+            if value is not None and not value > 0:
+                raise ValueError(f"{key} is {value}; it must be above 0")
+        if not clearance >= 0:
+            raise ValueError(f"clearance is {clearance}; it must not be below 0")
+        self._speed, self._clearance, self._tolerance, self._cell = speed, clearance, tolerance, cell
+        self._tolerance_turn, self._show_all = math.radians(tolerance_deg), show_all
+
+    def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
+        """Take the map; the first path is planned later."""
+        self._robot = robot
+        self._views, self._memory = Views(robot), ObstacleMemory(FINE, seconds=FORGET)
+        top = min(robot.max_speed, math.inf if self._speed is None else self._speed)
+        self._slow_pause = min(max(SPACING / top, LOOK), SLOW_LOOK)
+        self._local = PathIntegral(robot, rng, top=top)
+        self._walls = _sampled(map.segments) if map is not None else np.zeros((0, 2))
+        self._near, self._around = self._walls, np.full(2, math.inf)
+        known = DistanceGrid.from_segments(map.segments) if len(self._walls) and map is not None else None
+        half = self._local.body.half_width
+        self._way = WayPlan(self._walls, known, half_width=half, gap=self._clearance, top=top, cell=self._cell)
+        self._place: Array = np.array([robot.prior.x, robot.prior.y])
+        self._lay_out(self._place)
+        self._left, self._is_there, self._is_new = list(self._goals), False, False
+        self._recovery, self._looked = Recovery(), -math.inf
+        self._moving = MovingThings()
+        self._alignment: ScanAlignment | None = ScanAlignment(robot.prior)
+        self._reckoned = self.pose = robot.prior
+        self._standing = ObstacleMap(self._goals[-1, :2], self._walls, cell=FINE, half=FINE)
+        self._twist = np.zeros(3)
+        self._reason: str | None = None
+        self._scan: Array = np.zeros((0, 2))
+        self._jammed = self._is_open = False
+        self._now, self._chosen = 0.0, -math.inf
+        self._shown: tuple[Shown, ...] = ()
+        self._shown_at = -math.inf
+
+    def command(self, seen: Observation, belief: Estimate) -> Command:
+        """Return the next twist; zero at the last goal, and while every motion would collide."""
+        self._now, views = seen.time, self._views.update(seen)
+        self.pose = pose = self._pose(seen, belief.pose, views)
+        # Half the scans of a fast lidar suffice to remember.
+        views = views if seen.time >= self._looked + self._pause - 1e-6 else []
+        self._looked = seen.time if views else self._looked
+        self._look(seen, pose, views)
+        place = self._place
+        if self._is_new:
+            self._is_new = False
+            self._recovery.restart(seen.time)
+        while self._left and self._arrives(pose, seen.time):
+            self._left, self._way.field, self._is_there = self._left[1:], None, False
+            self._recovery.restart(seen.time)
+        if not self._left:
+            self._reason = None
+            return Command()
+        if self._is_there:
+            return self._face(pose, seen.time)
+        points, stuck = self._memory.points, self._recovery.stuck
+        field = self._way.to(self._left[0][:2], place, seen.time, points=points, stuck=stuck)
+        seconds = float(field.at(place))
+        if self._way.is_shut and seconds >= UNREACHED:
+            self._reason = self._why(seconds) if self._recovery.silent(seen.time) else None
+            return self._stop()
+        if self._recovery.update(pose, seconds, seen.time):
+            self._memory.forget(seen.time - 1.0)
+            self._way.begin()
+        self._reason = self._why(seconds) if self._recovery.silent(seen.time) else None
+        self._local.shift(self._robot.dt)
+        if views and self._is_hurried(seen.time):
+            self._choose(seen, pose, field)
+        elif self._twist.any():
+            self._twist = self._local.planned
+        forward, left, turn = self._twist.tolist()
+        return Command(forward=forward, left=left, turn=turn)
+
+    def show(self) -> tuple[Shown, ...]:
+        """Return the planned path, in the frame of the estimate, if there is one; with `show_all` more."""
+        if not self._left or self._way.field is None:
+            self._shown_at = -math.inf
+            return ()
+        if self._now < self._shown_at + SHOW - 1e-6:
+            return self._shown
+        self._shown_at, path = self._now, self._way.field.path(self._place)
+        more = shown_plan(self._way, self._local, self._left, self._place) if self._show_all else ()
+        self._shown = (*more, *(shown_path(path) if len(path) > 1 else ()))
+        return self._shown
+
+    def blocked(self) -> str | None:
+        """Return why the robot does not get nearer to its goal, after 5 s; None while it does."""
+        return self._reason
+
+    @property
+    def is_done(self) -> bool:
+        """Whether no goal is left."""
+        return not self._left
+
+    def take_goal(self, x: float, y: float, heading: float | None = None) -> None:
+        """Drive to another goal in place of all others.
+
+        Args:
+            x: In the frame of the estimate [m].
+            y: In the frame of the estimate [m].
+            heading: Heading at the goal [rad]; None for any.
+        """
+        self._goals = np.array([[x, y, math.nan if heading is None else heading]])
+        self._left, self._is_there, self._is_new = list(self._goals), False, True
+        self._lay_out(self._place)
+
+    def _arrives(self, pose: Pose, now: float) -> bool:
+        """Return whether the robot is at its goal, and faces where it should if its drive turns on the spot."""
+        (x, y, heading), can_turn = self._left[0].tolist(), math.isinf(self._robot.max_curvature)
+        if math.hypot(x - pose.x, y - pose.y) < self._tolerance:
+            if math.isnan(heading) or not can_turn:
+                return True
+            if not self._is_there:
+                self._recovery.restart(now)
+            self._is_there = True
+        return self._is_there and abs(_apart(heading, pose.heading)) < self._tolerance_turn
+
+    def _face(self, pose: Pose, now: float) -> Command:
+        """Return the command that turns the robot to the heading of its goal, on the side where there is room."""
+        apart = _apart(float(self._left[0][2]), pose.heading)
+        near = np.concatenate([self._near, self._memory.points])
+        obstacles = ObstacleMap(self._place, near, cell=FINE, half=self._local.body.reach + 0.2)
+        ways = (apart, apart - math.copysign(2.0 * math.pi, apart))
+        free = [way for way in ways if self._local.can_turn(pose, way, obstacles)]
+        command = self._stop()
+        if not free:
+            self._reason = self._why(0.0) if self._recovery.silent(now) else None
+            return command
+        self._reason = None
+        self._recovery.restart(now)
+        rate = min(self._robot.max_turn, math.sqrt(self._robot.max_turn_acceleration * abs(free[0])))
+        return Command(turn=math.copysign(rate, free[0]))
+
+    def _lay_out(self, place: Array) -> None:
+        """Lay out the planning grid around a place (2,) of the robot [m], what is remembered, and the goals."""
+        goals = self._goals[:, :2]
+        self._way.lay_out(goals[-1], np.concatenate([goals, [place], self._memory.points]))
+
+    def _pose(self, seen: Observation, estimate: Pose, views: list[RangeView]) -> Pose:
+        """Return the pose that it drives by: the estimate, but dead reckoning is corrected by scans."""
+        odometry = seen.odometry
+        if self._alignment is None:
+            return estimate
+        self._reckoned = self._reckoned @ Pose(odometry.forward, odometry.left, odometry.turn)
+        apart = self._reckoned.inverse() @ estimate
+        if math.hypot(apart.x, apart.y) + abs(apart.heading) > 1e-6:
+            # An estimator knows better.
+            self._alignment = None
+            return estimate
+        self._alignment.move(odometry)
+        for view in views[1:]:
+            points = view.points()
+            keep = np.abs(points).max(axis=1, initial=0.0) < 0.95 * MOVING_RANGE
+            keep &= ~self._strange(self._alignment.pose.transform(points))
+            self._alignment.align(points[keep], self._standing)
+        return self._alignment.pose
+
+    def _strange(self, points: Array) -> NDArray[np.bool_]:
+        """Return which points (n, 2) [m] say nothing of where the robot is: what moves, or may unless that is most."""
+        away = {thing: np.hypot(*(points - thing.place).T) < thing.radius + GATE for thing in self._moving.tracked}
+        may = np.logical_or.reduce([np.zeros(len(points), dtype=bool), *away.values()])
+        if np.count_nonzero(may) <= MOSTLY * len(points):
+            return np.asarray(may)
+        moves = [near for thing, near in away.items() if thing.moves]
+        return np.asarray(np.logical_or.reduce([np.zeros(len(points), dtype=bool), *moves]))
+
+    def _look(self, seen: Observation, pose: Pose, views: list[RangeView]) -> None:
+        """Remember what the sensors see."""
+        odometry = seen.odometry
+        if self._alignment is None:
+            self._memory.track(pose, Pose(odometry.forward, odometry.left, odometry.turn))
+        self._place = np.array([pose.x, pose.y])
+        if len(self._walls) and not np.abs(self._place - self._around).max() < WINDOW:
+            half = max(self._local.reach, MOVING_RANGE) + WINDOW
+            self._around = self._place
+            self._near = self._walls[np.abs(self._walls - self._place).max(axis=1) < half]
+        if views:
+            self._remember(pose, views, seen.time)
+        for view in views:
+            self._way.see(pose, view, seen.time)
+        if not self._way.contains(self._place):
+            self._lay_out(self._place)
+        measured = np.array([odometry.forward, odometry.left, odometry.turn]) / seen.dt
+        limits = np.array([self._robot.max_speed, max(self._robot.max_left, 0.1), self._robot.max_turn])
+        surprise = np.abs(measured - self._twist) > 0.25 * limits
+        self._twist = np.where(surprise, measured, self._twist)
+
+    def _remember(self, pose: Pose, views: list[RangeView], now: float) -> None:
+        """Remember the hits of a scan, and follow what moves."""
+        self._scan = points = pose.transform(np.concatenate([view.points() for view in views]))
+        standing = np.concatenate([self._near, self._memory.older(now - SETTLED)])
+        self._standing = ObstacleMap(self._place, standing, cell=2.0 * FINE, half=MOVING_RANGE)
+        x, y = points.T
+        fresh = (np.abs(points - self._place).max(axis=1) < MOVING_RANGE) & (self._standing.at(x, y) > EXPLAINED)
+        fresh[fresh] = ~self._way.unseen(points[fresh])
+        # Where much is fresh, the estimate is wrong.
+        if len(views) > 1 and np.count_nonzero(fresh) < MOSTLY * len(points):
+            self._moving.update(points[fresh], pose, now)
+        self._memory.add(pose, views, points, now)
+
+    def _is_hurried(self, now: float) -> bool:
+        """Return whether to choose a motion now: always, but in the open from time to time."""
+        waits = self._is_open and now < self._chosen + UNHURRIED - 1e-6 and self._recovery.attempt is Attempt.DRIVE
+        return not waits or bool(self._moving.tracked) or self._local.apart(self._scan) < 0.5 * self._room
+
+    @property
+    def _pause(self) -> float:
+        """Time between scans that are used [s]."""
+        if self._moving.tracked:
+            return LOOK
+        return SLOW_LOOK if self._is_open else self._slow_pause
+
+    @property
+    def _room(self) -> float:
+        """Clearance with which a motion is in the open [m]."""
+        return ROOM + AHEAD * math.hypot(self._twist[0], self._twist[1])
+
+    def _choose(self, seen: Observation, pose: Pose, field: CostToGo) -> None:
+        """Choose the next twist by the local planner."""
+        near = np.concatenate([self._near, self._memory.points])
+        obstacles = ObstacleMap(self._place, near, cell=FINE, half=self._local.reach)
+        attempt, prices = self._recovery.attempt, MotionPrices()
+        self._chosen, self._is_open = seen.time, False
+        leads: Leads = field
+        if attempt is Attempt.BACK:
+            leads, prices = Toward(self._recovery.target), MotionPrices(reverse=0.0, top=BACKWARDS)
+        elif attempt is Attempt.LOOK:
+            leads, prices = Around(pose.heading), MotionPrices(top=BACKWARDS)
+        elif float(field.at(self._place)) >= UNREACHED:
+            self._stop()
+            return
+        prices = replace(prices, things=tuple(self._moving.predicted(pose, seen.time)))
+        twist = self._local.twist(pose, self._twist, obstacles, leads, prices)
+        self._jammed = twist is None
+        self._twist = np.zeros(3) if twist is None else twist
+        # A fast robot meets things that move before the next choice.
+        if self._slow_pause > LOOK and twist is not None and attempt is Attempt.DRIVE and not prices.things:
+            self._is_open = self._local.clearance > self._room and float(field.at(self._place)) > SOON
+
+    def _stop(self) -> Command:
+        """Return the command to stand still."""
+        self._local.reset()
+        self._twist = np.zeros(3)
+        return Command()
+
+    def _why(self, seconds: float) -> str:
+        """Return why the robot does not get nearer to its goal."""
+        x, y, heading = self._left[0].tolist()
+        if self._is_there:
+            return f"no room to turn to {math.degrees(heading):g} degrees at [{x:g}, {y:g}]; waiting for some"
+        if self._jammed:
+            return f"every motion would touch something; still trying to get to [{x:g}, {y:g}]"
+        if seconds >= UNREACHED:
+            return f"no way to [{x:g}, {y:g}] between the obstacles seen so far; looking for one"
+        return f"no progress towards [{x:g}, {y:g}]; trying other ways"
+
+
+def _checked(goals: Sequence[Sequence[float]]) -> Array:
+    """Return goals as rows of x, y [m] and heading [rad], NaN for any, shape (n, 3)."""
+    try:
+        rows = [np.atleast_1d(np.asarray(goal, dtype=float)) for goal in goals]
+        rows = [np.concatenate(rows)] if rows and all(row.shape == (1,) for row in rows) else rows
+    except (TypeError, ValueError):
+        rows = []
+    if not rows or not all(row.shape in ((2,), (3,)) for row in rows):
+        raise ValueError(f"goals is {goals!r:.80}; give at least one [x, y], or [x, y, heading]")
+    if not all(np.isfinite(row).all() for row in rows):
+        raise ValueError(f"goals is {[row.tolist() for row in rows]}; give finite numbers [m, deg]")
+    return np.array([[*row[:2], math.radians(row[2]) if len(row) == 3 else math.nan] for row in rows])
+
+
+def _apart(heading: float, other: float) -> float:
+    """Return the smallest turn from another heading to a heading [rad]."""
+    return math.remainder(heading - other, 2.0 * math.pi)
+
+
+def _sampled(segments: Array) -> Array:
+    """Return points on segments (n, 2, 2), in every cell of the memory, shape (k, 2) [m]."""
+    counts = 1 + np.ceil(np.hypot(*(segments[:, 1] - segments[:, 0]).T) / FINE).astype(int)
+    which = np.repeat(np.arange(len(segments)), counts)
+    share = np.concatenate([np.linspace(0.0, 1.0, count) for count in counts.tolist()]) if len(counts) else np.zeros(0)
+    return np.asarray(segments[which, 0] + share[:, None] * (segments[which, 1] - segments[which, 0]))

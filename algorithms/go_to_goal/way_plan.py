@@ -1,0 +1,168 @@
+"""Plans ways to goals on a grid of what has been seen, anew when something changes on the way."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array, Pose
+
+from ..scans.distance_grid import DistanceGrid
+from .cost_to_go import MOST_PRICE, UNREACHED, CostToGo, Planner, time_per_metre
+from .range_views import RangeView
+
+REPLAN, REFRESH = 0.28, 1.0
+"""Time between plans while something changes on the way, and while it changes elsewhere [s]."""
+BESIDE = 0.4
+"""Changes nearer than this to the sides of the robot on its way are planned for at once [m]."""
+BEYOND = 2.5
+"""Cells are planned up to this time farther from the goal than the robot [s]."""
+MARGIN = 3.0
+"""How far the planning grid reaches beyond start, goals and map, to drive around obstacles [m]."""
+CELLS = 90_000
+"""Largest number of cells of the planning grid; beyond, they are larger."""
+SIGHT, RAYS = 8.0, 180
+"""Range in which, and number of beams by which a scan says what has been seen [m]."""
+EXPLAINED = 0.15
+"""Hits this near to a wall of the map are that wall [m]."""
+
+
+class WayPlan:
+    """The time to the next goal from everywhere, at a speed that falls with the clearance; unseen space is doubtful."""
+
+    def __init__(
+        self, walls: Array, known: DistanceGrid | None, *, half_width: float, gap: float, top: float, cell: float
+    ) -> None:
+        """Start without a grid; `lay_out` follows.
+
+        Args:
+            walls: Points on the walls of the map, shape (n, 2) [m].
+            known: Distances to these walls; None without a map.
+            half_width: Of the robot [m].
+            gap: Preferred distance between rim and obstacles [m].
+            top: Maximum speed [m/s].
+            cell: Side of a cell [m].
+        """
+        self._walls, self._known = walls, known
+        self._half_width, self._gap, self._top, self._cell = half_width, gap, top, cell
+        self.field: CostToGo | None = None
+        """The times planned last; None before the first plan to a goal."""
+        self._planned, self._checked = -math.inf, -math.inf
+        self._noted = dict[str, float]()
+        self._price: Array = np.zeros((0, 0))
+        self.is_shut = False
+        """Whether obstacles are only the walls of the map: without a way between them there is none."""
+
+    def lay_out(self, goal: Array, points: Array) -> None:
+        """Lay out the grid around points (n, 2), with a goal (2,) in the middle of its cell [m]."""
+        points = np.concatenate([points, goal[None], self._walls])
+        low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
+        cell = self._cell
+        while np.prod((high - low) / cell) > CELLS:
+            cell *= 2.0
+        low = goal - (np.ceil((goal - low) / cell) + 0.5) * cell
+        self._planner = Planner(low, high, cell)
+        self._built = self._planner.drawn(self._walls)
+        self._doubt: NDArray[np.bool_] = np.full(self._planner.shape, not len(self._walls))
+        self.field = None
+
+    @property
+    def cell(self) -> float:
+        """Side of a cell of the grid [m]."""
+        return self._planner.cell
+
+    def contains(self, place: Array) -> bool:
+        """Return whether a place (2,) is on the grid."""
+        return self._planner.contains(place)
+
+    def unseen(self, points: Array) -> NDArray[np.bool_]:
+        """Return whether the cells of points (n, 2) [m] have not been seen."""
+        return self._doubt[self._planner.cells(points)]
+
+    def see(self, pose: Pose, view: RangeView, now: float) -> None:
+        """Note the cells that beams have passed, from time to time."""
+        if now < self._noted.get(view.name, -math.inf) + REPLAN - 1e-6:
+            return
+        self._noted[view.name] = now
+        beams = np.linspace(0, len(view.ranges) - 1, min(RAYS, len(view.ranges))).astype(int)
+        away = np.arange(0.5 * self._planner.cell, SIGHT, self._planner.cell)
+        reached = np.minimum(view.ranges[beams], min(view.farthest, SIGHT))
+        bearings = (view.first + view.step * beams)[:, None]
+        passed = away < reached[:, None]
+        x, y = (away * np.cos(bearings))[passed], (away * np.sin(bearings))[passed]
+        at = pose.transform(view.robot_from_sensor.transform(np.stack([x, y], axis=-1)))
+        self._doubt &= ~self._planner.drawn(at)
+
+    def begin(self) -> None:
+        """Plan anew at the next call, since something unknown to the plan has changed."""
+        self._planned = -math.inf
+
+    def to(self, goal: Array, place: Array, now: float, *, points: Array, stuck: list[tuple[float, float]]) -> CostToGo:
+        """Return the times to a goal, computed anew if there is news.
+
+        Args:
+            goal: Shape (2,) [m].
+            place: Of the robot, shape (2,) [m].
+            now: [s]
+            points: Obstacles seen, shape (n, 2) [m].
+            stuck: Places to avoid [m].
+        """
+        if self.field is not None and not self._is_due(self.field, place, now, points):
+            return self.field
+        self._planned = self._checked = now
+        self._occupied, self._doubted = self._drawn(points), self._doubt.copy()
+        distances = DistanceGrid(self._occupied, lower=self._planner.lower, cell=self._planner.cell).distance
+        price = time_per_metre(distances, half_width=self._half_width, gap=self._gap, top=self._top, doubt=self._doubt)
+        self._price = price = self._priced(price, place, stuck)
+        # What is much farther from the goal than the robot does not matter.
+        far = math.inf if self.field is None else float(self.field.at(place)) + BEYOND
+        field = self._planner.cost_to_go(price, goal, limit=far)
+        if far < UNREACHED <= float(field.at(place)):
+            field = self._planner.cost_to_go(price, goal)
+        self.field = field
+        return field
+
+    def costs(self, place: Array, *, half: float) -> tuple[Array, Array]:
+        """Return the costs planned with around a place (2,), and the corner of the first cell, shape (2,) [m].
+
+        Costs are 0 where the robot may be as fast as it can, and 1 where it cannot be.
+        """
+        (top, bottom), (left, right) = (
+            each.tolist() for each in self._planner.cells(place + np.array([[-half], [half]]))
+        )
+        fastest = 1.0 / self._top
+        cells = 1.0 - fastest / self._price[top : bottom + 1, left : right + 1]
+        return np.clip(cells, 0.0, 1.0), self._planner.lower + self._planner.cell * np.array([left, top])
+
+    def _is_due(self, field: CostToGo, place: Array, now: float, points: Array) -> bool:
+        """Return whether to plan anew: something has changed on the way, or somewhere for a longer time."""
+        if self._planned == -math.inf:
+            return True
+        if now < self._checked + REPLAN - 1e-6:
+            return False
+        self._checked = now
+        if float(field.at(place)) >= UNREACHED:
+            return True
+        changed = self._drawn(points) != self._occupied
+        if now >= self._planned + REFRESH:
+            return bool(changed.any()) or not np.array_equal(self._doubt, self._doubted)
+        return bool(changed[self._planner.near(field.path(place), BESIDE + self._half_width)].any())
+
+    def _drawn(self, points: Array) -> NDArray[np.bool_]:
+        """Return the cells of the grid that walls and obstacles occupy."""
+        if self._known is not None and len(points):
+            points = points[self._known.at(points) > EXPLAINED]
+        self.is_shut = len(self._walls) > 0 and not len(points)
+        return np.asarray(self._planner.drawn(points) | self._built)
+
+    def _priced(self, price: Array, place: Array, stuck: list[tuple[float, float]]) -> Array:
+        """Return prices that are finite where the robot is, and higher where it got stuck."""
+        rows, columns = self._planner.shape
+        cell = self._planner.cell
+        x = self._planner.lower[0] + (np.arange(columns) + 0.5) * cell
+        y = (self._planner.lower[1] + (np.arange(rows) + 0.5) * cell)[:, None]
+        own = (x - place[0]) ** 2 + (y - place[1]) ** 2 < (self._half_width + cell) ** 2
+        price = np.where(own, np.minimum(price, MOST_PRICE), price)
+        for a, b in stuck:
+            price = price * (1.0 + 3.0 * np.exp(-((x - a) ** 2 + (y - b) ** 2) / 0.3**2))
+        return price

@@ -1,0 +1,1 @@
+"""Paths: searched, sampled, smooth, and how a base follows them."""

@@ -1,0 +1,1 @@
+"""Scans of lidars: levelled, matched, searched, and the maps they form."""

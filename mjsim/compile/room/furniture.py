@@ -1,0 +1,179 @@
+"""Furniture: what cameras see of many small shapes is merged into few meshes, as walls are.
+
+A picture costs about 20 microseconds for each geom in view, and a table has nine. The geoms of static objects are
+merged by room and look, those of a moving body by look. (One texture with a block of texels for each colour would make
+one mesh of all colours, but textured pixels cost more than it saves.) The merged geoms remain in the scene for lidars,
+contacts, instances and names, in groups that cameras do not draw; their user number is that of their mesh, whose own
+is the negative of it.
+"""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.compile.room.covers import mesh_surface
+from mjsim.compile.room.finishes import Finishes, covered
+from mjsim.compile.room.triangles import Triangles, joined, shape_triangles
+from mjsim.compile.room.walls import CHUNK, COLLISION, VISUAL
+from mjsim.geometry import Array
+from mjsim.world import World, rooms_at
+
+DRAWN_MERGED = 4
+"""Group of purely visual geoms that are drawn as part of a merged mesh."""
+LEAST_STATIC, LEAST_MOVING = 16, 3
+"""With fewer geoms in a world, or on a moving body, drawing them one by one costs as little."""
+LARGEST = 2000
+"""A geom with more triangles is drawn by itself: its number counts, not the number of geoms."""
+FACETS = ((8, 0.035), (16, 0.12), (28, np.inf))
+"""Facets around a round shape up to a radius [m]."""
+
+Look = tuple[str, tuple[float, ...]]
+"""Material and colour of a merged mesh."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Part:
+    """A geom that can be merged."""
+
+    geom: mujoco.MjsGeom
+    carrier: mujoco.MjsBody
+    """The body that moves it; the world for a static one."""
+    surface: Triangles
+    """In the frame of the carrier."""
+    look: Look
+
+
+def merge_furniture(spec: mujoco.MjSpec, world: World) -> None:
+    """Merge what cameras see of the objects in a scene that has no other bodies yet."""
+    finishes = None if world.style == "plain" else Finishes(spec, world)
+    # A copy, as finishes add materials.
+    parts = [part for geom in list(spec.geoms) if (part := _part(spec, geom, finishes)) is not None]
+    chosen = [*_static_groups(world, parts), *_moving_groups(parts)]
+    if not chosen:
+        return
+    spec.nuser_geom = 1
+    for number, group in enumerate(chosen, start=1):
+        _merge(spec, number, group)
+
+
+def merged_into(model: mujoco.MjModel) -> NDArray[np.intp]:
+    """Return for each geom the number of the mesh that shows it, that of the mesh itself negative, 0 for all others."""
+    return model.geom_user[:, 0].astype(np.intp) if model.nuser_geom else np.zeros(model.ngeom, dtype=np.intp)
+
+
+def _static_groups(world: World, parts: Sequence[_Part]) -> list[list[_Part]]:
+    """Return the static parts by region and look."""
+    static = [part for part in parts if part.carrier.name == "world"]
+    styled = world.style != "plain"
+    if len(static) < LEAST_STATIC and not styled:
+        return []
+    groups: dict[tuple[object, Look], list[_Part]] = defaultdict(list)
+    for part, region in zip(static, _regions(world, static), strict=True):
+        groups[region, part.look].append(part)
+    return [group for group in groups.values() if len(group) > 1 or styled]
+
+
+def _moving_groups(parts: Sequence[_Part]) -> list[list[_Part]]:
+    """Return the parts of moving bodies by body and look."""
+    groups: dict[tuple[str, Look], list[_Part]] = defaultdict(list)
+    for part in parts:
+        if part.carrier.name != "world":
+            groups[part.carrier.name, part.look].append(part)
+    return [group for group in groups.values() if len(group) >= LEAST_MOVING or group[0].look[0] != "matte"]
+
+
+def _part(spec: mujoco.MjSpec, geom: mujoco.MjsGeom, finishes: Finishes | None) -> _Part | None:
+    """Return a geom to be merged; None for one that is invisible, large, transparent, or textured by its size."""
+    if geom.group > VISUAL or geom.rgba[3] < 1.0 or not _owner(geom).startswith("obstacle/"):
+        return None
+    mesh = spec.mesh(geom.meshname) if geom.type == mujoco.mjtGeom.mjGEOM_MESH else None
+    surface = shape_triangles(geom.type, geom.size, facets=_facets(geom)) if mesh is None else mesh_surface(mesh)
+    if surface is None or len(surface.corners) > LARGEST:
+        return None
+    material = spec.material(geom.material)
+    textured = material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] != ""
+    if textured and (mesh is None or not len(mesh.usertexcoord) or material.texuniform):
+        return None
+    look = str(geom.material), tuple(float(value) for value in geom.rgba)
+    finish = None if finishes is None or geom.material != "matte" else finishes.of(geom.rgba)
+    if finish is not None:
+        look, surface = (finish.name, finish.tint), covered(surface, finish.name)
+    carrier, rotation, origin = _carried(geom)
+    points, normals = surface.points @ rotation.T + origin, surface.normals @ rotation.T
+    return _Part(geom, carrier, Triangles(points, normals, surface.places, surface.corners), look)
+
+
+def _facets(geom: mujoco.MjsGeom) -> int:
+    """Return the facets around a round shape: many small shapes with MuJoCo's 28 would cost more than apart."""
+    radius = sorted(geom.size)[1] if geom.type == mujoco.mjtGeom.mjGEOM_ELLIPSOID else geom.size[0]
+    return next(facets for facets, largest in FACETS if radius <= largest)
+
+
+def _owner(geom: mujoco.MjsGeom) -> str:
+    """Return the name of a geom, or of the topmost body that it is part of."""
+    body = geom.parent
+    while body.name != "world" and body.parent.name != "world":
+        body = body.parent
+    return str(geom.name if body.name == "world" else body.name)
+
+
+def _carried(geom: mujoco.MjsGeom) -> tuple[mujoco.MjsBody, Array, Array]:
+    """Return the body that moves a geom, and rotation and origin of the geom in its frame, shapes (3, 3), (3,) [m]."""
+    rotation, origin = _rotation(geom.quat), np.array(geom.pos)
+    body = geom.parent
+    outer = [] if geom.frame is None else [geom.frame]
+    while body.name != "world" and not len(body.joints):
+        outer.append(body)
+        body = body.parent
+    for frame in outer:
+        world_from_frame = _rotation(frame.quat)
+        rotation, origin = world_from_frame @ rotation, world_from_frame @ origin + frame.pos
+    return body, rotation, origin
+
+
+def _rotation(quat: Array) -> Array:
+    """Return the matrix of a quaternion w, x, y, z, shape (3, 3)."""
+    matrix = np.empty(9)
+    mujoco.mju_quat2Mat(matrix, np.asarray(quat) / np.linalg.norm(quat))
+    return matrix.reshape(3, 3)
+
+
+def _regions(world: World, parts: Sequence[_Part]) -> list[tuple[int, ...]]:
+    """Return for each part its room, -1 outside, and the square of the plane that it is in."""
+    boxes = [(part.surface.points.min(axis=0), part.surface.points.max(axis=0)) for part in parts]
+    middles = np.array(boxes).reshape(-1, 2, 3).mean(axis=1)[:, :2]
+    rooms = rooms_at(world.walls, middles)
+    squares = np.floor(middles / CHUNK).astype(int)
+    return [tuple(row) for row in np.column_stack([rooms, squares]).tolist()]
+
+
+def _merge(spec: mujoco.MjSpec, number: int, parts: Sequence[_Part]) -> None:
+    """Add the mesh of some geoms to the body that carries them, and hide these from cameras."""
+    material, rgba = parts[0].look
+    surface = joined([part.surface for part in parts])
+    # An item's name cannot contain a colon, so this never equals the name of a part.
+    name = f"obstacle/seen:{number}"
+    mesh = spec.add_mesh(name=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
+    mesh.uservert, mesh.usernormal = surface.points.ravel(), surface.normals.ravel()
+    mesh.userface = surface.corners.astype(np.int32).ravel()
+    if spec.material(material).textures[mujoco.mjtTextureRole.mjTEXROLE_RGB]:
+        mesh.usertexcoord = surface.places.ravel()
+    parts[0].carrier.add_geom(
+        name=name,
+        type=mujoco.mjtGeom.mjGEOM_MESH,
+        meshname=name,
+        material=material,
+        rgba=rgba,
+        mass=0.0,
+        group=VISUAL,
+        contype=0,
+        conaffinity=0,
+        userdata=[-float(number)],
+    )
+    for part in parts:
+        part.geom.group = COLLISION if part.geom.contype or part.geom.conaffinity else DRAWN_MERGED
+        part.geom.userdata = [float(number)]

@@ -1,0 +1,9 @@
+from .drawing import Drawing as Drawing
+from .drawing import Line as Line
+from .drawing import joined as joined
+from .dxf_in import read_dxf as read_dxf
+from .plan_in import FloorPlan as FloorPlan
+from .plan_in import read_plan as read_plan
+from .strokes import Indices as Indices
+from .svg_in import UNIT as UNIT
+from .svg_in import read_svg as read_svg

@@ -1,0 +1,5 @@
+"""Generated worlds: mazes, clutter, BARN, templates."""
+
+from mjsim.faces import face
+
+__getattr__, __dir__, __all__ = face(__name__, __file__)

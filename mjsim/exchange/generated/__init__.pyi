@@ -1,0 +1,9 @@
+from .barn import barn_path_length as barn_path_length
+from .barn import barn_score as barn_score
+from .barn import barn_world as barn_world
+from .clutter import clutter_size as clutter_size
+from .clutter import clutter_world as clutter_world
+from .maze import maze_size as maze_size
+from .maze import maze_world as maze_world
+from .template import TEMPLATES as TEMPLATES
+from .template import template_text as template_text

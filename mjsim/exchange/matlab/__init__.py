@@ -1,0 +1,5 @@
+"""Configurations of MATLAB simulators as worlds."""
+
+from mjsim.faces import face
+
+__getattr__, __dir__, __all__ = face(__name__, __file__)

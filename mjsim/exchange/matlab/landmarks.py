@@ -1,0 +1,307 @@
+"""Converts configurations of MATLAB simulators to worlds: walls, beacons, waypoints, a robot and its sensor.
+
+References:
+    The landmark maps of T. Bailey's SLAM simulators for MATLAB: `lm` (2 x n) are reflectors, `wp` (2 x m) waypoints.
+"""
+
+import io
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mjsim.errors import UsageError
+from mjsim.exchange.bounded_file import read_bounded
+from mjsim.exchange.matlab.equipment import Equipment, equipment_of
+from mjsim.exchange.matlab.matlab_text import read_assignments
+from mjsim.exchange.matlab.tables import Entry, Tables
+from mjsim.exchange.place import ODOMETRY_NOISE, ROBOT, WAYPOINTS
+from mjsim.exchange.preset_files import inhabited, robot_of
+from mjsim.geometry import Array
+from mjsim.world import Beacon, Modules, Robot, Run, Source, Use, Wall, World, has_asset
+
+SLAM = "mjsim.algorithms.ekf_slam:EkfSlam"
+SPEED = 0.6
+"""Speed along the waypoints [m/s]."""
+MAX_BYTES, MAX_LANDMARKS, MAX_WAYPOINTS, MAX_CORNERS = 10_000_000, 2000, 1000, 5000
+FARTHEST = 5000.0
+"""Maximum distance of a point from the map's origin [m]."""
+DIGITS = 3
+"""Coordinates are rounded to the millimetre."""
+NAMES = {
+    "landmarks": ("lm", "beacons", "beacon", "landmarks", "landmark", "reflectors"),
+    "waypoints": ("wp", "waypoints", "way", "path", "route"),
+    "walls": ("walls", "wall", "corners", "room", "outline"),
+}
+"""Names of the tables, without regard to case."""
+PICTURES = (".jpg", ".jpeg", ".png")
+POSTERS = "posters/"
+"""Folder in assets where a picture of a beacon is looked for, if it is not beside the file."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlacedBeacon:
+    """A beacon of such a file."""
+
+    at: tuple[float, float]
+    """[m]"""
+    heading: float | None = None
+    """[rad]"""
+    picture: str | None = None
+    """Picture file, relative to the world file or to assets; None for a reflector."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LandmarkMap:
+    """The contents of such a file, in metres."""
+
+    landmarks: Array
+    """Shape (n, 2) [m]."""
+    waypoints: Array
+    """Shape (m, 2) [m]; empty if the file has none."""
+    walls: tuple[Array, ...] = ()
+    """Corners of each wall, shape (k, 2) [m]; closed where the last is the first."""
+    beacons: tuple[PlacedBeacon, ...] = ()
+    """The landmarks with heading and picture, if the file states them."""
+    equipment: Equipment = field(default_factory=Equipment)
+    told: tuple[str, ...] = ()
+    """What the user is to be told about the reading."""
+
+    def length(self) -> float:
+        """Return the length of the path along the waypoints [m]."""
+        return float(np.hypot(*np.diff(self.waypoints, axis=0).T).sum()) if len(self.waypoints) > 1 else 0.0
+
+    @property
+    def points(self) -> Array:
+        """All points of the file, shape (k, 2) [m]."""
+        return np.vstack([self.landmarks, self.waypoints, *self.walls])
+
+
+def read_landmarks(path: Path, *, scale: float, rows: bool = False) -> LandmarkMap:
+    """Return the configuration of a file.
+
+    Args:
+        path: A MAT-file, version 5 to 7, or a script of literal assignments.
+        scale: Metres per unit of the file.
+        rows: Whether a table that fits both ways has an item in each row.
+
+    Raises:
+        UsageError: The file is neither, or contains neither landmarks nor walls.
+    """
+    content, unread = _content(path)
+    given = {key: _first(content, names) for key, names in NAMES.items()}
+    if given["landmarks"] is None and given["walls"] is None:
+        names = ", ".join(sorted(content)) or "nothing"
+        raise UsageError(
+            f"'{path}' holds no landmarks: lm, 2 x n; it holds {'; '.join([f'{names:.200}', *unread[:1]])}"
+        )
+    tables = Tables(str(path), rows)
+    beacons = _beacons(path, tables, given["landmarks"], scale)
+    name, value = given["waypoints"] or ("wp", np.zeros((2, 0)))
+    waypoints = tables.points(name, value, limit=MAX_WAYPOINTS) * scale
+    walls = tuple(_rounded(points * scale) for points in _walls(tables, given["walls"]))
+    used = {each[0] for each in given.values() if each is not None}
+    others = {key: value for key, value in content.items() if key not in used}
+    equipment, unused = equipment_of(others, scale=scale)
+    told = (*tables.told, *_told_walls(given["walls"], walls), *equipment.told, *unread)
+    map = LandmarkMap(
+        _rounded(np.array([beacon.at for beacon in beacons]).reshape(-1, 2)),
+        _rounded(waypoints),
+        walls,
+        tuple(beacons),
+        equipment,
+        (*told, *([f"not used: {', '.join(unused):.300}"] if unused else [])),
+    )
+    farthest = float(np.abs(map.points).max())
+    if farthest > FARTHEST:
+        raise UsageError(f"'{path}' reaches {farthest:g} m; the farthest is {FARTHEST:g} m, give a smaller --scale")
+    return map
+
+
+def world_from_landmarks(
+    map: LandmarkMap,
+    *,
+    name: str,
+    preset: str | None,
+    estimator: Use | None = None,
+    folder: Path | None = None,
+) -> World:
+    """Return a world with walls and beacons, and a robot that drives along the waypoints.
+
+    Args:
+        map: The landmark map.
+        name: Name of the world.
+        preset: Preset of the robot; None for no robot.
+        folder: Folder in which the world will be saved; the preset may be a file in it.
+        estimator: The estimator; by default EKF-SLAM.
+
+    Raises:
+        UsageError: The preset does not exist, or what the file says of the robot is not possible.
+    """
+    placed = map.beacons or tuple(PlacedBeacon(_at(point)) for point in map.landmarks)
+    beacons = tuple(_beacon(f"lm{k}", beacon) for k, beacon in enumerate(placed, start=1))
+    world = World(name=name, beacons=beacons, walls=tuple(_wall(points) for points in map.walls))
+    if preset is None:
+        return world
+    start = map.waypoints[0] if len(map.waypoints) else map.points.mean(axis=0).round(DIGITS)
+    heading = _heading(start, map.waypoints[1:])
+    if (pose := map.equipment.pose) is not None:
+        start, heading = np.array(pose[:2]), round(math.degrees(pose[2]), DIGITS)
+    robot = _robot(preset, start, heading, folder, map.equipment)
+    points = [list(_at(point)) for point in map.waypoints[1:]]
+    length = Use.model_validate({"use": WAYPOINTS, "points": points, "speed": SPEED}) if points else None
+    modules = Modules(estimator=estimator or Use(use=SLAM), navigator=length)
+    seconds = float(max(60, math.ceil(1.4 * map.length() / SPEED)))
+    run = Run(seconds=seconds, drivers={ROBOT: modules})
+    return inhabited(world, robot, run, folder)
+
+
+def _content(path: Path) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Return variables by name, and lines about what could not be read."""
+    data = read_bounded(path, limit=MAX_BYTES, kind="a landmark map")
+    if path.suffix.lower() == ".m":
+        found = read_assignments(data.decode("utf-8", errors="replace"))
+        return dict(found.values), found.unread
+    from scipy.io import loadmat
+
+    content = loadmat(io.BytesIO(data))
+    return {key: _plain(value) for key, value in content.items() if not key.startswith("__")}, ()
+
+
+def _plain(value: Any) -> Any:
+    """Return a value of a MAT-file as `Assignments.values` has them."""
+    if not isinstance(value, np.ndarray | np.void):
+        return value
+    if value.dtype.names:
+        items = [{name: _plain(item[name]) for name in value.dtype.names} for item in np.atleast_1d(value).ravel()]
+        return items[0] if len(items) == 1 else items
+    if value.dtype.kind == "U":
+        return "".join(map(str, value.ravel()))
+    if value.dtype == object:
+        return [[_plain(item) for item in row] for row in np.atleast_2d(value)]
+    return value
+
+
+def _first(content: Mapping[str, Any], names: tuple[str, ...]) -> tuple[str, Any] | None:
+    """Return the variable with one of the names, and its value."""
+    lower = {key.lower(): key for key in content}
+    return next(((lower[name], content[lower[name]]) for name in names if name in lower), None)
+
+
+def _beacons(path: Path, tables: Tables, given: tuple[str, Any] | None, scale: float) -> list[PlacedBeacon]:
+    if given is None:
+        return []
+    name, value = given
+    items = tables.items(name, value, sizes=(4, 3, 2), columns="x above y", limit=MAX_LANDMARKS)
+    if not items:
+        raise UsageError(f"'{path}' has an empty {name}; a map has at least one landmark")
+    numbers = tables.finite(name, np.array([item[:3] for item in items], dtype=float))
+    turn = 1.0
+    if numbers.shape[1] == 3 and float(np.abs(numbers[:, 2]).max()) > 2.0 * math.pi + 0.01:
+        tables.told.append(f"the headings of {name} exceed 2 pi: they are taken as degrees")
+        turn = math.pi / 180.0
+    found = []
+    for item, row in zip(items, numbers, strict=True):
+        picture = _picture(path, tables, name, item[3]) if len(item) == 4 else None
+        heading = float(row[2]) * turn if len(row) == 3 else None
+        found.append(PlacedBeacon(_at(_rounded(row[:2] * scale)), heading, picture))
+    return found
+
+
+def _picture(path: Path, tables: Tables, name: str, entry: Entry) -> str | None:
+    """Return the picture of a beacon, by its name or number; None for a reflector."""
+    text = entry if isinstance(entry, str) else f"{entry:g}"
+    names = [text, *(text + suffix for suffix in PICTURES)]
+    pictures = [name for name in names if Path(name).name == name and Path(name).suffix.lower() in PICTURES]
+    for picture in (folder + each for folder in ("", POSTERS) for each in pictures):
+        if has_asset(picture, Source(folder=path.parent)):
+            return picture
+    line = f"{name} has P = {text}, which is no picture beside the file or in assets: a reflector"
+    if entry and line not in tables.told:
+        tables.told.append(line)
+    return None
+
+
+def _walls(tables: Tables, given: tuple[str, Any] | None) -> list[Array]:
+    """Return the corners of each wall; columns of NaN, or cells, part walls."""
+    if given is None:
+        return []
+    name, value = given
+    if isinstance(value, list) and not any(isinstance(item, str | dict) for item in value):
+        parts = [part for item in value for part in (item if isinstance(item, list) else [item])]
+        if any(np.size(part) > 1 for part in parts):
+            return [wall for part in parts for wall in _walls(tables, (name, part))]
+    shape = np.shape(value) if isinstance(value, np.ndarray) else ()
+    if len(shape) == 2 and 2 not in shape and 4 in shape:
+        items = tables.items(name, value, sizes=(4,), columns="x1, y1, x2, y2", limit=MAX_CORNERS)
+        return [tables.finite(name, np.array(item, dtype=float).reshape(2, 2)) for item in items]
+    corners = np.array(tables.items(name, value, sizes=(2,), columns="x above y", limit=MAX_CORNERS), dtype=float)
+    corners = corners.reshape(-1, 2)
+    gaps = np.isnan(corners).all(axis=1)
+    runs = np.split(corners, np.flatnonzero(gaps))
+    walls = [run[~np.isnan(run).all(axis=1)] for run in runs]
+    return [tables.finite(name, _distinct(wall)) for wall in walls if len(wall) > 1]
+
+
+def _distinct(corners: Array) -> Array:
+    """Return corners without those that repeat the one before."""
+    keep = np.append(True, (np.diff(corners, axis=0) != 0.0).any(axis=1))
+    return np.asarray(corners[keep])
+
+
+def _told_walls(given: tuple[str, Any] | None, walls: tuple[Array, ...]) -> list[str]:
+    if given is None:
+        return []
+    name = given[0]
+    if not walls:
+        return [f"{name} has fewer than two corners: no walls"]
+    opened = sum(len(points) > 2 and not _is_closed(points) for points in walls)
+    return [f"{name} does not end at its first corner: it stays open there"] if opened else []
+
+
+def _is_closed(points: Array) -> bool:
+    return len(points) > 3 and bool((points[0] == points[-1]).all())
+
+
+def _wall(points: Array) -> Wall:
+    closed = _is_closed(points)
+    corners = points[:-1] if closed else points
+    return Wall.model_validate({"points": corners.tolist(), "closed": closed})
+
+
+def _beacon(name: str, placed: PlacedBeacon) -> Beacon:
+    keys: dict[str, Any] = {"name": name, "at": placed.at}
+    if placed.heading is not None:
+        keys["heading_deg"] = round(math.degrees(placed.heading), DIGITS)
+    if placed.picture is not None:
+        keys |= {"image": placed.picture, "width": 0.6}
+    return Beacon.model_validate(keys)
+
+
+def _robot(preset: str, start: Array, heading: float, folder: Path | None, equipment: Equipment) -> Robot:
+    noise = {"range": 0.05, "bearing_deg": 1.0}
+    sensor = {"beacons": "ring", "range": [0.3, 8.0], "fov_deg": 180.0, "rate_hz": 5.0, "noise": noise}
+    keys = {"name": ROBOT, "preset": equipment.preset or preset, "at": list(_at(start)), "heading_deg": heading}
+    parts = {"sensors": [equipment.sensor_over(sensor)], "odometry": {"noise": ODOMETRY_NOISE}}
+    return robot_of({**keys, **parts, **equipment.robot}, folder)
+
+
+def _heading(start: Array, ahead: Array) -> float:
+    """Return the direction from the start to the first waypoint that differs from it [deg]."""
+    for point in ahead:
+        if (point != start).any():
+            dx, dy = point - start
+            return round(math.degrees(math.atan2(dy, dx)), 1)
+    return 0.0
+
+
+def _rounded(points: Array) -> Array:
+    return np.asarray(np.round(points, DIGITS) + 0.0)
+
+
+def _at(point: Array) -> tuple[float, float]:
+    x, y = point.tolist()
+    return x, y

@@ -1,0 +1,9 @@
+from . import columns as columns
+from .carmen import is_carmen as is_carmen
+from .carmen import read_carmen as read_carmen
+from .euroc import is_euroc as is_euroc
+from .euroc import read_euroc as read_euroc
+from .mrclam import convert_mrclam as convert_mrclam
+from .rgbd import is_rgbd as is_rgbd
+from .rgbd import read_rgbd as read_rgbd
+from .victoria_park import convert_victoria_park as convert_victoria_park

@@ -1,0 +1,45 @@
+"""What of a log can be recorded."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from mjsim.errors import LONGEST_MESSAGE, UsageError
+from mjsim.logs.resampling.log import Log
+
+SMALLEST, LARGEST = 16, 4096
+"""Limits of width and height of pictures in a recording [px]."""
+
+
+def usable(log: Log) -> Log:
+    """Return a log without the cameras whose pictures are too small or too large, which its notes name."""
+    wrong = {
+        name: f"pictures of {size.width} x {size.height} pixels; a camera has {SMALLEST} to {LARGEST} to each side"
+        for name, size in ((name, camera.intrinsics) for name, camera in log.cameras.items())
+        if not all(SMALLEST <= side <= LARGEST for side in (size.width, size.height))
+    }
+    if not wrong:
+        return log
+    frames = {name: frames for name, frames in log.robot.cameras.items() if name not in wrong}
+    return replace(
+        log,
+        robot=replace(log.robot, cameras=frames),
+        cameras={name: camera for name, camera in log.cameras.items() if name not in wrong},
+        notes={**log.notes, **{f"{name} left out": why for name, why in wrong.items()}},
+    )
+
+
+def require_motion(log: Log, source: Path) -> None:
+    """Check that a log contains motion or sensor data."""
+    robot = log.robot
+    if (
+        robot.track is None
+        and not len(robot.twists)
+        and not any((robot.scans, robot.cameras, robot.clouds, robot.sightings, robot.imu))
+    ):
+        unread = ", ".join(
+            f"{fact}: {count}" for fact, count in log.notes.items() if "left out" in fact and count != "0"
+        )
+        raise UsageError(
+            f"'{source}' holds no odometry, scans, clouds, pictures, IMU or sightings; there is nothing to record"
+            f"{f' ({unread})' if unread else ''}"[:LONGEST_MESSAGE]
+        )

@@ -1,0 +1,5 @@
+"""Robots in the files of manufacturers, as plain numbers."""
+
+from mjsim.faces import face
+
+__getattr__, __dir__, __all__ = face(__name__, __file__)

@@ -1,0 +1,5 @@
+"""What Foxglove draws of a recording: the map, frames, pictures, scans, items of modules."""
+
+from mjsim.faces import face
+
+__getattr__, __dir__, __all__ = face(__name__, __file__)

@@ -1,0 +1,14 @@
+from .gl_calls import ALL_ATTRIB_BITS as ALL_ATTRIB_BITS
+from .gl_calls import COMPILE as COMPILE
+from .gl_calls import CULL_FACE as CULL_FACE
+from .gl_calls import FOG as FOG
+from .gl_calls import LIGHTING as LIGHTING
+from .gl_calls import MODELVIEW as MODELVIEW
+from .gl_calls import QUADS as QUADS
+from .gl_calls import TEXTURE_2D as TEXTURE_2D
+from .gl_calls import UNSIGNED_BYTE as UNSIGNED_BYTE
+from .gl_calls import GlCalls as GlCalls
+from .opengl import BACKENDS as BACKENDS
+from .opengl import GLContext as GLContext
+from .opengl import choose_backend as choose_backend
+from .opengl import make_context as make_context

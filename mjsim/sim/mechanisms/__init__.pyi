@@ -1,0 +1,2 @@
+from .led import Mechanisms as Mechanisms
+from .pushes import Push as Push

@@ -1,0 +1,161 @@
+"""Draws a scene in its baked light: surfaces by lists of our own, moving things in the light where they are.
+
+MuJoCo draws a mesh by calling the display list `baseMesh + dataid`. Geoms with a light map are therefore handed to it
+as meshes with the number of a list of ours; its own lists, and all it draws by them, stay as they are.
+"""
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.compile import DIRECTED, EVEN, PICTURES, has_texcoords, is_flat, picture_glow, rgba_of, texture_of
+from mjsim.geometry import Array
+from mjsim.light import BakedLight, LitSurface
+from mjsim.sim.gl import GlCalls
+from mjsim.sim.rendering.contact_shadows import shadows_of
+from mjsim.sim.rendering.gl_light import GlLight
+from mjsim.sim.rendering.gl_shadows import GlShadows
+from mjsim.sim.rendering.in_view import frustum_of
+from mjsim.sim.rendering.light_mix import LightMix
+from mjsim.sim.rendering.light_weights import LightWeights
+from mjsim.sim.rendering.merged import UNSEEN
+from mjsim.sim.rendering.moving_light import MovingLight
+from mjsim.sim.rendering.scene_geoms import as_bytes, geoms_of, mesh_geom
+
+CAST = (0, 1, UNSEEN)
+"""Geom groups of what casts shadows, or did before it was removed."""
+MESH, GEOM = int(mujoco.mjtGeom.mjGEOM_MESH), int(mujoco.mjtObj.mjOBJ_GEOM)
+
+
+class LitScene:
+    """The baked light of one model in one context; use it while the context is current."""
+
+    def __init__(self, gl: GlCalls, mjr: mujoco.MjrContext, model: mujoco.MjModel, baked: BakedLight) -> None:
+        """Copy the light to the graphics processor.
+
+        Args:
+            gl: Functions of the context.
+            mjr: MuJoCo's resources in the context.
+            model: The compiled world.
+            baked: Its light.
+        """
+        self._mix, self._weights = LightMix(baked), LightWeights(model, baked)
+        self._gl = GlLight(gl, width=self._mix.width, height=self._mix.height)
+        self._lists = np.full(model.ngeom, -1, dtype=np.int32)
+        self._pictured = np.zeros(model.ngeom, dtype=np.int32)
+        self._apart = np.zeros(model.ngeom, dtype=bool)
+        self._make_lists(mjr, model, [each for each in baked.surfaces if _may_be_listed(model, each.geom)])
+        self._marks = [as_bytes(mesh_geom(each - mjr.baseMesh)) for each in (self._gl.enter, self._gl.leave)]
+        self._moving = MovingLight(model, baked)
+        self._factors, self._glow = _own_colors(model, lit=self._lists >= 0)
+        shadows = shadows_of(model, np.flatnonzero((self._lists < 0) & np.isin(model.geom_group, CAST)))
+        self._shadows = GlShadows(gl, self._gl, model, shadows) if shadows else None
+        self._now: Array | None = None
+
+    def draw(self, rect: mujoco.MjrRect, scene: mujoco.MjvScene, mjr: mujoco.MjrContext, data: mujoco.MjData) -> None:
+        """Draw a scene that holds geoms of a state, no lights, and has room for two geoms more.
+
+        Args:
+            rect: Where in the buffer.
+            scene: Its camera is up to date.
+            mjr: MuJoCo's resources in the context.
+            data: The state.
+        """
+        self._update(data)
+        count = scene.ngeom
+        self._prepare(scene, data)
+        if scene.nlight != len(DIRECTED):
+            light_moving_things(scene)
+        mujoco.mjr_render(rect, scene, mjr)
+        scene.ngeom = count
+        if self._shadows is not None:
+            self._shadows.draw(data, frustum_of(scene, width=rect.width, height=rect.height))
+
+    def _update(self, data: mujoco.MjData) -> None:
+        """Take the light of a state."""
+        weights = self._weights.of(data)
+        if weights is self._now:
+            return
+        self._now = weights
+        self._moving.set_weights(weights)
+        changed = self._mix.changed(weights)
+        if changed is not None:
+            self._gl.upload(changed[1], changed[0])
+
+    def _prepare(self, scene: mujoco.MjvScene, data: mujoco.MjData) -> None:
+        """Exchange the geoms that have a light map, and color the others."""
+        memory, count = geoms_of(scene), scene.ngeom
+        geoms = memory[:count]
+        own = geoms["objtype"] == GEOM
+        ids = np.where(own, geoms["objid"], 0)
+        lists = self._lists[ids]
+        is_lit = own & (lists >= 0)
+        lit = np.flatnonzero(is_lit)
+        geoms["type"][lit] = MESH
+        geoms["dataid"][lit] = lists[lit]
+        geoms["texcoord"][lit] = self._pictured[ids[lit]]
+        geoms["rgba"][:, :3] *= self._factors[ids]
+        unlit = np.flatnonzero(~is_lit)
+        if len(unlit):
+            geoms["rgba"][unlit, :3] *= self._moving.factors(data, ids[unlit])
+            glow = self._glow[ids]
+            np.copyto(geoms["emission"], glow, where=glow >= 0.0)
+        # Those with a light map come first, between the lists that switch it on and off.
+        together = is_lit & ~self._apart[ids]
+        rows = as_bytes(geoms)
+        ordered = [self._marks[0], rows[together], self._marks[1], rows[~together]]
+        as_bytes(memory)[: count + 2] = np.concatenate(ordered)
+        scene.ngeom = count + 2
+
+    def _make_lists(self, mjr: mujoco.MjrContext, model: mujoco.MjModel, surfaces: list[LitSurface]) -> None:
+        data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, data)
+        for surface in surfaces:
+            geom, corners = surface.geom, surface.triangles.ravel()
+            points = (surface.points - data.geom_xpos[geom]) @ data.geom_xmat[geom].reshape(3, 3)
+            self._pictured[geom] = pictured = has_texcoords(model, geom) and surface.texcoords is not None
+            listed = self._gl.surface(
+                points.astype(np.float32)[corners],
+                surface.lightcoords[corners],
+                np.asarray(surface.texcoords, dtype=np.float32)[corners] if pictured else None,
+                # Of planes, they are counted from the corner that MuJoCo chooses.
+                scaled=not pictured or model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_PLANE,
+            )
+            # MuJoCo draws what is transparent after all else.
+            self._apart[geom] = clear = bool(rgba_of(model, geom)[3] < 1.0)
+            self._lists[geom] = (self._gl.apart(listed) if clear else listed) - mjr.baseMesh
+        self._gl.require_no_error("surfaces of a light map")
+
+
+def light_moving_things(scene: mujoco.MjvScene) -> None:
+    """Set the lights of a scene to even light and two lamps at infinity, as in full general light.
+
+    The colours of geoms that move are multiplied by the light where they are.
+    """
+    scene.nlight = len(DIRECTED)
+    for light, (_, towards, strength) in zip(scene.lights, DIRECTED, strict=False):
+        light.id, light.type, light.headlight, light.castshadow = -1, mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, 0, 0
+        light.dir[:] = -np.array(towards) / np.linalg.norm(towards)
+        light.diffuse[:], light.ambient[:], light.specular[:] = strength, 0.0, 0.0
+    scene.lights[0].ambient[:] = EVEN
+
+
+def _may_be_listed(model: mujoco.MjModel, geom: int) -> bool:
+    """Return whether a surface looks the same as a mesh: MuJoCo maps pictures on all sides by shapes of its own."""
+    texture = texture_of(model, geom)
+    return texture < 0 or is_flat(model, texture)
+
+
+def _own_colors(model: mujoco.MjModel, *, lit: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Return what multiplies the colour of each geom, shape (ngeom, 3), and its emission, -1 to leave that.
+
+    Pictures on beacons glow and reflect little in plain light. With a light map they reflect all; on things that move
+    they glow as in full general light.
+    """
+    factors, glow = np.ones((model.ngeom, 3)), np.full(model.ngeom, -1.0)
+    for geom, material in enumerate(model.geom_matid.tolist()):
+        if material >= 0 and model.mat(material).name.startswith(PICTURES):
+            share = float(model.mat_rgba[material, 0])
+            factors[geom] = 1.0 / share if lit[geom] else 1.0
+            glow[geom] = picture_glow(1.0, share)
+    return factors, glow

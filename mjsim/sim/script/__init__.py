@@ -1,0 +1,5 @@
+"""What happens in a world by its script: events, movers, doors and other joints, shoves."""
+
+from mjsim.faces import face
+
+__getattr__, __dir__, __all__ = face(__name__, __file__)

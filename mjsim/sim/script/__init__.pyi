@@ -1,0 +1,1 @@
+from .world_script import WorldScript as WorldScript

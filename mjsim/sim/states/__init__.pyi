@@ -1,0 +1,9 @@
+from .glb import glb_bytes as glb_bytes
+from .glb import write_glb as write_glb
+from .playback import Playback as Playback
+from .rerender import Retake as Retake
+from .scenery import Scenery as Scenery
+from .state_renderer import Onlooker as Onlooker
+from .state_renderer import Orbit as Orbit
+from .static_scene import StillScene as StillScene
+from .static_scene import bring_up as bring_up

@@ -1,0 +1,5 @@
+"""Requests of the page while a world is edited."""
+
+from mjsim.faces import face
+
+__getattr__, __dir__, __all__ = face(__name__, __file__)

@@ -1,0 +1,1 @@
+from .review_api import ReviewApi as ReviewApi

@@ -1,0 +1,16 @@
+from .answers import Ask as Ask
+from .answers import RefusedError as RefusedError
+from .answers import answer_get as answer_get
+from .answers import answered as answered
+from .answers import body_of as body_of
+from .answers import posted as posted
+from .answers import refusal as refusal
+from .late import LateRoutes as LateRoutes
+from .late import Loaded as Loaded
+from .local import HEADERS as HEADERS
+from .local import LOOPBACK as LOOPBACK
+from .server import Server as Server
+from .static_page import pack as pack
+from .static_page import pack_files as pack_files
+from .static_page import packed_response as packed_response
+from .static_page import page_routes as page_routes

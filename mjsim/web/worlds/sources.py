@@ -1,0 +1,48 @@
+"""The source text of modules that a world names, for display; none of it is run."""
+
+import importlib.util
+import os
+import re
+from pathlib import Path
+
+from mjsim.modules import foreign_code
+from mjsim.web.server import RefusedError
+from mjsim.web.worlds.items import Json
+from mjsim.world import World
+
+SHIPPED = "mjsim.algorithms."
+
+
+def source_of_use(world: World, use: str) -> Json:
+    """Return the text of a module.
+
+    Args:
+        world: World that names it.
+        use: `FILE.py:CLASS` beside the world, or `mjsim.algorithms.MODULE:CLASS`.
+
+    Returns:
+        Name of the file, its text, and the line of the class, counted from 1.
+
+    Raises:
+        RefusedError: The world does not name such a file, or it belongs to an installed package.
+    """
+    place, _, name = use.rpartition(":")
+    text = _shipped(place) if place.startswith(SHIPPED) else _beside(world, place)
+    begins = re.search(rf"^(class|def|fn|struct|impl)\s+{re.escape(name)}\b", text, re.MULTILINE)
+    line = text.count("\n", 0, begins.start()) + 1 if begins else 1
+    return {"name": place, "text": text, "line": line}
+
+
+def _shipped(module: str) -> str:
+    # A name with more dots would import what precedes the last one.
+    spec = importlib.util.find_spec(module) if re.fullmatch(re.escape(SHIPPED) + r"\w+", module) else None
+    if spec is None or spec.origin is None:
+        raise RefusedError(404, f"mjsim has no module '{module}'")
+    return Path(spec.origin).read_text(encoding="utf-8")
+
+
+def _beside(world: World, place: str) -> str:
+    files, name = foreign_code(world).files, os.path.normpath(place)
+    if name not in files or os.path.isabs(name):
+        raise RefusedError(404, f"'{place}' is not a source file beside this world; only such files are shown")
+    return files[name].decode("utf-8", errors="replace")

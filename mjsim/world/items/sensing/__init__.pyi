@@ -1,0 +1,17 @@
+from . import sensors as sensors
+from .cameras import Camera as Camera
+from .cameras import Depth as Depth
+from .cameras import Exposure as Exposure
+from .cameras import Photons as Photons
+from .cameras import Stereo as Stereo
+from .lenses import Lens as Lens
+from .lidars import Lidar as Lidar
+from .lidars import Lidar3d as Lidar3d
+from .sensor_presets import sensor_names as sensor_names
+from .sensors import SENSOR_KINDS as SENSOR_KINDS
+from .sensors import AnySensor as AnySensor
+from .sensors import BeaconSensor as BeaconSensor
+from .sensors import Imu as Imu
+from .sensors import ImuError as ImuError
+from .sensors import Sensor as Sensor
+from .sensors import name_of as name_of
