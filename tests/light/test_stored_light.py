@@ -10,7 +10,7 @@ from mjsim.compile import compile_world, compiled
 from mjsim.errors import MjsimError
 from mjsim.light import ALWAYS, GENERAL, LAMP, BakedLight, bake, light_of, linear, world_light
 from mjsim.light.bake import sources_of
-from mjsim.light.stored import MOST_BYTES, key_of, store, stored
+from mjsim.light.stored import key_of
 from mjsim.output import user_cache
 from mjsim.world import parse_world
 
@@ -95,41 +95,6 @@ def test_lamps_that_events_change_and_then_the_first_have_maps_of_their_own_four
     rest = [number for number in range(1, 7) if number != first]
     own = sorted([first, *rest[:3]])
     assert sources_of(world, []).names == (GENERAL, ALWAYS, *(f"{LAMP}l-{number}" for number in own))
-
-
-@pytest.mark.slow
-def test_light_comes_back_from_the_cache_as_it_was(light):
-    store("key", light)
-    # Points and normals are kept in single and half precision.
-    assert_same(light, stored("key"), rounding=1e-3)
-    np.testing.assert_array_equal(stored("key").groups[0].texels, light.groups[0].texels)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("spoil", [lambda data: b"", lambda data: data[:-100], lambda data: b"PK" + data[7:]])
-def test_a_broken_file_is_none(light, spoil):
-    store("key", light)
-    place = user_cache("light") / "key"
-    place.write_bytes(spoil(place.read_bytes()))
-    assert stored("key") is None
-
-
-@pytest.mark.slow
-def test_a_file_of_other_light_is_none(light):
-    store("key", light)
-    (user_cache("light") / "key").rename(user_cache("light") / "other")
-    assert stored("other") is None
-    assert stored("missing") is None
-
-
-@pytest.mark.slow
-def test_the_cache_forgets_what_was_used_least_recently(light):
-    old = user_cache("light") / "old"
-    with old.open("wb") as file:
-        file.truncate(MOST_BYTES)
-    store("key", light)
-    assert not old.exists()
-    assert stored("key") is not None
 
 
 def test_what_does_not_change_light_does_not_change_its_key(room):

@@ -1,0 +1,178 @@
+"""When a robot counts as lost, and how it is found, against counts, least squares and exact poses."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from mjsim.algorithms.recent_motion import MEMORY, RecentMotion
+from mjsim.algorithms.relocation import ANY_HEADING, Relocation, as_lost, fitted, pose_from_sightings
+from mjsim.geometry import Pose, wrap_angle
+from mjsim.interface import Estimate, Odometry, Sighting
+from tests.algorithms.test_recovery import DT, HUNG, R, looks_from
+
+PLACES = {name: np.array(place) for name, place in HUNG.items()}
+GATE = 13.8
+
+
+def recorded(relocation, text, *, step=0.1, start=0.0, name="r1"):
+    """Record sightings: x fails, o agrees."""
+    for tick, letter in enumerate(text):
+        look = Sighting(start + step * tick, name, 2.0, 0.0, R)
+        relocation.record(name, look, GATE + 0.1 if letter == "x" else 5.9, gate=GATE)
+    return relocation.lost
+
+
+@pytest.mark.parametrize(
+    ("text", "step", "lost"),
+    [
+        ("xxxx", 0.5, False),
+        ("xxxxx", 0.25, True),
+        ("xxxxx", 0.24, False),
+        ("xxxxxxxx", 0.01, False),
+        ("xxxxxxxxx", 0.01, True),
+        ("oxxoxxoxxoxx", 0.3, False),
+        ("oxxoxxoxxxxx", 0.01, True),
+        ("oooooxxxxoxxxx", 0.25, False),
+        ("xxxxooxxxxoox", 0.3, False),
+    ],
+)
+def test_a_robot_is_lost_after_nine_failures_of_twelve_or_five_in_a_row_over_a_second(text, step, lost):
+    assert recorded(Relocation(), text, step=step) == lost
+
+
+def test_the_gate_is_stricter_while_a_robot_is_lost_and_two_landmarks_must_agree():
+    relocation = Relocation()
+    relocation.record("r1", Sighting(0.0, "r1", 2.0, 0.0, R), GATE, gate=GATE)
+    assert recorded(relocation, "x" * 8, step=0.01) is False
+    assert recorded(relocation, "x") is True
+    for _ in range(12):
+        relocation.record("r1", Sighting(1.0, "r1", 2.0, 0.0, R), 6.1, gate=GATE)
+    assert relocation.lost
+    assert recorded(relocation, "o" * 12)
+    assert not recorded(relocation, "o", name="r2")
+    # Of twelve, four that fail are too many.
+    recorded(relocation, "x" * 12)
+    assert recorded(relocation, "ooooxxxx", name="r1")
+    assert recorded(relocation, "o" * 8, name="r2")
+    assert not recorded(relocation, "o", name="r2")
+
+
+def test_a_pose_between_points_is_that_of_least_squares():
+    rng = np.random.default_rng(0)
+    seen = rng.normal(0.0, 3.0, (6, 2))
+    pose = np.array([1.0, -2.0, 2.5])
+    hung = Pose(*pose).transform(seen) + rng.normal(0.0, 0.3, (6, 2))
+    exact = least_squares(lambda p: (Pose(*p).transform(seen) - hung).ravel(), pose).x
+    np.testing.assert_allclose(fitted(seen, hung), exact, atol=1e-6)
+
+
+def test_a_pose_explains_seven_tenths_of_the_sightings_by_pairs_that_are_apart():
+    pose = np.array([1.0, -0.5, 2.0])
+    looks, names = looks_from(pose, 0.0), list(HUNG)
+    wrong = [Sighting(0.0, name, 1.0 + 3.0 * k, -2.0 + 1.7 * k, R) for k, name in enumerate(names)]
+    for count, found in ((4, False), (5, True)):
+        mixed = [*looks[:count], *wrong[count:]]
+        assert (pose_from_sightings(names, mixed, PLACES) is not None) == found
+    near = {"a": np.array([2.0, 0.0]), "b": np.array([2.0, 0.49])}
+    for height, found in ((0.49, False), (0.51, True)):
+        near["b"] = np.array([2.0, height])
+        pair = [Sighting(0.0, name, float(np.hypot(*at)), math.atan2(*at[::-1]), R) for name, at in near.items()]
+        assert (pose_from_sightings(["a", "b"], pair, near) is not None) == found
+    # What is off by three standard deviations of its range, or of its bearing at its range, disagrees.
+    far, exact = PLACES["r1"] - pose[:2], [replace(look, covariance=1e-8 * np.eye(2)) for look in looks]
+    ahead = far / np.hypot(*far)
+    for spread, away in (
+        (np.diag([0.05**2, 0.0]), 0.15 * ahead),
+        (np.diag([0.0, 0.02**2]), 0.06 * far[::-1] * (-1, 1)),
+    ):
+        for share, agrees in ((0.97, True), (1.03, False)):
+            moved = PLACES | {"r1": PLACES["r1"] + share * away}
+            mixed = [exact[0], replace(exact[1], covariance=spread), *exact[2:]]
+            assert ("r1" in pose_from_sightings(names, mixed, moved).sightings) == agrees
+
+
+def test_a_lost_robot_is_found_by_steady_sightings_of_the_last_seconds_as_if_taken_now():
+    step, motion, relocation = Pose(0.05, 0.01, 0.08), RecentMotion(), Relocation()
+    pose = Pose(0.4, -0.2, 0.3)
+    for tick in range(1, 141):
+        pose = pose @ step
+        motion.move(Odometry(step.x, step.y, step.heading, 1e-8 * np.eye(3)), DT * tick)
+        now = DT * tick
+        for look in looks_from(pose.as_array(), now) if tick % 5 == 0 else ():
+            # One stands elsewhere, one flickers, one was seen long ago, one is on no map.
+            if look.name == "r2":
+                look = Sighting(now, "r2", look.range + 1.0, look.bearing, R)
+            if look.name == "r3" and tick // 10 % 2:
+                look = Sighting(now, "r3", look.range + 1.0, look.bearing, R)
+            if look.name != "r5" or tick < 21:
+                relocation.record(look.name, look, 100.0, gate=GATE)
+    relocation.record("unknown", Sighting(now, "unknown", 1.0, 0.0, R), 100.0, gate=GATE)
+    assert relocation.lost
+    assert now - 2.0 > MEMORY
+    found = relocation.find(motion, now, PLACES)
+    np.testing.assert_allclose(found.pose[:2], [pose.x, pose.y], atol=1e-6)
+    assert wrap_angle(found.pose[2] - pose.heading) == pytest.approx(0.0, abs=1e-6)
+    assert set(found.sightings) == {"r0", "r1", "r4"}
+    for look in looks_from(pose.as_array(), now):
+        if look.name in found.sightings:
+            assert found.sightings[look.name].range == pytest.approx(look.range)
+    # It is on trial: the third failure is the ninth.
+    assert not relocation.lost
+    assert not recorded(relocation, "xx", start=now, step=0.01)
+    assert recorded(relocation, "x", start=now)
+
+
+def test_the_belief_of_a_lost_robot_keeps_what_is_known_of_the_map():
+    relocation, joint = Relocation(), np.arange(25.0).reshape(5, 5)
+    belief = Estimate(pose=Pose(1.0, 2.0, 0.5), covariance=np.eye(3), joint_covariance=joint + joint.T + 99 * np.eye(5))
+    anywhere = np.diag([100.0, 100.0, ANY_HEADING])
+    lost = as_lost(belief, relocation, PLACES)
+    np.testing.assert_array_equal(lost.covariance, anywhere)
+    np.testing.assert_array_equal(lost.joint_covariance[:3, :3], anywhere)
+    np.testing.assert_array_equal(lost.joint_covariance[3:, 3:], belief.joint_covariance[3:, 3:])
+    assert not lost.joint_covariance[:3, 3:].any()
+    recorded(relocation, "xx", name="r0")
+    recorded(relocation, "x", name="gone")
+    about = relocation.covariance(belief.pose.as_array(), PLACES)
+    angles = np.linspace(-math.pi, math.pi, 720, endpoint=False)
+    circle = PLACES["r0"] + 2.0 * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    mean = ((circle - (1.0, 2.0)) ** 2).sum(axis=1).mean() / 2
+    np.testing.assert_allclose(about, np.diag([mean, mean, np.mean(angles**2)]), rtol=1e-4)
+
+
+def test_the_way_since_a_time_is_that_between_two_poses_and_its_covariance_that_of_the_steps():
+    motion, poses, rng = RecentMotion(), [Pose(0.0, 0.0, 0.0)], np.random.default_rng(0)
+    for tick in range(1, 150):
+        step = Pose(*rng.normal(0.0, (0.1, 0.03, 0.3)))
+        poses.append(poses[-1] @ step)
+        motion.move(Odometry(step.x, step.y, step.heading, np.diag([0.1, 0.2, 0.3])), DT * tick)
+    now = DT * 149
+    for tick in (149, 140, 60, 51):
+        way, covariance = motion.since(DT * tick)
+        expected = (poses[tick].inverse() @ poses[-1]).as_array()
+        np.testing.assert_allclose(way[:2], expected[:2], atol=1e-9)
+        assert wrap_angle(way[2] - expected[2]) == pytest.approx(0.0, abs=1e-9)
+        np.testing.assert_allclose(covariance, (149 - tick) * np.diag([0.1, 0.2, 0.3]), atol=1e-9)
+    (one, known), (other, more), (middle, half) = (motion.at(DT * tick) for tick in (100, 101, 100.25))
+    np.testing.assert_allclose(middle[:2], 0.75 * one[:2] + 0.25 * other[:2])
+    assert wrap_angle(middle[2] - one[2]) == pytest.approx(0.25 * wrap_angle(other[2] - one[2]))
+    np.testing.assert_allclose(half, 0.75 * known + 0.25 * more)
+    # What is older than is remembered is the oldest pose.
+    np.testing.assert_allclose(motion.at(1.0)[0], motion.at(now - MEMORY - 0.2)[0])
+
+
+def test_the_velocity_of_an_arc_is_that_of_its_wheels():
+    motion = RecentMotion()
+    for tick in range(1, 30):
+        # Exact steps on a circle: chord and half of the turn.
+        turn = 0.08
+        chord = 0.05 * math.sin(turn / 2) / (turn / 2)
+        step = (chord * math.cos(turn / 2), chord * math.sin(turn / 2), turn)
+        motion.move(Odometry(*step, np.eye(3)), DT * tick)
+    ahead, left, rate = motion.velocity(0.5)
+    assert rate == pytest.approx(0.8)
+    assert left == pytest.approx(0.0, abs=0.01)
+    assert ahead == pytest.approx(0.5 * math.sin(0.2) / 0.2, rel=0.01)
