@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from mjsim.algorithms.recent_motion import MEMORY, RecentMotion
-from mjsim.algorithms.relocation import ANY_HEADING, Relocation, as_lost, fitted, pose_from_sightings
+from mjsim.algorithms.estimation.recent_motion import MEMORY, RecentMotion
+from mjsim.algorithms.estimation.relocation import ANY_HEADING, Relocation, as_lost, fitted, pose_from_sightings
 from mjsim.geometry import Pose, wrap_angle
 from mjsim.interface import Estimate, Odometry, Sighting
 from tests.algorithms.test_recovery import DT, HUNG, R, looks_from

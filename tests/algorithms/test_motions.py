@@ -8,10 +8,10 @@ import pytest
 import shapely
 
 from mjsim.algorithms.go_to_goal import GoToGoal
-from mjsim.algorithms.moving_things import Thing
-from mjsim.algorithms.obstacle_map import ObstacleMap
-from mjsim.algorithms.path_integral import STEP, MotionPrices, PathIntegral
-from mjsim.algorithms.recovery import Around, Attempt, Recovery, Toward
+from mjsim.algorithms.go_to_goal.moving_things import Thing
+from mjsim.algorithms.go_to_goal.obstacle_map import ObstacleMap
+from mjsim.algorithms.go_to_goal.path_integral import STEP, MotionPrices, PathIntegral
+from mjsim.algorithms.go_to_goal.recovery import Around, Attempt, Recovery, Toward
 from mjsim.geometry import Pose
 from mjsim.interface import Estimate, Observation, Odometry
 from tests.algorithms.test_local_navigation import ORIGIN, robot

@@ -10,13 +10,13 @@ import shapely
 from scipy.interpolate import RegularGridInterpolator
 from scipy.spatial import cKDTree
 
-from mjsim.algorithms.body_discs import BodyDiscs
-from mjsim.algorithms.cost_to_go import MOST_PRICE, UNREACHED, Planner, allowed_speed, time_per_metre
-from mjsim.algorithms.moving_things import MovingThings, Thing
-from mjsim.algorithms.obstacle_map import ObstacleMap
-from mjsim.algorithms.obstacle_memory import ObstacleMemory
-from mjsim.algorithms.range_views import RangeView
-from mjsim.algorithms.way_plan import WayPlan
+from mjsim.algorithms.go_to_goal.body_discs import BodyDiscs
+from mjsim.algorithms.go_to_goal.cost_to_go import MOST_PRICE, UNREACHED, Planner, allowed_speed, time_per_metre
+from mjsim.algorithms.go_to_goal.moving_things import MovingThings, Thing
+from mjsim.algorithms.go_to_goal.obstacle_map import ObstacleMap
+from mjsim.algorithms.go_to_goal.obstacle_memory import ObstacleMemory
+from mjsim.algorithms.go_to_goal.range_views import RangeView
+from mjsim.algorithms.go_to_goal.way_plan import WayPlan
 from mjsim.geometry import Pose
 from tests.algorithms.test_local_navigation import ORIGIN, ring, robot
 
