@@ -1,0 +1,161 @@
+"""Readers of SDF and MJCF against sizes, poses and masses that are written by hand."""
+
+import math
+
+import numpy as np
+import pytest
+
+from mjsim.errors import UsageError
+from mjsim.exchange.scenes.mjcf_in import read_mjcf
+from mjsim.exchange.scenes.sdf_files import Folders
+from mjsim.exchange.scenes.sdf_in import read_sdf
+from tests.exchange.test_parts_of_scenes import box, posed
+
+
+def test_files_are_found_by_their_scheme_and_not_outside(tmp_path):
+    base = tmp_path / "1/2/3/4/5"
+    for place in ("models/cup/model.sdf", "table/model-1_10.sdf", "cup.dae", "sub/own.dae"):
+        (base / place).parent.mkdir(parents=True, exist_ok=True)
+        (base / place).write_text("<sdf/>")
+    (tmp_path / "out.dae").write_text("")
+    (tmp_path / "1/near.dae").write_text("")
+    search = tmp_path / "other"
+    (search / "chair").mkdir(parents=True)
+    folders = Folders(base / "w.sdf", [search])
+    for uri, found in (
+        ("model://cup", base / "models/cup"),
+        ("package://table", base / "table"),
+        ("http://server/models/cup/", base / "models/cup"),
+        ("file:///own.dae", base / "sub/own.dae"),
+        ("file://cup.dae", base / "cup.dae"),
+        (" own.dae ", base / "sub/own.dae"),
+        ("../cup.dae", base / "cup.dae"),
+        ("model://chair", search / "chair"),
+        ("../../../../../near.dae", tmp_path / "1/near.dae"),
+        ("../../../../../../out.dae", None),
+        ("ftp://cup", None),
+        ("model://none", None),
+        ("model://\0", None),
+    ):
+        assert folders.find(uri, base / "sub") == found
+    config = base / "table/model.config"
+    config.write_text("<m><sdf version='1.9'>a.sdf</sdf><sdf version='1.10'>model-1_10.sdf</sdf><sdf>b.sdf</sdf></m>")
+    assert folders.model_file(base / "table") == base / "table/model-1_10.sdf"
+    assert folders.model_file(base / "models/cup") == base / "models/cup/model.sdf"
+    assert folders.model_file(base / "cup.dae") == base / "cup.dae"
+    with pytest.raises(UsageError, match=r"has no model\.sdf"):
+        folders.model_file(search / "chair")
+
+
+def sdf(tmp_path, text):
+    path = tmp_path / "w.sdf"
+    path.write_text(f"<sdf version='1.9'><world name='w'>{text}</world></sdf>")
+    return read_sdf(path, search=[])
+
+
+POINTS = "".join(f"<point>{at}</point>" for at in ("0 0", "2 0", "2 1", "0 1"))
+SHAPE = "<collision name='c'><geometry>{}</geometry></collision>"
+
+
+@pytest.mark.parametrize(
+    ("geometry", "kind", "size"),
+    [
+        ("<box><size>1 2 3</size></box>", "box", (1, 2, 3)),
+        ("<sphere><radius>0.5</radius></sphere>", "sphere", (0.5,)),
+        ("<cylinder><radius>0.5</radius><length>2</length></cylinder>", "cylinder", (0.5, 2)),
+        ("<capsule><radius>0.5</radius><length>2</length></capsule>", "cylinder", (0.5, 3)),
+        ("<cone><radius>0.5</radius><length>2</length></cone>", "cylinder", (0.5, 2)),
+        (f"<polyline>{POINTS}<height>3</height></polyline>",
+         "mesh", ()),
+    ],
+)  # fmt: skip
+def test_shapes_of_sdf_have_their_sizes_and_the_masses_of_their_links(geometry, kind, size, tmp_path):
+    links = f"<link name='l'><inertial><mass>2.5</mass></inertial>{SHAPE.format(geometry)}</link><link name='m'/>"
+    scene = sdf(tmp_path, f"<model name='a'><pose>1 2 3 0 0 0.5</pose>{links}</model>")
+    (thing,) = scene.things
+    (solid,) = thing.solids
+    assert (solid.kind, solid.size, thing.mass) == (kind, pytest.approx(size), 3.5)
+    np.testing.assert_allclose(thing.pose, posed(1, 2, 3, yaw=0.5), atol=1e-9)
+    if kind == "mesh":
+        np.testing.assert_allclose(np.ptp(solid.vertices, axis=0), [2, 1, 3])
+    else:
+        np.testing.assert_allclose(solid.pose, thing.pose, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("inside", "starts", "things"),
+    [
+        ("<static>true</static>", 0, 1),
+        ("<static>1</static><plugin filename='libgazebo_ros_diff_drive.so'/>", 0, 1),
+        ("<plugin filename='libgazebo_ros_diff_drive.so'/>", 1, 0),
+        ("<plugin name='ackermann_STEERING'/>", 1, 0),
+        ("<joint type='continuous'/><joint type='revolute'/><link name='s'><sensor/></link>", 1, 0),
+        ("<joint type='continuous'/><joint type='fixed'/><link name='s'><sensor/></link>", 0, 1),
+        ("<joint type='continuous'/><joint type='revolute'/>", 0, 1),
+    ],
+)
+def test_a_model_that_drives_is_a_robot_and_gives_its_start(inside, starts, things, tmp_path):
+    link = f"<link name='l'>{SHAPE.format('<sphere><radius>1</radius></sphere>')}</link>"
+    scene = sdf(tmp_path, f"<model name='r'><pose>1 2 0 0 0 2.5</pose>{inside}{link}</model>")
+    assert (len(scene.starts), len(scene.things)) == (starts, things)
+    if starts:
+        assert scene.starts[0] == pytest.approx((1.0, 2.0, 2.5))
+    elif "<static>" in inside:
+        assert scene.things[0].mass is None
+
+
+def test_lights_and_planes_of_sdf_are_lamps_and_the_floor(tmp_path):
+    plane = "<plane><normal>{}</normal></plane>"
+    scene = sdf(
+        tmp_path,
+        "<light name='sun' type='directional'/><light name='other' type='directional'/>"
+        "<light name='p' type='point'><pose>1 2 3 0 0 0</pose><diffuse>1 0 0 1</diffuse>"
+        "<attenuation><range>7</range></attenuation></light>"
+        "<light name='s' type='spot'/>"
+        + "".join(
+            f"<model name='{name}'><pose>0 0 {z} 0 0 0</pose><link>{SHAPE.format(plane.format(normal))}</link></model>"
+            for name, z, normal in (("a", 0.04, "0 0 1"), ("b", 0.06, "0 0 1"), ("c", 0, "0 1 1"), ("d", 0, "0 0 5"))
+        ),
+    )
+    (point, spot) = scene.lights
+    assert (point.place.tolist(), point.color, point.reach) == ([1, 2, 3], "#ff0000", 7.0)
+    assert (spot.place.tolist(), spot.color, spot.reach) == ([0, 0, 0], "#ffffff", 10.0)
+    assert [(item.kind, item.name) for item in scene.items] == [
+        ("directional light", "other"), ("spot light", "s"), ("plane", "b"), ("plane", "c")
+    ]  # fmt: skip
+
+
+def test_geoms_of_mjcf_have_their_full_sizes(tmp_path):
+    path = tmp_path / "scene.xml"
+    path.write_text(
+        "<mujoco><worldbody><light name='l' pos='1 2 3'/><light name='d' directional='true'/>"
+        "<geom type='plane' size='1 1 1'/><geom type='box' size='1 2 3' pos='0 0 3' rgba='1 0 0 1'/>"
+        "<geom type='cylinder' size='0.5 2' pos='9 0 2'/><geom type='capsule' size='0.5 2' pos='12 0 3'/>"
+        "<geom type='sphere' size='0.5' pos='15 0 1'/><geom type='ellipsoid' size='1 2 3' pos='19 0 3'/>"
+        "<body name='free' pos='30 0 1'><freejoint/><geom type='box' size='.1 .1 .1' mass='4'/></body>"
+        "<body name='hung' pos='40 0 1'><joint type='hinge'/><geom type='box' size='.1 .1 .1'/></body>"
+        "</worldbody></mujoco>"
+    )
+    scene = read_mjcf(path)
+    sizes = [(solid.kind, solid.size) for thing in scene.things for solid in thing.solids]
+    assert sizes[:5] == [
+        ("box", (2.0, 4.0, 6.0)), ("cylinder", (0.5, 4.0)), ("cylinder", (0.5, 5.0)), ("sphere", (0.5,)),
+        ("box", (2.0, 4.0, 6.0)),
+    ]  # fmt: skip
+    assert {thing.name: thing.mass for thing in scene.things} == {
+        "world": None,
+        "free": pytest.approx(4.0),
+        "hung": None,
+    }
+    assert [(light.name, light.place.tolist(), light.reach) for light in scene.lights] == [("l", [1, 2, 3], 10.0)]
+    assert {item.kind for item in scene.items} == {"capsule", "ellipsoid", "jointed body", "directional light"}
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf, 1.1e4])
+def test_numbers_of_solids_are_finite_and_sizes_above_0(number):
+    with pytest.raises(UsageError, match="not finite"):
+        box((1, number, 1), 0, 0, 0)
+    with pytest.raises(UsageError, match="not finite"):
+        box((1, 1, 1), 0, -number, 0)
+    with pytest.raises(UsageError, match="a size of 0 m"):
+        box((1, 0, 1), 0, 0, 0)
