@@ -125,6 +125,17 @@ def test_a_lost_robot_is_found_by_steady_sightings_of_the_last_seconds_as_if_tak
     assert recorded(relocation, "x", start=now)
 
 
+def test_what_failed_before_sightings_agreed_again_says_nothing():
+    relocation, looks = Relocation(), looks_from(np.array([1.0, -0.5, 2.0]), 0.0)
+    for look in looks[:2]:
+        relocation.record(look.name, look, 100.0, gate=GATE)
+    assert relocation.find(RecentMotion(), 0.0, PLACES) is not None
+    for look in looks[:2]:
+        relocation.record(look.name, look, 100.0, gate=GATE)
+    relocation.record("r1", looks[1], 1.0, gate=GATE)
+    assert relocation.find(RecentMotion(), 0.0, PLACES) is None
+
+
 def test_the_belief_of_a_lost_robot_keeps_what_is_known_of_the_map():
     relocation, joint = Relocation(), np.arange(25.0).reshape(5, 5)
     belief = Estimate(pose=Pose(1.0, 2.0, 0.5), covariance=np.eye(3), joint_covariance=joint + joint.T + 99 * np.eye(5))

@@ -13,7 +13,7 @@ from mjsim.algorithms.go_to_goal.obstacle_map import ObstacleMap
 from mjsim.algorithms.go_to_goal.path_integral import STEP, MotionPrices, PathIntegral
 from mjsim.algorithms.go_to_goal.recovery import Around, Attempt, Recovery, Toward
 from mjsim.geometry import Pose
-from mjsim.interface import Estimate, Observation, Odometry
+from mjsim.interface import Estimate, Observation, Odometry, WorldMap
 from tests.algorithms.test_local_navigation import ORIGIN, robot
 
 FAR = np.array([[50.0, 50.0]])
@@ -242,3 +242,46 @@ def test_goals_are_passed_in_order_and_another_takes_the_place_of_all():
     assert module.command(observation(0.8), belief).turn == 0.0
     assert module.is_done
     assert module.show() == ()
+
+
+def test_all_of_a_plan_is_shown_in_the_frame_of_the_estimate():
+    module, _, _ = navigated([[0.0, 0.05], [2.0, 0.5, 90.0]], Pose(0.0, 0.0, 0.3), show_all=True)
+    costs, candidates, goals, arrows, path = module.show()
+    assert [item.name for item in (costs, candidates, goals, arrows, path)] == [
+        "costs", "candidates", "goals", "goals", "planned path"
+    ]  # fmt: skip
+    np.testing.assert_allclose(goals.points[:, :2], [[2.0, 0.5]])
+    np.testing.assert_allclose(arrows.points[:, :2], [[2.0, 0.5], [2.0, 0.9]])
+    rows, columns = costs.cells.shape
+    # 4 m about the robot, as far as the grid goes: 3 m beyond robot and goals.
+    low = np.array([costs.origin.x, costs.origin.y])
+    np.testing.assert_allclose(low, [-3.0, -3.0], atol=0.11)
+    np.testing.assert_allclose(low + costs.resolution * np.array([columns, rows]), [4.0, 3.5], atol=0.11)
+    # Unseen space takes 1.3 times as long: its cost is 1 - 1 / 1.3.
+    assert np.median(costs.cells) == pytest.approx(1.0 - 1.0 / 1.3)
+    pieces = candidates.points[:, :2].reshape(-1, 2, 2)
+    assert 0.0 < np.hypot(*(pieces[:, 1] - pieces[:, 0]).T).max() <= 3 * STEP + 1e-6
+    np.testing.assert_allclose(pieces[1:6, 0], pieces[:5, 1])
+    module, _, _ = navigated([[2.0, 0.5]], ORIGIN)
+    assert [item.name for item in module.show()] == ["planned path"]
+
+
+@pytest.mark.parametrize(
+    ("half", "goal", "reason"),
+    [
+        ((0.4, 0.15), [0.0, 0.0, 90.0], "no room to turn to 90 degrees at [0, 0]"),
+        ((1.0, 1.0), [3.0, 0.5], "no way to [3, 0.5] between the obstacles seen so far"),
+        ((9.0, 9.0), [3.0, 0.5], "no progress towards [3, 0.5]"),
+    ],
+)
+def test_why_it_gets_no_nearer_is_told_after_five_seconds(half, goal, reason):
+    outline = np.array([[-0.25, -0.05], [0.25, -0.05], [0.25, 0.05], [-0.25, 0.05]])
+    corners = half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], float)
+    walls = WorldMap(segments=np.stack([corners, np.roll(corners, -1, axis=0)], axis=1), beacons={})
+    module, belief = GoToGoal([goal]), Estimate(pose=ORIGIN, covariance=np.zeros((3, 3)))
+    module.start(robot(outline=outline, radius=0.26), walls, np.random.default_rng(0))
+    for time in (0.04, 4.9, 5.2):
+        module.command(observation(time), belief)
+        told = module.blocked()
+        assert told is None or time > 5.0
+    assert told.startswith(reason)

@@ -251,6 +251,23 @@ def test_a_plan_waits_for_news_on_the_way_and_has_its_goal_in_the_middle_of_a_ce
     assert float(fourth.at(place)) > float(third.at(place)) + 0.05
 
 
+def test_a_robot_beside_an_obstacle_still_has_a_way_out():
+    way = WayPlan(np.zeros((0, 2)), None, half_width=0.2, gap=0.1, top=1.0, cell=0.1)
+    goal, place = np.array([2.0, 0.3]), np.zeros(2)
+    way.lay_out(goal, place[None])
+    near = np.array([[0.05, 0.15], [0.1, -0.1]])
+    field = way.to(goal, place, 0.0, points=near, stuck=[])
+    assert float(field.at(place)) < UNREACHED
+    assert float(field.at(np.array([0.05, 0.15]))) < UNREACHED
+    # Elsewhere an obstacle is none to pass.
+    field = way.to(goal, place, 1.5, points=np.array([[1.0, 1.0]]), stuck=[])
+    assert float(field.at(np.array([1.0, 1.0]))) > float(field.at(np.array([1.0, 0.6]))) + 1.0
+    costs, corner = way.costs(np.array([1.0, 1.0]), half=0.3)
+    assert costs.shape == (7, 7)
+    assert costs[3, 3] == 1.0
+    np.testing.assert_allclose((np.array([1.0, 1.0]) - corner) / 0.1, [3.5, 3.5], atol=0.5)
+
+
 def test_what_beams_have_passed_is_no_longer_doubtful():
     way = WayPlan(np.zeros((0, 2)), None, half_width=0.2, gap=0.1, top=1.0, cell=0.1)
     way.lay_out(np.array([2.0, 0.0]), np.array([[-2.0, 0.0], [0.0, 3.0]]))

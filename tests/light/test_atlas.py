@@ -13,7 +13,7 @@ from mjsim.light.emitters import behind, inside_of, window_rectangles
 from mjsim.light.geometry import OPEN, atlas_of, moved_doors
 from mjsim.light.links import links_of
 from mjsim.light.probes import ProbeGrid, grid_of
-from mjsim.light.rays import Room, hemisphere
+from mjsim.light.rays import PORTAL, Room, hemisphere
 from mjsim.light.spread import filled, finer
 from mjsim.light.texels import cells_of, texels_of
 from mjsim.light.work import Surroundings, gathered
@@ -201,6 +201,12 @@ def test_windows_shine_inwards_as_large_as_their_openings_and_doors_between_room
     x, y, z = np.array([[3.75] * 3 + [3.45] + [3.75] * 2, [-0.1, 0.1, -0.6] + [-0.1] * 3, [1.6] * 4 + [0.7, 1.6]])
     at = points_at(np.stack([x, y, z], axis=1), [*[[0.0, 1.0, 0.0]] * 5, UP])
     assert behind(first, at).tolist() == [True] + [False] * 5
+    room, names = atlas.room([first, second])
+    u, v = np.array([[-0.5, 0.5, -0.5, 0.5], [-0.5, -0.5, 0.5, 0.5]])[:, :, None]
+    starts = first.middle + u * first.across + v * first.along + 0.3 * first.outward
+    hit, distance, _ = room.first(starts.astype(np.float32), np.tile(-first.outward, (4, 1)).astype(np.float32))
+    assert set(names[hit].tolist()) == {PORTAL}
+    np.testing.assert_allclose(distance, 0.3, atol=1e-5)
     inside = inside_of(world)(np.array([[1.0, 1.0], [3.0, 1.0], [5.0, 1.0], [1.0, -1.0]]))
     assert inside.tolist() == [True, True, False, False]
     assert inside_of(parse_world("walls: [{points: [[0, 0], [1, 0]]}]"))(np.array([[9.0, 9.0]])).all()
