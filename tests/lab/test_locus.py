@@ -51,6 +51,24 @@ def test_no_segment_of_a_root_locus_is_long_or_turns_far_except_where_branches_m
     assert len(found.gains) < 1500
 
 
+@pytest.mark.parametrize("scale", [2.0**-12, 2.0**12])
+@pytest.mark.parametrize("name", ["three", "resonant", "circle", "inverse", "jumps"])
+def test_a_locus_in_other_units_of_time_is_the_same(name, scale):
+    plain = control.ss(control.tf(*LOOPS[name]))
+    one, other = root_locus(plain), root_locus(control.ss(scale * plain.A, scale * plain.B, plain.C, plain.D))
+    np.testing.assert_allclose(other.gains, one.gains, rtol=1e-6)
+    # Which branch goes on as which after they have met is rounding.
+    for part in (np.real, np.imag):
+        expected = np.sort(part(scale * one.branches), axis=0)
+        np.testing.assert_allclose(np.sort(part(other.branches), axis=0), expected, atol=1e-6 * other.extent)
+    assert other.extent == pytest.approx(scale * one.extent)
+    for marks in ("crossings", "breakaways"):
+        for left, right in zip(getattr(one, marks), getattr(other, marks), strict=True):
+            assert (right.gain, right.point) == (pytest.approx(left.gain), pytest.approx(scale * left.point, rel=1e-4))
+    assert other.asymptotes == one.asymptotes
+    assert other.centroid == (None if one.centroid is None else pytest.approx(scale * one.centroid))
+
+
 def test_three_lags_cross_at_the_square_root_of_11_and_meet_where_the_derivative_is_0():
     found = locus("three")
     assert [(mark.gain, mark.point) for mark in found.crossings] == [
