@@ -80,11 +80,13 @@ def test_boxes_on_a_line_are_the_wall_that_was_cut_into_them(yaw_deg, across):
         ([(0, 1, 0, 2), (1.5, 2.5, 0, 2)], 0.1, 2),
         ([(0, 1, 0, 1), (0, 1, 1.005, 2)], 0.1, 1),
         ([(0, 1, 0, 0.5), (0, 1, 0.8, 1.2), (0, 1, 1.5, 2)], 0.1, 0),
+        ([(0, 1, 0, 0.6), (0, 1, 0.1, 0.3), (0, 1, 0.3, 1.3), (0, 1, 1.1, 1.2)], 0.1, 1),
     ],
 )
 def test_walls_have_least_sizes(stretches, thick, count):
     walls, used = walls_of(wall_boxes(stretches, start=np.zeros(2), yaw=0.4, thick=thick))
     assert len(walls) == count
+    assert all(wall.height == max(high for *_, high in stretches) for wall in walls[:1])
     assert bool(used) == bool(count)
 
 

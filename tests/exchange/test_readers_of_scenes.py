@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 from mjsim.errors import UsageError
+from mjsim.exchange import write_sdf
+from mjsim.exchange.scenes.build import build_world
 from mjsim.exchange.scenes.mjcf_in import read_mjcf
 from mjsim.exchange.scenes.sdf_files import Folders
 from mjsim.exchange.scenes.sdf_in import read_sdf
+from mjsim.world import parse_world, solid
 from tests.exchange.test_parts_of_scenes import box, posed
 
 
@@ -159,3 +162,34 @@ def test_numbers_of_solids_are_finite_and_sizes_above_0(number):
         box((1, 1, 1), 0, -number, 0)
     with pytest.raises(UsageError, match="a size of 0 m"):
         box((1, 0, 1), 0, 0, 0)
+
+
+HALL = """mjsim: 1
+walls:
+  - {name: wall-1, points: [[0, 0], [6, 0]], thickness: 0.2, height: 2.4, color: "#ff0000",
+     openings: [{at: 1, width: 0.9}, {at: 3, width: 1.2, sill: 0.9, head: 2}]}
+obstacles:
+  - {name: box, box: [0.8, 0.5, 0.4], at: [1, 3], heading_deg: 30, color: "#00ff00"}
+  - {name: tin, cylinder: [0.2, 0.5], at: [5, 1], elevation: 0.25, color: "#0000ff"}
+  - {name: ball, sphere: 0.3, at: [4, -2], color: "#102030"}
+  - {name: chest, box: [0.8, 0.5, 0.4], at: [-1, 3], heading_deg: -60, movable: true, mass: 4, color: "#00ff00"}
+lamps: [{at: [1, 2], height: 2.2, color: "#ff8000", range: 6}]
+"""
+
+
+def test_a_world_that_is_written_as_sdf_reads_back_equal(tmp_path):
+    world = parse_world(HALL)
+    back, _ = build_world(read_sdf(write_sdf(world, tmp_path / "w.sdf"), search=[]), name="w", folder="f")
+    (wall,), (found,) = world.walls, back.walls
+    # It may be seen from its other end.
+    assert sorted(found.points) == sorted(wall.points)
+    assert (found.thickness, found.height, found.color) == (0.2, 2.4, "#ff0000")
+    assert len(found.openings) == 2
+    shape, expected = solid(back), solid(world)
+    assert shape.symmetric_difference(expected).area < 1e-3
+    for one, other in zip(world.obstacles, back.obstacles, strict=True):
+        assert other.name == f"obstacle_{one.name}"
+        kept = one.model_dump(include={"box", "cylinder", "sphere", "at", "heading_deg", "elevation", "mass", "color"})
+        assert other.model_dump(include=kept.keys()) == kept
+    (lamp,), (other,) = world.lamps, back.lamps
+    assert (other.at, other.height, other.color, other.range) == (lamp.at, lamp.height, lamp.color, lamp.range)

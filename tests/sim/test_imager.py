@@ -183,12 +183,15 @@ def test_a_given_response_maps_light_as_its_values_say():
     assert abs(float(picture[0, 0, 0]) - np.interp(light, np.linspace(0, 1, 5), curve)) <= 0.51
 
 
-def test_grey_pictures_show_luminance_of_linear_light():
-    red = flat(0)
-    red[..., 0] = 255
-    picture = made(monochrome=True).picture(red, 0.0)
+@pytest.mark.parametrize(
+    ("color", "luminance"),
+    [((255, 0, 0), 0.2126), ((0, 255, 0), 0.7152), ((0, 0, 255), 0.0722), ((255, 255, 255), 1.0)],
+    [((255, 0, 0), 0.2126), ((0, 255, 0), 0.7152), ((0, 0, 255), 0.0722), ((255, 255, 255), 1.0)],
+)
+def test_grey_pictures_show_luminance_of_linear_light(color, luminance):
+    picture = made(monochrome=True).picture(np.full((TALL, WIDE, 3), color, dtype=np.uint8), 0.0)
     assert picture.shape == (TALL, WIDE, 3)
-    assert abs(float(picture[0, 0, 1]) - float(srgb(np.array(0.2126)))) <= 1
+    assert abs(float(picture[0, 0, 1]) - float(srgb(np.array(luminance)))) <= 1
 
 
 def test_sharpening_makes_edges_steeper_and_leaves_planes():
