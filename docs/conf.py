@@ -17,7 +17,6 @@ release = importlib.metadata.version("mjsim")
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "command_line"]
 exclude_patterns = ["site"]
-suppress_warnings = ["toc.empty_glob"]  # a section whose pages are still to come
 
 
 myst_heading_anchors = 4
