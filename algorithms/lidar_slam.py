@@ -57,6 +57,7 @@ class LidarSlam:
         loop_share: float = 0.75,
         odometry_scale: float = 2.0,
         show_every: float = 0.0,
+        deskew: bool = True,
     ) -> None:
         """Set the rules.
 
@@ -69,11 +70,12 @@ class LidarSlam:
             loop_share: Minimum ratio of matching walls to walls near old ones for a loop closure.
             odometry_scale: Factor on the standard deviation of odometry, for slip that its data sheet does not include.
             show_every: Period at which the map is shown as a grid [s]; 0: never.
+            deskew: Whether to undo the robot's motion by odometry in scans of a lidar that measures while it rotates.
         """
         if show_every < 0.0:
             raise ValueError(f"show_every is {show_every:g} s; it must be at least 0")
         self._show_every = show_every
-        self._lidar = lidar
+        self._lidar, self._deskew = lidar, deskew
         self._distance, self._turn = distance, np.radians(turn_deg)
         self._loop_distance, self._loop_share = loop_distance, loop_share
         self._scale = odometry_scale
@@ -104,7 +106,7 @@ class LidarSlam:
         Raises:
             ValueError: The robot has no such lidar.
         """
-        self._scans = LevelLidar(robot, self._lidar)
+        self._scans = LevelLidar(robot, self._lidar, deskew=self._deskew)
         self._motion = odometry_motion()
         self._begin(robot.prior.as_array(), np.asarray(robot.prior_covariance, dtype=float))
 

@@ -9,6 +9,7 @@ from mjsim.geometry import Array, Pose
 from mjsim.interface import Observation, RobotInfo, Scan
 
 from ..balance import TickLean
+from .moving_lidar import MovingLidar
 
 CLEARANCE, ANGLE_MARGIN = 0.05, 0.02
 """A beam that ends lower than this above the floor may have hit it; the limit increases with its range [m, rad]: the
@@ -29,17 +30,19 @@ class LevelScan:
 
 
 class LevelLidar:
-    """Gives the scans of one lidar as if it were level, without returns from the floor.
+    """Gives the scans of one lidar as if it were level and still, without returns from the floor.
 
-    For a balancing body, the lean comes from its inertial sensor. A lidar that is always level costs nothing.
+    For a balancing body, the lean comes from its inertial sensor; the motion while the lidar rotates, from odometry. A
+    lidar that is always level and measures all beams at once costs nothing.
     """
 
-    def __init__(self, robot: RobotInfo, name: str | None) -> None:
+    def __init__(self, robot: RobotInfo, name: str | None, *, deskew: bool = True) -> None:
         """Find the lidar.
 
         Args:
             robot: Data sheet of the robot.
             name: Of the lidar; None for its first.
+            deskew: Whether to undo the motion of the robot in scans of a lidar that measures while it rotates.
 
         Raises:
             ValueError: It has no such lidar.
@@ -52,17 +55,24 @@ class LevelLidar:
         self._name = name or lidars[0]
         self._robot_from_lidar = robot.sensors[self._name].robot_from_sensor
         self._lean = TickLean(robot)
+        self._motion = MovingLidar(rate_hz=robot.sensors[self._name].rate_hz) if deskew else None
         self._level = _in_plane(self._robot_from_lidar) if not self._robot_from_lidar[2, :2].any() else None
 
     def update(self, seen: Observation) -> LevelScan | None:
         """Return the scan of this tick; None if none is due. Call it at every tick, because the pitch is integrated."""
         pitch = self._lean.update(seen)
+        if self._motion is not None:
+            self._motion.move(seen)
         scan = seen.scans.get(self._name)
         if scan is None:
             return None
         if not pitch and self._level is not None:
-            return LevelScan(scan, self._level)
-        return level_scan(scan, leaning(pitch) @ self._robot_from_lidar)
+            level = LevelScan(scan, self._level)
+        else:
+            level = level_scan(scan, leaning(pitch) @ self._robot_from_lidar)
+        if self._motion is None or not scan.time_increment:
+            return level
+        return replace(level, scan=self._motion.still(level.scan, level.robot_from_lidar))
 
 
 def level_scan(scan: Scan, level_from_lidar: Array) -> LevelScan:

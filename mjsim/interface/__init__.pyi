@@ -56,6 +56,8 @@ from .shown import ShownLines as ShownLines
 from .shown import ShownPoints as ShownPoints
 from .shown import ShownText as ShownText
 from .shown import require_bounds as require_bounds
+from .sweeps import SMOOTH as SMOOTH
+from .sweeps import swept as swept
 from .trees import Named as Named
 from .trees import Numbers as Numbers
 from .trees import RecordList as RecordList

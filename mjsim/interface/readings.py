@@ -85,7 +85,7 @@ class Scan:
     """
 
     stamp: Stamp
-    """When it was taken [s]."""
+    """When it was taken: of a lidar that rotates, when its last beam was [s]."""
     ranges: Annotated[Array, Form("one a beam [m]; infinite as ROS REP 117 has it", packed="<f8")]
     """Ranges along the beams, shape (beams,) [m]."""
     angle_min: Annotated[float, Form("Of the first beam, left positive [rad]")]
@@ -98,6 +98,13 @@ class Scan:
     """[m]"""
     intensities: Annotated[Array | None, Form("one a beam; left out unless the lidar tells", packed="<f8")] = None
     """Intensity of each return, relative to a white wall at normal incidence, shape (beams,); None if not measured."""
+    time_increment: Annotated[float | None, Form("From beam to beam [s]; left out if all have one time")] = None
+    """Time between neighbouring beams of a lidar that rotates; each is in the sensor frame at its time. None if all
+    beams have one time [s]."""
+
+    def times(self) -> Array:
+        """Return the time of each beam relative to the stamp, not above zero, shape (beams,) [s]."""
+        return np.asarray((self.time_increment or 0.0) * np.arange(1 - len(self.ranges), 1), dtype=float)
 
     def angles(self) -> Array:
         """Return the angle of each beam in the sensor's frame, left positive, shape (beams,) [rad]."""

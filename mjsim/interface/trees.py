@@ -265,6 +265,8 @@ def _map(map: WorldMap) -> dict[str, Tree]:
 def _scan(scan: Scan) -> dict[str, Tree]:
     beams = {"stamp": scan.stamp, "ranges": Stack(scan.ranges), "angles": Stack(scan.angles())}
     bounds = {"range_min": scan.range_min, "range_max": scan.range_max}
+    if scan.time_increment is not None:
+        bounds["time_increment"] = scan.time_increment
     return {**beams, **bounds} | ({} if scan.intensities is None else {"intensities": Stack(scan.intensities)})
 
 

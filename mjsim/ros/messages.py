@@ -194,14 +194,14 @@ def point_cloud(cloud: PointCloud, frame: str, sheet: SensorInfo) -> Any:
 
 
 def laser_scan(scan: Scan, frame: str, sheet: SensorInfo) -> Any:
-    """Return a scan; all beams have the same time."""
+    """Return a scan, with the time of its first beam; unless the lidar rotates, all beams have the same time."""
     strengths = () if scan.intensities is None else scan.intensities
     return _of("sensor_msgs/msg/LaserScan")(
-        _header(scan.stamp, frame),
+        _header(max(0.0, scan.stamp + float(scan.times()[0])), frame),
         float(scan.angle_min),
         float(scan.angle_min + scan.angle_increment * (len(scan.ranges) - 1)),
         float(scan.angle_increment),
-        0.0,
+        scan.time_increment or 0.0,
         1.0 / sheet.rate_hz,
         float(scan.range_min),
         float(scan.range_max),

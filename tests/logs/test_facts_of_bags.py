@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from mjsim.errors import UsageError
-from mjsim.interface import Scan
+from mjsim.geometry import Pose
+from mjsim.interface import Scan, swept
 from mjsim.logs.bags.bag_order import set_backs
 from mjsim.logs.bags.bag_pictures import _picture, shown_depth
 from mjsim.logs.formats.carmen import _Found, _take
 from mjsim.logs.formats.mrclam import _number, _numbers
-from mjsim.logs.resampling.log import Mount
 from mjsim.logs.resampling.merge import (
     MotionNoise,
     motions,
@@ -22,7 +22,6 @@ from mjsim.logs.resampling.merge import (
     track_of,
     unknown_motion,
 )
-from mjsim.logs.resampling.sweep import swept
 
 
 def image(encoding: str, rows: np.ndarray, *, height: int = 4, width: int = 6, big: bool = False, pad: int = 3):
@@ -87,7 +86,7 @@ def room(place: np.ndarray, heading: float, angles: np.ndarray) -> np.ndarray:
     return np.min(np.abs(far), axis=0)
 
 
-@pytest.mark.parametrize("mount", [Mount(at=(0.0, 0.0, 0.3), yaw=0.0), Mount(at=(0.2, 0.1, 0.3), yaw=0.5)])
+@pytest.mark.parametrize("mount", [Pose(0.0, 0.0, 0.0), Pose(0.2, 0.1, 0.5)])
 def test_a_scan_of_a_moving_robot_is_as_from_one_place(mount):
     angles = np.linspace(-2.0, 2.0, 401)
     times = np.linspace(-0.2, 0.0, 401)
@@ -96,8 +95,8 @@ def test_a_scan_of_a_moving_robot_is_as_from_one_place(mount):
     def lidar(time: float) -> tuple[np.ndarray, float]:
         heading = 1.5 * time
         c, s = math.cos(heading), math.sin(heading)
-        x, y, _ = mount.at
-        return np.array([time + c * x - s * y, 0.5 * time + s * x + c * y]), heading + mount.yaw
+        x, y = mount.x, mount.y
+        return np.array([time + c * x - s * y, 0.5 * time + s * x + c * y]), heading + mount.heading
 
     ranges = np.array([room(*lidar(t), np.array([a]))[0] for t, a in zip(times, angles, strict=True)])
     scan = Scan(0.0, ranges, -2.0, 0.01, 0.1, 30.0)

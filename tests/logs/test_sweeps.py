@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from mjsim.geometry import Pose, Pose3
-from mjsim.interface import Scan
+from mjsim.interface import Scan, swept
 from mjsim.logs import Wishes
-from mjsim.logs.resampling.log import Mount
-from mjsim.logs.resampling.sweep import swept
 from tests.bags import START, new_bag
 from tests.real_logs import imported
 
@@ -30,11 +28,11 @@ def _driven(time: float) -> Pose:
     return Pose(math.sin(turned) / 1.5, (1.0 - math.cos(turned)) / 1.5, turned)
 
 
-MOUNT = Mount(at=(0.2, -0.1, 0.3), yaw=0.5)
+MOUNT = Pose(0.2, -0.1, 0.5)
 
 
 def _lidar(time: float) -> Pose:
-    return _driven(time) @ Pose(*MOUNT.at[:2], MOUNT.yaw)
+    return _driven(time) @ MOUNT
 
 
 @pytest.mark.parametrize("span", [2.0 * math.pi, math.radians(270.0)])

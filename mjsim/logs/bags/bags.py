@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from mjsim.errors import LONGEST_MESSAGE, UsageError
-from mjsim.geometry import Array, Pose3
-from mjsim.interface import CameraFrame, Intrinsics, PointCloud, Scan
+from mjsim.geometry import Array, Pose, Pose3
+from mjsim.interface import CameraFrame, Intrinsics, PointCloud, Scan, swept
 from mjsim.logs.bags.bag_clouds import cloud_of
 from mjsim.logs.bags.bag_contents import Contents, Moves, Stream, moving_in_tf, times_of, unread_topics
 from mjsim.logs.bags.bag_file import Bag, BagMessages, is_bag
@@ -51,7 +51,6 @@ from mjsim.logs.resampling import (
     last_beam,
     longest_gap,
     partners,
-    swept,
     track_of,
 )
 from mjsim.record import LoggedCamera, LoggedFrame, logged_frame
@@ -263,13 +262,14 @@ class _Robot:
     ) -> Readings[Scan]:
         """Return the scans of a lidar; deskewed, each is as seen from where the robot was at its last beam."""
         take, track = partial(scan_of, upside_down=upside_down, beams=beams), self._track
+        robot_from_lidar = Pose(*mount.at[:2], mount.yaw)
         last = last_beam(stream.first, np.array(stream.stamps)[stream.numbers()])
         if not (self._deskew and last) or track is None:
             return self._readings(topic, stream, take)
 
         def make(message: Any, stamp: float) -> Scan:
             times = beam_times(message, beams, reverse=is_clockwise(message, upside_down=upside_down))
-            return swept(take(message, stamp), times - max(last, 0.0), track, mount)
+            return swept(take(message, stamp), times - max(last, 0.0), track, robot_from_lidar)
 
         return self._readings(topic, stream, make, later=max(last, 0.0))
 

@@ -33,7 +33,6 @@ from .robot_log import write_robot_logs as write_robot_logs
 from .set_back import ForwardClock as ForwardClock
 from .sweep import beam_times as beam_times
 from .sweep import last_beam as last_beam
-from .sweep import swept as swept
 from .ticks import cut as cut
 from .ticks import generated_world as generated_world
 from .ticks import name_from as name_from

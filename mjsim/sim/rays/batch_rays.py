@@ -60,10 +60,32 @@ class BatchRays:
             states: MuJoCo's positions at each batch, shape (batches, nq).
             limit: Largest distance of a hit [m].
         """
-        if beams is not self._beams:
-            self._beams, self._cones = beams, [_cone(beams[batch]) for batch in self._batches]
         for number, state in enumerate(states):
             self._aim(number, beams, state)
+        return self._hits(states, limit)
+
+    def cast_between(self, beams: Array, states: Array, shares: Array, *, limit: float) -> RayHits:
+        """Return the hits of the rays of a turn, of a sensor that moves evenly from state to state.
+
+        Args:
+            beams: Unit vectors in the sensor's frame, shape (n, 3).
+            states: MuJoCo's positions before the first batch and at the end of each, shape (batches + 1, nq).
+            shares: When each ray is cast, from 0 at the beginning of its batch to 1 at its end, shape (n,).
+            limit: Largest distance of a hit [m].
+        """
+        eye, turned = self._view(states[0])
+        for number, batch in enumerate(self._batches):
+            left = 1.0 - shares[batch, None]
+            now, turned_now = self._aim(number, beams, states[number + 1])
+            self._starts[batch] -= left * (now - eye)
+            directions = self._directions[batch] - left * (beams[batch] @ (turned_now - turned).T)
+            self._directions[batch] = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+            self._eyes[number] = 0.5 * (eye + now)
+            eye, turned = now, turned_now
+        return self._hits(states[1:], limit)
+
+    def _hits(self, states: Array, limit: float) -> RayHits:
+        """Return the hits of the rays as they were aimed."""
         movers: list[list[int]] = [[]] * len(states)
         if not self._has_embree:
             hits = RayHits.nothing(len(self._starts), unsure=True)
@@ -89,16 +111,24 @@ class BatchRays:
         self._data.qpos[:] = state
         mujoco.mj_kinematics(self._model, self._data)
 
-    def _aim(self, number: int, beams: Array, state: Array) -> None:
-        """Store the origins and directions of the rays of a batch, and the poses of movable geoms at its time."""
+    def _view(self, state: Array) -> tuple[Array, Array]:
+        """Return the position of the sensor in a state, shape (3,) [m], and its axes, shape (3, 3)."""
         self._bring_up(state)
         place, axes = self._rays.pose()
-        batch, turned = self._batches[number], axes @ self._turned
-        self._starts[batch] = self._eyes[number] = place + axes @ self._place
+        return place + axes @ self._place, axes @ self._turned
+
+    def _aim(self, number: int, beams: Array, state: Array) -> tuple[Array, Array]:
+        """Store the rays of a batch and the poses of movable geoms at its time; return the pose of the sensor."""
+        if beams is not self._beams:
+            self._beams, self._cones = beams, [_cone(beams[batch]) for batch in self._batches]
+        eye, turned = self._view(state)
+        batch = self._batches[number]
+        self._starts[batch] = self._eyes[number] = eye
         np.matmul(beams[batch], turned.T, out=self._directions[batch])
         self._ahead[number] = turned @ self._cones[number][0]
         self._places[number] = self._data.geom_xpos[self._movers]
         self._axes[number] = self._data.geom_xmat[self._movers]
+        return eye, turned
 
     def _stay(self) -> NDArray[np.bool_]:
         """Return which movers keep exactly the same pose for the entire turn, with the sensor outside of them."""

@@ -7,7 +7,7 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.interface import Scan, SensorInfo
 from mjsim.sim.rays import Rays
-from mjsim.sim.sensors.device import Mounting, Sensed
+from mjsim.sim.sensors.device import CarriedSensor, Mounting, Sensed
 from mjsim.world import sensors
 
 EDGE = 0.1
@@ -34,6 +34,7 @@ class LidarDevice:
             mounting: Its mounting; each option has its own random stream.
         """
         self._mounting = mounting
+        self._increment: float | None = None
         self._brightness = mounting.model.geom_rgba[:, :3] @ BRIGHT
         self.retune(lidar)
 
@@ -46,16 +47,20 @@ class LidarDevice:
         half_spot = math.radians(lidar.spot_deg) / 2
         offsets = (0.0, -half_spot, half_spot) if lidar.mixed_pixels else (0.0,)
         fan = np.concatenate([angles + offset for offset in offsets])
-        mounting, mount = self._mounting, self._mounting.mount(lidar)
+        mount = self._mounting.mount(lidar)
         self._robot_from_sensor = mount.robot_from_sensor
-        self._place = mount.carrier_from_sensor[:3, 3]
-        level = np.stack([np.cos(fan), np.sin(fan), np.zeros(len(fan))], axis=-1)
-        self._beams = level @ mount.carrier_from_sensor[:3, :3].T
-        self._directions = np.empty_like(self._beams)
-        self._rays = Rays(mounting.model, mounting.data, mounting.robot.name, capacity=len(fan), carrier=mount.carrier)
+        self._aim(np.stack([np.cos(fan), np.sin(fan), np.zeros(len(fan))], axis=-1), mount)
         self._noise = streams("range") if lidar.noise.range else None
         self._missed = streams("missed") if lidar.missed else None
         self._mixed = streams("mixed") if lidar.mixed_pixels else None
+
+    def _aim(self, fan: Array, mount: CarriedSensor) -> None:
+        """Prepare rays in these directions, unit vectors in the sensor's frame, shape (n, 3)."""
+        mounting = self._mounting
+        self._place = mount.carrier_from_sensor[:3, 3]
+        self._beams = fan @ mount.carrier_from_sensor[:3, :3].T
+        self._directions = np.empty_like(self._beams)
+        self._rays = Rays(mounting.model, mounting.data, mounting.robot.name, capacity=len(fan), carrier=mount.carrier)
 
     def info(self) -> SensorInfo:
         """Return its data sheet."""
@@ -73,11 +78,8 @@ class LidarDevice:
     def take(self, stamp: float) -> Scan:
         """Return a current scan; `stamp` is the simulated time [s]."""
         count = self._lidar.beams
-        place, axes = self._rays.pose()
-        np.matmul(self._beams, axes.T, out=self._directions)
-        distances = self._rays.cast(place + axes @ self._place, self._directions, limit=self._farthest)
+        distances, strength = self._cast(count)
         ranges = distances[:count].copy()
-        strength = self._strength(count) if self._lidar.intensity else None
         if self._mixed is not None:
             _mix(
                 ranges,
@@ -102,6 +104,7 @@ class LidarDevice:
             range_min=self._nearest,
             range_max=self._farthest,
             intensities=strength,
+            time_increment=self._increment,
         )
 
     def pass_over(self) -> None:
@@ -118,11 +121,19 @@ class LidarDevice:
         """Add a scan under the name of the lidar."""
         sensed.by_name("scans", self._lidar.lidar, reading)
 
-    def _strength(self, count: int) -> Array:
-        """Return brightness times the cosine of the angle of incidence of each beam, shape (count,)."""
+    def _cast(self, count: int) -> tuple[Array, Array | None]:
+        """Return the distance of each ray of the fan [m], and the strength of the return of each beam if measured.
+
+        The strength is brightness times the cosine of the angle of incidence, shape (count,).
+        """
+        place, axes = self._rays.pose()
+        np.matmul(self._beams, axes.T, out=self._directions)
+        distances = self._rays.cast(place + axes @ self._place, self._directions, limit=self._farthest)
+        if not self._lidar.intensity:
+            return distances, None
         geoms, normals = self._rays.geoms_and_normals(count)
         facing = np.abs(np.einsum("ij,ij->i", normals, self._directions[:count]))
-        return np.where(geoms >= 0, self._brightness[geoms] * facing, 0.0)
+        return distances, np.where(geoms >= 0, self._brightness[geoms] * facing, 0.0)
 
 
 def beam_angles(lidar: sensors.Lidar) -> tuple[float, float]:

@@ -40,6 +40,8 @@ class Lidar(Bought):
     """[minimum, maximum] range [m]."""
     rate_hz: Rate = 12.5
     """Scans per second; must divide the tick rate."""
+    rotating: bool = False
+    """Whether it measures while it rotates and the robot moves: each beam has its own time; otherwise all have one."""
     latency: Latency = 0
     """Delay of a scan, in ticks."""
     noise: LidarNoise = LidarNoise()

@@ -239,6 +239,7 @@ export const EN_FIELDS = {
   "field.rollers": "Rollers",
   "field.rolling_shutter": "Rolling shutter",
   "field.rosette": "Rosette",
+  "field.rotating": "Rotating",
   "field.rotation": "Rotation",
   "field.rotor_inertia": "Rotor inertia",
   "field.rows": "Rows",
