@@ -7,6 +7,7 @@ from typing import Any
 
 from mjsim.bridge.bus import Bus, domain_id
 from mjsim.bridge.services import offer
+from mjsim.bridge.simulation_interfaces import SimulationInterfaces
 from mjsim.closing import Closes
 from mjsim.errors import UsageError
 from mjsim.interface import Command, JointState, RobotInfo
@@ -37,7 +38,7 @@ class Bridge(Closes):
 
     It publishes the messages of `mjsim.ros` for each tick, subscribes to `/R/cmd_vel` (Twist or TwistStamped) and, with
     modules, `/R/goal_pose` (PoseStamped), and offers the services `/mjsim/pause` (std_srvs/SetBool), `/mjsim/step` and
-    `/mjsim/reset` (std_srvs/Trigger).
+    `/mjsim/reset` (std_srvs/Trigger), and those of `simulation_interfaces` below `/mjsim`.
     """
 
     def __init__(
@@ -100,6 +101,7 @@ class Bridge(Closes):
         offer(self._bus, "/mjsim/pause", "std_srvs/srv/SetBool", self._pause)
         offer(self._bus, "/mjsim/step", "std_srvs/srv/Trigger", self._step)
         offer(self._bus, "/mjsim/reset", "std_srvs/srv/Trigger", self._reset)
+        self._interfaces = SimulationInterfaces(self._bus, self.session, patience=PATIENCE)
 
     @property
     def robots(self) -> list[str]:
@@ -163,6 +165,7 @@ class Bridge(Closes):
 
     def _publish_tick(self, tick: Tick) -> None:
         """Publish a tick, in the session's thread."""
+        self._interfaces.see(tick)
         if tick.time == 0.0:
             for each in (self._ros.fixed(), self._map):
                 if each is not None:

@@ -6,8 +6,8 @@ from typing import Any
 from mjsim.bridge.bus import Bus
 from mjsim.ros import SERVICES, Outgoing, RosTopic, typestore
 
-Answer = Callable[[Any], tuple[bool, str]]
-"""Request -> success, and a message."""
+Answer = Callable[[Any], tuple[Any, ...]]
+"""Request -> fields of the response."""
 
 
 def call_name(service: str, kind: str) -> tuple[RosTopic, RosTopic]:
@@ -33,7 +33,7 @@ def offer(bus: Bus, service: str, kind: str, answer: Answer) -> None:
     Args:
         bus: The bus.
         service: Its name.
-        kind: Its type, whose response has `success` and `message`.
+        kind: Its type.
         answer: Called in the thread of services.
     """
     request_topic, response_topic = call_name(service, kind)
@@ -41,8 +41,7 @@ def offer(bus: Bus, service: str, kind: str, answer: Answer) -> None:
     make = typestore().types[response_topic.type]
 
     def take(request: Any) -> None:
-        done, sentence = answer(request)
         # The client recognises its own by its id and the number of its request.
-        bus.send(Outgoing(response_topic, make(request.guid, request.number, done, sentence)), space="rr")
+        bus.send(Outgoing(response_topic, make(request.guid, request.number, *answer(request))), space="rr")
 
     bus.receive(request_topic, take, space="rq")

@@ -2,6 +2,7 @@ from .frames import MAP_FRAME as MAP_FRAME
 from .frames import robot_from_sensor as robot_from_sensor
 from .messages import bytes_of as bytes_of
 from .messages import clock as clock
+from .messages import entity_state as entity_state
 from .messages import grid_map as grid_map
 from .messages import message_of as message_of
 from .messages import nanoseconds as nanoseconds
@@ -16,6 +17,9 @@ from .qos import SERVICES as SERVICES
 from .qos import Qos as Qos
 from .robot import RosRobot as RosRobot
 from .robot import RosTick as RosTick
+from .simulation_types import FEATURES as FEATURES
+from .simulation_types import RESULT as RESULT
+from .simulation_types import STATE as STATE
 from .topics import CLOCK as CLOCK
 from .topics import MAP as MAP
 from .topics import TF as TF

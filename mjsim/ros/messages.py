@@ -26,6 +26,7 @@ from mjsim.interface import (
     Scan,
     SensorInfo,
 )
+from mjsim.ros.simulation_types import ENTITY_STATE, simulation_types
 
 PLANAR = np.ix_((0, 1, 5), (0, 1, 5))
 """Rows and columns of x, y and yaw in the covariance of a 3-D pose."""
@@ -36,11 +37,13 @@ A robot on a floor is certain of z, roll and pitch. Readers invert the whole mat
 zero for an unknown one. These are the values that robot_localization itself uses: 1e-6 in its `two_d_mode`, and 1e-9 as
 the smallest variance of what it is told.
 """
+_CALL = "uint64 guid\nint64 number\n"
 SERVICE_TYPES = {
-    "std_srvs/srv/msg/Trigger_Request": "uint64 guid\nint64 number\nuint8 structure_needs_at_least_one_member",
-    "std_srvs/srv/msg/Trigger_Response": "uint64 guid\nint64 number\nbool success\nstring message",
-    "std_srvs/srv/msg/SetBool_Request": "uint64 guid\nint64 number\nbool data",
-    "std_srvs/srv/msg/SetBool_Response": "uint64 guid\nint64 number\nbool success\nstring message",
+    "std_srvs/srv/msg/Trigger_Request": f"{_CALL}uint8 structure_needs_at_least_one_member",
+    "std_srvs/srv/msg/Trigger_Response": f"{_CALL}bool success\nstring message",
+    "std_srvs/srv/msg/SetBool_Request": f"{_CALL}bool data",
+    "std_srvs/srv/msg/SetBool_Response": f"{_CALL}bool success\nstring message",
+    **simulation_types(_CALL),
 }
 """Requests and responses in the format of rmw_cyclonedds: preceded by the client's id and the number of its request.
 rosbags puts `msg` into the names of all types."""
@@ -141,6 +144,18 @@ def transforms(time: float, poses: Mapping[tuple[str, str], Pose3]) -> Any:
 def stamped_pose(time: float, frame: str, pose: Pose3) -> Any:
     """Return a pose in a frame."""
     return _of("geometry_msgs/msg/PoseStamped")(_header(time, frame), _pose(pose))
+
+
+def entity_state(time: float, frame: str, pose: Pose3, velocity: Array) -> Any:
+    """Return a pose in a frame and its planar velocity there, (x, y, turn) [m/s, m/s, rad/s]."""
+    x, y, turn = velocity.tolist()
+    still = _vector((0.0, 0.0, 0.0))
+    return _of(ENTITY_STATE)(
+        _header(time, frame),
+        _pose(pose),
+        _of("geometry_msgs/msg/Twist")(_vector((x, y, 0.0)), _vector((0.0, 0.0, turn))),
+        _of("geometry_msgs/msg/Accel")(still, still),
+    )
 
 
 def uncertain_pose(time: float, frame: str, pose: Pose, covariance: Array) -> Any:

@@ -70,5 +70,6 @@ def service_hash(name: str, *, request: Any, response: Any) -> str:
             ("event_message", named(f"{name}_Event")),
         ],
     }
+    store.fielddefs.update(typestore().fielddefs)
     store.fielddefs.update({each: ([], about) for each, about in fields.items()})
     return str(store.hash_rihs01(name))

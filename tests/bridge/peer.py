@@ -35,6 +35,14 @@ TOPICS = {
     "/scout/front/camera_info": "sensor_msgs/msg/CameraInfo",
     "/crank/joint_states": "sensor_msgs/msg/JointState",
 }
+SERVICES = {
+    "pause": "std_srvs/srv/SetBool",
+    "step": "std_srvs/srv/Trigger",
+    "reset": "std_srvs/srv/Trigger",
+    "get_simulator_features": "simulation_interfaces/srv/GetSimulatorFeatures",
+    "step_simulation": "simulation_interfaces/srv/StepSimulation",
+    "get_entity_state": "simulation_interfaces/srv/GetEntityState",
+}
 LATCHED = {"/tf_static", "/map"}
 
 
@@ -44,8 +52,8 @@ class Services:
     def __init__(self, domain: int) -> None:
         self._bus, self._number, self._answers = Bus(domain=domain), 0, {}
         self._topics = {}
-        for name, kind in (("pause", "SetBool"), ("step", "Trigger"), ("reset", "Trigger")):
-            request, response = call_name(f"/mjsim/{name}", f"std_srvs/srv/{kind}")
+        for name, kind in SERVICES.items():
+            request, response = call_name(f"/mjsim/{name}", kind)
             self._topics[name] = request
             self._bus.announce(request, space="rq")
             self._bus.receive(response, self._take, space="rr")
@@ -55,18 +63,23 @@ class Services:
         self._answers[response.guid, response.number] = response
 
     def call(self, name: str, value: object) -> str:
-        """Call a service until it answers: a request before discovery is lost; return its sentence."""
+        """Call a service of std_srvs; return its sentence."""
+        answer = self.ask(name, value)
+        assert answer.success, answer.message
+        return answer.message
+
+    def ask(self, name: str, *values: object):
+        """Call a service until it answers: a request before discovery is lost."""
         request = self._topics[name]
         until = time.monotonic() + PATIENCE
         while time.monotonic() < until:
             self._number += 1
-            message = typestore().types[request.type](4711, self._number, value)
+            message = typestore().types[request.type](4711, self._number, *values)
             self._bus.send(Outgoing(request, message), space="rq")
             later = time.monotonic() + 1.0
             while time.monotonic() < later:
                 if (answer := self._answers.get((4711, self._number))) is not None:
-                    assert answer.success, answer.message
-                    return answer.message
+                    return answer
                 time.sleep(0.001)
         raise AssertionError(f"service {name} never answered")
 
@@ -127,6 +140,13 @@ def listen(domain: int) -> tuple[dict, dict]:
     while not all(heard.messages.values()):
         noticed["stepped"] = services.call("step", 0)
         heard.take()
+    noticed["features"] = services.ask("get_simulator_features", 0).features.features.tolist()
+    noticed["steps"] = services.ask("step_simulation", 3).result.result
+    state = services.ask("get_entity_state", "scout").state
+    hear_what_is_on_its_way(heard)
+    noticed["states"] = [
+        [each.pose.position.x, each.pose.position.y] for each in (state, heard.messages["/scout/truth"][-1])
+    ]
     delays = []
     for _ in range(10):
         count = len(heard.messages["/clock"])

@@ -117,6 +117,12 @@ class TestABridge:
         assert noticed["reset"] == "paused at 0 s"
         assert noticed["reset_running"].startswith("running at ")
 
+    def test_services_of_simulation_interfaces_step_and_tell_where_the_robot_is(self, noticed: dict):
+        assert 32 in noticed["features"]
+        assert noticed["steps"] == 1
+        told, heard = noticed["states"]
+        assert told == pytest.approx(heard, abs=1e-9)
+
     def test_commands_move_the_robot_after_a_reset_too(self, noticed: dict):
         assert noticed["driven_after_reset"] > 0.2  # at 0.3 m/s for more than a second
 

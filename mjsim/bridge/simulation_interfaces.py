@@ -1,0 +1,207 @@
+"""The services of the ROS package `simulation_interfaces` 2.1: entities and time of a running world.
+
+References:
+    https://github.com/ros-simulation/simulation_interfaces, tag 2.1.0, for result codes and their meaning.
+"""
+
+import math
+import re
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from mjsim.bridge.bus import Bus
+from mjsim.bridge.entities import Entities
+from mjsim.bridge.services import offer
+from mjsim.errors import UsageError, did_you_mean
+from mjsim.geometry import Pose, Pose3
+from mjsim.record import Tick
+from mjsim.ros import FEATURES, MAP_FRAME, RESULT, STATE, entity_state, typestore
+from mjsim.session import Session, State
+
+UNSUPPORTED, OK, NOT_FOUND, INCORRECT_STATE, FAILED = range(5)
+"""Results of every service."""
+INVALID_POSE, ALREADY, INCORRECT_TRANSITION = 101, 101, 103
+"""Results of SetEntityState, and of SetSimulationState."""
+STOPPED, PLAYING, PAUSED, QUITTING, NO_WORLD, LOADING = range(6)
+"""States of a simulation."""
+DELETING, GETTING, SETTING, RESET, STATE_GETTING, STATE_SETTING, STATE_PAUSE, SINGLE, MULTIPLE = (
+    *(1, 10, 11),
+    *(20, 24, 25, 26),
+    *(31, 32),
+)
+"""Features that the bridge has."""
+WHOLE = 0b111
+"""Time, state and spawned entities, as bits of the scope of a reset."""
+MOST_STEPS = 100_000
+"""Largest number of ticks in a call."""
+WORLD_FRAMES = ("", "world", MAP_FRAME)
+LEVEL, UNIT = 1e-3, 1e-2
+"""Largest tilt of a pose that is level [rad], and deviation of the length of a quaternion."""
+INFO = "mjsim: a step is a tick of the world (run.rate_hz); entities are its robots, obstacles and beacons"
+Coded = tuple[int, str]
+"""Result, and a line if there is something to say."""
+FINE: Coded = (OK, "")
+
+
+class SimulationInterfaces:
+    """Answers the services below `/mjsim`; each wrong request gets a result and one line."""
+
+    def __init__(self, bus: Bus, session: Session, *, patience: float) -> None:
+        """Offer the services; to be used before the bus is started.
+
+        Args:
+            bus: The bus.
+            session: The run.
+            patience: Maximum time until the run has taken a tick, or is at its start again [s].
+        """
+        self._session, self._patience, self._stopped = session, patience, False
+        self._entities = Entities(session)
+        answers: dict[str, Callable[[Any], tuple[Any, ...]]] = {
+            "GetSimulatorFeatures": self._features,
+            "SpawnEntity": lambda request: (_result(self._spawn(request)), ""),
+            "DeleteEntity": lambda request: (_result(self._delete(request)),),
+            "GetEntities": self._list,
+            "GetEntityState": self._state_of,
+            "SetEntityState": lambda request: (_result(self._set(request)),),
+            "StepSimulation": lambda request: (_result(self._step(int(request.steps))),),
+            "ResetSimulation": lambda request: (_result(self._reset(int(request.scope))),),
+            "GetSimulationState": lambda request: (_of(STATE, self._now()), _result(FINE)),
+            "SetSimulationState": lambda request: (_result(self._go_to(int(request.state.state))),),
+        }
+        for name, answer in answers.items():
+            words = re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
+            offer(bus, f"/mjsim/{words}", f"simulation_interfaces/srv/{name}", answer)
+
+    def see(self, tick: Tick) -> None:
+        """Take the newest tick; called in the session's thread."""
+        self._entities.see(tick)
+
+    def _features(self, request: Any) -> tuple[Any, ...]:
+        had = DELETING, GETTING, SETTING, RESET, STATE_GETTING, STATE_SETTING, STATE_PAUSE, SINGLE, MULTIPLE
+        return (_of(FEATURES, np.array(had, dtype=np.uint16), [], INFO),)
+
+    def _spawn(self, request: Any) -> Coded:
+        return UNSUPPORTED, "a running world takes no new entities; write them into its file and start the bridge again"
+
+    def _delete(self, request: Any) -> Coded:
+        if unknown := self._unknown(request.entity):
+            return unknown
+        return self._touch({"remove": request.entity})
+
+    def _list(self, request: Any) -> tuple[Any, ...]:
+        filters = request.filters
+        if len(filters.categories) or len(filters.tags.tags) or filters.bounds.type:
+            return _result((UNSUPPORTED, "entities are filtered by name alone; leave categories, tags and bounds")), []
+        try:
+            wanted = re.compile(filters.filter)
+        except re.error as error:
+            return _result((FAILED, f"filter '{filters.filter[:60]}' is no regular expression: {error}")), []
+        return _result(FINE), [name for name in self._entities.names() if wanted.search(name)]
+
+    def _state_of(self, request: Any) -> tuple[Any, ...]:
+        if unknown := self._unknown(request.entity):
+            return _result(unknown), entity_state(0.0, MAP_FRAME, Pose3.from_planar(Pose(0, 0, 0)), np.zeros(3))
+        time, pose, velocity = self._entities.state(request.entity)
+        return _result(FINE), entity_state(time, MAP_FRAME, pose, velocity)
+
+    def _set(self, request: Any) -> Coded:
+        """Move an entity; it is at rest afterwards."""
+        if unknown := self._unknown(request.entity):
+            return unknown
+        twist = request.state.twist
+        moves = [getattr(part, axis) for part in (twist.linear, twist.angular) for axis in "xyz"]
+        if request.set_twist and any(moves):
+            return UNSUPPORTED, "an entity is put at rest; leave its twist at zero, and drive robots by cmd_vel"
+        if not request.set_pose:
+            return FINE
+        if (frame := request.state.header.frame_id) not in WORLD_FRAMES:
+            return INVALID_POSE, f"the pose is in the frame '{frame[:60]}'; give it in '{MAP_FRAME}' or 'world'"
+        pose = request.state.pose
+        place, q = pose.position, pose.orientation
+        if wrong := _wrong_pose([place.x, place.y, place.z], [q.x, q.y, q.z, q.w]):
+            return INVALID_POSE, wrong
+        heading = math.degrees(2.0 * math.atan2(q.z, q.w))
+        moved = {"move": request.entity, "to": [place.x, place.y], "heading_deg": math.remainder(heading, 360.0)}
+        return self._touch(moved)
+
+    def _step(self, steps: int) -> Coded:
+        if (state := self._session.state) in ("ended", "failed"):
+            return INCORRECT_STATE, f"the run has {state}; reset it first"
+        if state != "paused":
+            return FAILED, f"the simulation is {state}; pause it first"
+        if not 1 <= steps <= MOST_STEPS:
+            return FAILED, f"steps is {steps}; it must be from 1 to {MOST_STEPS:,}"
+        for number in range(steps):
+            self._session.tick()
+            if (found := self._reach("paused")) != "paused":
+                return FAILED, f"the run is {found} after {number + 1} of {steps} steps"
+        self._stopped = False
+        return FINE
+
+    def _reset(self, scope: int) -> Coded:
+        if scope and scope & WHOLE != WHOLE:
+            return UNSUPPORTED, f"scope is {scope}; only the whole simulation can be reset, with scope 0 or 255"
+        self._stopped = False
+        self._session.restart()
+        found = self._reach("paused", "running")
+        return FINE if found in ("paused", "running") else (FAILED, f"the run is {found} after a reset")
+
+    def _now(self) -> int:
+        if self._stopped:
+            return STOPPED
+        known: dict[State, int] = {"loading": LOADING, "running": PLAYING, "paused": PAUSED}
+        return known.get(self._session.state, STOPPED)
+
+    def _go_to(self, wanted: int) -> Coded:
+        now = self._now()
+        if wanted not in (STOPPED, PLAYING, PAUSED):
+            what = "ended where it was started" if wanted == QUITTING else "of one world, which stays loaded"
+            return (UNSUPPORTED if wanted == QUITTING else INCORRECT_TRANSITION), f"the simulation is {what}"
+        if wanted == now:
+            return ALREADY, "the simulation is in this state already"
+        if wanted == PLAYING:
+            self._session.go()
+        else:
+            self._session.pause()
+        if wanted == STOPPED or self._session.state in ("ended", "failed"):
+            self._session.restart()
+        self._stopped = wanted == STOPPED
+        aim: State = "running" if wanted == PLAYING else "paused"
+        found = self._reach(aim)
+        return FINE if found == aim else (FAILED, f"the run is {found}")
+
+    def _reach(self, *states: State) -> State:
+        """Wait until the run is in one of these states, or over."""
+        return self._session.wait(*states, "ended", "failed", timeout=self._patience)
+
+    def _unknown(self, name: str) -> Coded | None:
+        names = self._entities.names()
+        return None if name in names else (NOT_FOUND, f"no entity '{name[:60]}'{did_you_mean(name[:60], names)}")
+
+    def _touch(self, keys: dict[str, Any]) -> Coded:
+        try:
+            self._session.touch(keys)
+        except UsageError as error:
+            return FAILED, str(error)
+        return FINE
+
+
+def _wrong_pose(place: list[float], turned: list[float]) -> str | None:
+    """Return why a position [m] and a quaternion (x, y, z, w) are no pose on the floor; None if they are."""
+    if not all(map(math.isfinite, [*place, *turned])):
+        return "the pose is not finite"
+    if abs(math.hypot(*turned) - 1.0) > UNIT:
+        return f"the quaternion has length {math.hypot(*turned):.3g}; it must be 1"
+    if 2.0 * math.hypot(*turned[:2]) > LEVEL:
+        return "the pose is tilted; entities stand upright, turned about z alone"
+    return None
+
+
+def _of(kind: str, *values: Any) -> Any:
+    return typestore().types[kind](*values)
+
+
+def _result(coded: Coded) -> Any:
+    return _of(RESULT, *coded)

@@ -1,0 +1,146 @@
+"""The services of `simulation_interfaces` at a paused session: results by the package's codes, and one line."""
+
+import numpy as np
+import pytest
+
+from mjsim.bridge.simulation_interfaces import SimulationInterfaces
+from mjsim.ros import bytes_of, message_of, type_hash, typestore
+from mjsim.session import Session
+from mjsim.world import parse_world
+
+pytest.importorskip("rosbags")
+
+ROOM = """
+mjsim: 1
+obstacles:
+  - {name: crate, box: [0.3, 0.3, 0.4], at: [2, 0], movable: true, mass: 2}
+  - {name: shelf, box: [0.3, 0.3, 0.4], at: [3, 0]}
+robots: [{name: scout, at: [0, 0]}]
+"""
+PACKAGE = "simulation_interfaces"
+
+
+class Desk:
+    """Carries requests and responses as CDR, as the bus does."""
+
+    def __init__(self) -> None:
+        self._takes, self._answers = {}, []
+
+    def announce(self, topic, *, space) -> None:
+        """Take the topic of a response."""
+
+    def receive(self, topic, take, *, space) -> None:
+        self._takes[topic.type] = take
+
+    def send(self, outgoing, *, space) -> None:
+        self._answers.append(message_of(bytes_of(outgoing.message), outgoing.topic.type))
+
+    def call(self, name: str, *fields: object):
+        kind = f"{PACKAGE}/srv/msg/{name}_Request"
+        request = typestore().types[kind](4711, len(self._answers), *fields)
+        self._takes[kind](message_of(bytes_of(request), kind))
+        answer = self._answers[-1]
+        assert (answer.guid, answer.number) == (4711, len(self._answers) - 1)
+        return answer
+
+
+@pytest.fixture(scope="module")
+def desk():
+    desk, seen = Desk(), []
+    with Session(parse_world(ROOM), on_tick=lambda tick: [each(tick) for each in seen]) as session:
+        interfaces = SimulationInterfaces(desk, session, patience=20.0)
+        seen.append(interfaces.see)
+        session.pause()
+        session.wait("paused", timeout=20.0)
+        desk.call("StepSimulation", 1)
+        yield desk
+
+
+def of(kind: str, *values: object):
+    return typestore().types[kind](*values)
+
+
+def state_at(x: float, y: float, *, frame: str = "map", w: float = 1.0, forward: float = 0.0):
+    vector, point = "geometry_msgs/msg/Vector3", of("geometry_msgs/msg/Point", x, y, 0.0)
+    still = of(vector, 0.0, 0.0, 0.0)
+    header = of("std_msgs/msg/Header", of("builtin_interfaces/msg/Time", 0, 0), frame)
+    pose = of("geometry_msgs/msg/Pose", point, of("geometry_msgs/msg/Quaternion", 0.0, 0.0, 0.0, w))
+    twist = of("geometry_msgs/msg/Twist", of(vector, forward, 0.0, 0.0), still)
+    return of(f"{PACKAGE}/msg/EntityState", header, pose, twist, of("geometry_msgs/msg/Accel", still, still))
+
+
+def filters(text: str, *, categories: tuple[int, ...] = ()):
+    kinds = [of(f"{PACKAGE}/msg/EntityCategory", each) for each in categories]
+    empty = of(f"{PACKAGE}/msg/TagsFilter", [], 0), of(f"{PACKAGE}/msg/Bounds", 0, [])
+    return of(f"{PACKAGE}/msg/EntityFilters", text, kinds, *empty)
+
+
+def test_features_are_those_that_answer(desk):
+    features = desk.call("GetSimulatorFeatures", 0).features
+    assert features.features.tolist() == [1, 10, 11, 20, 24, 25, 26, 31, 32]
+    assert len(features.spawn_formats) == 0
+
+
+def test_entities_are_listed_by_a_regular_expression(desk):
+    assert desk.call("GetEntities", filters("")).entities == ["scout", "crate", "shelf"]
+    assert desk.call("GetEntities", filters("^s")).entities == ["scout", "shelf"]
+    assert desk.call("GetEntities", filters("(")).result.result == 4
+    assert desk.call("GetEntities", filters("", categories=(1,))).result.result == 0
+
+
+def test_an_entity_is_where_it_was_set_after_a_step(desk):
+    before = desk.call("GetEntityState", "crate").state.pose.position
+    assert (before.x, before.y) == pytest.approx((2.0, 0.0), abs=1e-3)
+    assert desk.call("SetEntityState", "crate", state_at(2.0, 1.5), True, False, False).result.result == 1
+    assert desk.call("StepSimulation", 2).result.result == 1
+    found = desk.call("GetEntityState", "crate").state
+    assert (found.pose.position.x, found.pose.position.y) == pytest.approx((2.0, 1.5), abs=1e-3)
+    assert found.header.frame_id == "map"
+
+
+@pytest.mark.parametrize(
+    ("service", "fields", "code", "says"),
+    [
+        ("GetEntityState", ("crat",), 2, "no entity 'crat'; did you mean 'crate'?"),
+        ("DeleteEntity", ("box",), 2, "no entity 'box'"),
+        ("DeleteEntity", ("scout",), 4, "no beacon or obstacle 'scout'"),
+        ("SetEntityState", ("shelf", state_at(1, 1), True, False, False), 4, "no robot or movable obstacle 'shelf'"),
+        ("SetEntityState", ("crate", state_at(1, 1, frame="odom"), True, False, False), 101, "the frame 'odom'"),
+        ("SetEntityState", ("crate", state_at(1, 1, w=0.5), True, False, False), 101, "has length 0.5"),
+        ("SetEntityState", ("crate", state_at(np.nan, 1), True, False, False), 101, "not finite"),
+        ("SetEntityState", ("crate", state_at(1, 1, forward=1.0), True, True, False), 0, "twist at zero"),
+        ("StepSimulation", (0,), 4, "steps is 0; it must be from 1"),
+        ("ResetSimulation", (1,), 0, "scope is 1; only the whole"),
+        ("SetSimulationState", (of(f"{PACKAGE}/msg/SimulationState", 2),), 101, "in this state already"),
+        ("SetSimulationState", (of(f"{PACKAGE}/msg/SimulationState", 3),), 0, "ended where it was started"),
+        ("SetSimulationState", (of(f"{PACKAGE}/msg/SimulationState", 9),), 103, "of one world"),
+    ],
+)
+def test_a_wrong_request_has_a_result_and_one_line(desk, service, fields, code, says):
+    result = desk.call(service, *fields).result
+    assert (result.result, says in result.error_message) == (code, True), result.error_message
+    assert "\n" not in result.error_message
+
+
+def test_what_was_deleted_is_an_entity_until_a_reset(desk):
+    assert desk.call("DeleteEntity", "shelf").result.result == 1
+    assert desk.call("GetEntities", filters("")).entities == ["scout", "crate"]
+    assert desk.call("ResetSimulation", 0).result.result == 1
+    assert desk.call("GetEntities", filters("")).entities == ["scout", "crate", "shelf"]
+
+
+def test_it_plays_pauses_and_stops(desk):
+    def now() -> int:
+        return desk.call("GetSimulationState", 0).state.state
+
+    for wanted in (1, 2, 0, 2, 1):
+        changed = desk.call("SetSimulationState", of(f"{PACKAGE}/msg/SimulationState", wanted)).result
+        assert (changed.result, now()) == (1, wanted), changed.error_message
+    assert desk.call("StepSimulation", 1).result.result == 4
+    desk.call("SetSimulationState", of(f"{PACKAGE}/msg/SimulationState", 2))
+
+
+def test_services_have_the_hash_of_the_package():
+    # By rosbags from the definitions of tag 2.1.0.
+    known = "913fe0653690ce6bf8f09f316e6a626747012e9fca31e26719910d417aa8565c"
+    assert type_hash(f"{PACKAGE}/srv/msg/StepSimulation_Request") == f"RIHS01_{known}"
