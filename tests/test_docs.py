@@ -29,7 +29,7 @@ PAGES = sorted(
     ]
 )
 GENERATED = {"world-file.md", "worlds.md", "robots.md"}
-"""Pages of reference that `scripts/make` writes, from the schema, the shipped worlds, and the presets and their head."""
+"""Pages of reference that `scripts/make` writes; the head of that of robots is beside its script, and counted."""
 TABLE = re.compile(r"<!-- (\w+): begin -->.*?<!-- \1: end -->", re.DOTALL)
 """A table in a page that `scripts/make` writes."""
 FENCED = re.compile(r"^ *(```+)[^`\n]*\n.*?^ *\1$", re.MULTILINE | re.DOTALL)
