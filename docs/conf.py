@@ -1,12 +1,16 @@
 """Settings of the documentation site, which `scripts/make/site` builds with Sphinx."""
 
+import dataclasses
 import importlib.metadata
 import re
 import sys
 from pathlib import Path
+from typing import Any, get_type_hints
 
 from sphinx.application import Sphinx
 from sphinx.ext.napoleon import Config, GoogleDocstring
+
+from mjsim import interface
 
 sys.path.insert(0, str(Path(__file__).parent / "site"))
 
@@ -59,6 +63,28 @@ def _google_style(app: Sphinx, what: str, name: str, obj: object, options: objec
         lines[:] = GoogleDocstring(lines, Config(napoleon_use_rtype=False), app, what, name, obj, options).lines()
 
 
+def _short_signature(app: Sphinx, what: str, name: str, obj: Any, *others: object) -> tuple[str, str | None] | None:
+    """Return the names of the fields of a dataclass; types and meanings follow, field by field."""
+    if what != "class" or not dataclasses.is_dataclass(obj):
+        return None
+    names = [f"{each.name}{'' if _is_needed(each) else '=...'}" for each in dataclasses.fields(obj)]
+    return f"({', '.join(names)})", None
+
+
+def _is_needed(field: dataclasses.Field[Any]) -> bool:
+    return field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
+
+
+def _types_without_forms() -> None:
+    """Leave out of the types of readings what recordings, not readers, need: `Annotated[Odometry, Form(...)]`."""
+    for kind in (getattr(interface, name) for name in interface.__all__):
+        if dataclasses.is_dataclass(kind) and "Form(" in str(kind.__annotations__):
+            plain = {name: get_type_hints(kind)[name] for name in kind.__annotations__}
+            kind.__annotations__ = plain
+
+
 def setup(app: Sphinx) -> None:
     """Connect what reads docstrings."""
+    _types_without_forms()
+    app.connect("autodoc-process-signature", _short_signature)
     app.connect("autodoc-process-docstring", _google_style)

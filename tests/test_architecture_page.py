@@ -27,7 +27,7 @@ def test_an_arrow_that_others_stand_for_is_left_out():
 def test_every_file_that_a_page_names_is_there(page):
     text = (ROOT / page).read_text(encoding="utf-8")
     named = re.findall(r"`((?:mjsim|algorithms|worlds|scripts|docs|tests)/[\w./*-]*|[\w]+/[\w/]+\.py)[^`]*`", text)
-    assert len(named) > 5
+    assert named
     for name in named:
         pattern = re.sub(r"[A-Z]{4,}", "*", name).rstrip("/")  # KIND, NAME and the like: some such file is there
         assert any(next(folder.glob(pattern), None) for folder in (ROOT, ROOT / "mjsim")), name
