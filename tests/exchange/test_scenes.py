@@ -102,8 +102,13 @@ def test_models_of_folders_are_placed_by_their_frame_and_loops_are_refused(tmp_p
     content += (
         f"<include><uri>models/chair</uri><name>held</name>{placed}<placement_frame>back</placement_frame></include>"
     )
-    world, found = brought(scene(tmp_path, content + "<include><uri>model://none</uri></include>"))
-    assert {thing.name: thing.at for thing in world.obstacles} == {"plain": (3.5, 1.0), "held": (4.0, 1.0)}
+    bare = "<include><uri>chair</uri><name>bare</name></include>"
+    world, found = brought(scene(tmp_path, content + bare + "<include><uri>model://none</uri></include>"))
+    assert {thing.name: thing.at for thing in world.obstacles} == {
+        "plain": (3.5, 1.0),
+        "held": (4.0, 1.0),
+        "bare": (0.5, 0.0),
+    }
     assert found.report[-1].startswith("left out: model 'model://none': not found; put its folder beside the file")
     (inner / "new.sdf").write_text("<sdf><model name='x'><include><uri>model://chair</uri></include></model></sdf>")
     with pytest.raises(UsageError, match="nests models more than 12 deep; is it a loop"):

@@ -131,6 +131,19 @@ def test_scans_of_a_laser_that_interlaces_its_beams_are_all_kept_with_their_own_
     assert run.metadata["front scans with fewer than 181 beams"] == said
 
 
+def test_scans_without_beams_are_left_out_and_told_while_their_odometry_stays(tmp_path):
+    write_carmen(tmp_path / "room.clf")
+    whole = imported(tmp_path / "room.clf")
+    lines = (tmp_path / "room.clf").read_text().splitlines()
+    at = next(number for number, line in enumerate(lines) if line.startswith("FLASER") and number > 10)
+    words = lines[at].split()
+    lines[at] = " ".join(["FLASER", "0", *words[2 + int(words[1]) :]])
+    (tmp_path / "empty.clf").write_text("\n".join(lines) + "\n")
+    run = imported(tmp_path / "empty.clf")
+    assert run.metadata["scans of less than 2 beams left out"] == "1"
+    np.testing.assert_array_equal(run.robots["robot"].odometry, whole.robots["robot"].odometry)
+
+
 def test_strengths_of_returns_come_in(tmp_path):
     tail = "0 0 0 0 0 0 0.5 0 0 0 0"
     lines = [f"ROBOTLASER1 0 -0.5 1 0.5 9 0 1 3 1 2 3 3 0.25 {k} 1e3 {tail} {k / 10} h {k / 10}" for k in range(1, 9)]
@@ -158,7 +171,7 @@ def test_packed_logs_true_poses_and_unknown_messages_are_read(tmp_path):
     [
         ("FLASER 181 1 2 3", "FLASER has 4 values"),
         ("FLASER many 1 2 3", "a laser scan has many values"),
-        ("FLASER 99999999 1", "a laser scan has 99999999 values; it must have 2 to 10000"),
+        ("FLASER 99999999 1", "a laser scan has 99999999 values; it must have 0 to 10000"),
         ("ODOM 1 2 nan 0 0 0 1.0 h 0", "ODOM holds 'nan'; numbers must be finite"),
         ("ODOM 1 2 3 0 0 0", "ODOM has no time at its end"),
         ("ODOM 1 2 x 0 0 0 1.0 h 0", "could not convert string to float: 'x'"),

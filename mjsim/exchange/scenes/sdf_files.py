@@ -50,7 +50,8 @@ class Folders:
         """
         kind, sign, rest = uri.strip().partition("://")
         if not sign:
-            return self._existing(beside / kind)
+            # Gazebo takes a bare name for that of a model, too.
+            return self._existing(beside / kind) or self._among_models(kind)
         if kind in ("http", "https"):
             # A model of a server, if it is here under its name.
             kind, rest = "model", rest.rstrip("/").rpartition("/")[2]
@@ -58,7 +59,10 @@ class Folders:
             return None
         if kind == "file" and (found := self._existing(beside / rest.lstrip("/"))):
             return found
-        return next((found for folder in self._around() if (found := self._existing(folder / rest))), None)
+        return self._among_models(rest)
+
+    def _among_models(self, name: str) -> Path | None:
+        return next((found for folder in self._around() if (found := self._existing(folder / name))), None)
 
     def _around(self) -> list[Path]:
         """Return the folders in which folders of models may be."""

@@ -46,6 +46,8 @@ MAX_BEAMS = 10_000
 NEAREST = 0.02
 """Smaller ranges were not measured [m]."""
 MAX_NOISE = 10.0
+FEWEST, TOO_FEW = 2, "scans of less than 2 beams"
+"""Smallest number of beams of a scan, and what scans with fewer are called."""
 COMMON = 50
 """Minimum number of beams with the largest value of a log for it to mean no return."""
 FINEST = 0.005
@@ -161,21 +163,24 @@ def _take(found: _Found, words: Sequence[str]) -> None:
 
 def _take_old(found: _Found, words: Sequence[str]) -> None:
     """Process a message of the front or the rear laser."""
-    count = _count(words[1], least=2)
+    count = _count(words[1], least=0)
     ranges = _values(words, 2, 2 + count)
     _, _, _, x, y, heading = _numbers(words, 2 + count, 8 + count)
     stamp = _stamp(found, words, 8 + count)
+    found.odometry.append((stamp, x, y, heading))
+    if count < FEWEST:
+        found.left_out[TOO_FEW] += 1
+        return
     step = _step(count, found.parameters.get(RESOLUTIONS[words[0]]))
     name = "front" if words[0] == "FLASER" else "rear"
     first = -math.pi / 2 if count * step > 3.0 and count * step < 3.2 else -step * (count - 1) / 2
     found.scans.setdefault(name, []).append(_scan(stamp, ranges, first, step))
-    found.odometry.append((stamp, x, y, heading))
 
 
 def _take_new(found: _Found, words: Sequence[str]) -> None:
     """Process a message of a laser with its configuration."""
     _, first, _fov, step, farthest, _, _ = _numbers(words, 1, 8)
-    count = _count(words[8], least=2)
+    count = _count(words[8], least=0)
     ranges = _values(words, 9, 9 + count)
     if not (0.0 < step < math.pi and -7.0 <= first <= 7.0 and farthest > 0.0):
         raise ValueError(f"{words[0]} begins at {first:g} rad, with {step:g} rad a beam and up to {farthest:g} m")
@@ -191,6 +196,9 @@ def _take_new(found: _Found, words: Sequence[str]) -> None:
         found.mounts.setdefault(name, _seen_from(laser, robot))
     else:
         stamp = _stamp(found, words, at)
+    if count < FEWEST:
+        found.left_out[TOO_FEW] += 1
+        return
     scan = _scan(stamp, ranges, first, step, farthest=farthest)
     if len(strengths) == len(ranges):
         scan = replace(scan, intensities=np.array(strengths))
