@@ -15,6 +15,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
+from mjsim.traces import short_trace
+
 LONGEST_MESSAGE = 400
 """Maximum length of a message [characters]; keys and lists of names in it are cut."""
 
@@ -26,6 +28,10 @@ class MjsimError(Exception):
     """Base class of all errors that are not bugs of mjsim."""
 
     exit_code: ClassVar[int] = 1
+
+    def _render_traceback_(self) -> list[str]:
+        """Return the lines that Python and notebooks print: no frames of mjsim."""
+        return short_trace(self)
 
 
 @dataclass(frozen=True, slots=True, order=True)

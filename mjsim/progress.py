@@ -1,9 +1,10 @@
-"""Progress of long commands, on stderr: a bar on a terminal, plain lines elsewhere."""
+"""Progress of long commands, on stderr: a bar on a terminal, plain lines elsewhere, one line in a notebook."""
 
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
+from typing import Any
 
 EVERY = 10.0
 """Minimum time between two plain lines [s]."""
@@ -31,7 +32,48 @@ def tracked(label: str, *, total: float, unit: str) -> Iterator[Callable[[float]
 
 
 @contextmanager
-def _bar(label: str, total: float, unit: str) -> Iterator[Callable[[float], None]]:
+def watched(label: str, *, total: float, unit: str) -> Iterator[Callable[[float], None]]:
+    """Show progress to people alone: a bar on a terminal until the block ends, one line in a notebook."""
+    if sys.stderr is not None and sys.stderr.isatty():
+        shown = _bar(label, total, unit, transient=True)
+    elif _in_notebook():
+        shown = _line_in_notebook(label, total, unit)
+    else:
+        yield lambda done: None
+        return
+    with shown as advance:
+        yield advance
+
+
+def _in_notebook() -> bool:
+    """Return whether IPython shows what is displayed, rather than a terminal."""
+    python = sys.modules.get("IPython")
+    shell = None if python is None else python.get_ipython()
+    return shell is not None and type(shell).__name__ != "TerminalInteractiveShell"
+
+
+@contextmanager
+def _line_in_notebook(label: str, total: float, unit: str) -> Iterator[Callable[[float], None]]:
+    """Show one line and update it."""
+    from IPython.core import display_functions
+
+    began = shown = time.perf_counter()
+    display: Any = display_functions.display
+    handle = display({"text/plain": f"{label} ..."}, raw=True, display_id=True)
+
+    def advance(done: float) -> None:
+        nonlocal shown
+        now = time.perf_counter()
+        if now - shown >= 0.2 or done >= total - 1e-9:
+            shown = now
+            text = f"{label}: {done:.0f} of {total:.0f} {unit}{_pace(done, now - began, unit)}"
+            handle.update({"text/plain": text}, raw=True)
+
+    yield advance
+
+
+@contextmanager
+def _bar(label: str, total: float, unit: str, *, transient: bool = False) -> Iterator[Callable[[float], None]]:
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -42,7 +84,7 @@ def _bar(label: str, total: float, unit: str) -> Iterator[Callable[[float], None
         TextColumn("{task.fields[pace]}"),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=Console(stderr=True)) as progress:
+    with Progress(*columns, console=Console(stderr=True), transient=transient) as progress:
         task = progress.add_task(label, total=total, pace="")
         began, shown = time.perf_counter(), 0.0
 

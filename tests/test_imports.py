@@ -17,7 +17,7 @@ ROOT = Path(mjsim.__file__).parent
 
 GROUND = {
     *("closing", "errors", "faces", "geometry", "gl_request", "guarded", "inventory", "output", "progress", "spelling"),
-    "syntax",
+    *("syntax", "traces", "views"),
 }
 WORLD = GROUND | {"mechanics", "models", "people", "world"}
 VALUES = WORLD | {"interface"}
@@ -61,6 +61,8 @@ MAY_IMPORT = {
     "logs": RUN,
     "bridge": RUN | {"exchange", "ros", "session"},
     "sweep": SWEEP,
+    # What notebooks show of all of them; they do not import it.
+    "notebook": SWEEP,
     "video": VIDEO,
     # Octave is found as for modules; arms that move become films.
     "toolbox": VIDEO | {"modules"},

@@ -60,6 +60,7 @@ def run(
                         record=place,
                         watch=lambda _: advance(sim.time + sim.dt),
                         realtime=realtime,
+                        progress=False,
                     )
     print(place.path)
     if video is not None:

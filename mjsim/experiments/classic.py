@@ -218,6 +218,7 @@ def recorded(name: str, path: Path, progress: Progress | None = None, *, overwri
             sim,
             record=path,
             overwrite=overwrite,
+            progress=False,
             watch=None if progress is None else lambda tick: progress(name, tick.time / world.run.seconds),
         )
 

@@ -15,6 +15,7 @@ from .export import export_images as export_images
 from .export import export_mat as export_mat
 from .export import export_npz as export_npz
 from .export import export_tum as export_tum
+from .export import recording_tables as recording_tables
 from .file import RawMessage as RawMessage
 from .file import numeric_topics as numeric_topics
 from .file import raw_messages as raw_messages
@@ -42,9 +43,7 @@ from .readings import CODECS as CODECS
 from .readings import Box as Box
 from .readings import codec_of as codec_of
 from .recorder import Recorder as Recorder
-from .recording import Landmarks as Landmarks
 from .recording import Recording as Recording
-from .recording import Track as Track
 from .recording import check_fit as check_fit
 from .summary import RecordingSummary as RecordingSummary
 from .summary import recorded_world as recorded_world
@@ -52,5 +51,7 @@ from .summary import recording_summary as recording_summary
 from .tick import Order as Order
 from .tick import RobotEvent as RobotEvent
 from .tick import Tick as Tick
+from .track import Landmarks as Landmarks
+from .track import Track as Track
 from .writer import named_files as named_files
 from .writer import text_of as text_of

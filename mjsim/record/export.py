@@ -17,8 +17,9 @@ from mjsim.interface import Sighting
 from mjsim.output import free_paths, new_file, new_files, require_free, write_files, write_part
 from mjsim.record.joint_tables import joint_tables, mechanism_tables
 from mjsim.record.readings import SensorTable
-from mjsim.record.recording import Recording, Track
+from mjsim.record.recording import Recording
 from mjsim.record.sensor_tables import sensor_tables
+from mjsim.record.track import Track
 from mjsim.spelling import ascii_name
 from mjsim.world import event_text
 
@@ -82,7 +83,7 @@ def export_csv(recording: Recording, folder: str | Path, *, overwrite: bool = Fa
     Raises:
         UsageError: A file exists, or cannot be written, or there is nothing to write.
     """
-    tables = list(_tables(recording))
+    tables = list(recording_tables(recording))
     if not tables:
         raise UsageError(f"'{recording.path}' has no robots, mechanisms, movable things or events; nothing is written")
     paths = free_paths(folder, (f"{name}.csv" for name, _, _ in tables), overwrite=overwrite)
@@ -92,11 +93,10 @@ def export_csv(recording: Recording, folder: str | Path, *, overwrite: bool = Fa
     return paths
 
 
-def _tables(recording: Recording) -> Iterator[tuple[str, Sequence[str], Iterable[Iterable[Any]]]]:
-    """Yield name, header and rows of each table."""
+def recording_tables(recording: Recording) -> Iterator[tuple[str, Sequence[str], Iterable[Iterable[Any]]]]:
+    """Yield name, header and rows of each table; those of sensors are read from the file last of each robot's."""
     yield from _world_tables(recording)
     for name, track in recording.robots.items():
-        sensors = _more_tables(recording, name)
         for kind, header, rows in (
             ("track", _TRACK_HEADER, _track_rows(track)),
             ("landmarks", _LANDMARKS_HEADER, _landmark_rows(track)),
@@ -104,9 +104,10 @@ def _tables(recording: Recording) -> Iterator[tuple[str, Sequence[str], Iterable
             ("innovations", _INNOVATIONS_HEADER, _innovation_rows(track)),
             ("events", _EVENTS_HEADER, ((e.time, e.kind, e.text, e.bearing) for e in track.events)),
             *([("path", ["time", *_POSE], track.path.tolist())] if len(track.path) else []),
-            *((table.name, list(table.columns), zip(*table.columns.values(), strict=True)) for table in sensors),
         ):
             yield f"{name}_{kind}", header, rows
+        for table in _more_tables(recording, name):
+            yield f"{name}_{table.name}", list(table.columns), zip(*table.columns.values(), strict=True)
     for name, tables in mechanism_tables(recording).items():
         for table in tables:
             yield f"{name}_{table.name}", list(table.columns), zip(*table.columns.values(), strict=True)

@@ -31,9 +31,10 @@ from mjsim.record.metadata import checked_metadata
 from mjsim.record.numbers import Message
 from mjsim.record.parse import FAULTS, content_of, misfit, unfit
 from mjsim.record.readings import SIGHTINGS, identities_of
-from mjsim.record.recording import SAME_TIME, Landmarks, Recording, Track
+from mjsim.record.recording import SAME_TIME, Recording
 from mjsim.record.schemas import ARM_TOPICS
 from mjsim.record.tick import RobotEvent
+from mjsim.record.track import Landmarks, Track
 from mjsim.world import Source, World, WorldEvent, parse_world
 
 LEAST_MEMORY, MEMORY_GROWTH = 1 << 26, 48

@@ -5,14 +5,14 @@ import math
 from collections.abc import Collection, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from mjsim.errors import UsageError, did_you_mean
-from mjsim.geometry import Array, places_at, poses_at
-from mjsim.interface import Observation, Picture, Shown, Sighting
+from mjsim.geometry import Array
+from mjsim.interface import Observation, Picture
 from mjsim.models import picture_size
 from mjsim.record.drawn import decode_picture, depth_pixels
 from mjsim.record.file import RawMessage, picture_of, raw_messages, timestamp_of
@@ -23,7 +23,13 @@ from mjsim.record.numbers import Message, nanoseconds
 from mjsim.record.parse import content_of, reading, value_of
 from mjsim.record.readings import CODECS
 from mjsim.record.tick import RobotEvent
+from mjsim.record.track import Track, span_of
+from mjsim.views import Viewed
 from mjsim.world import AnySensor, Camera, Lidar, Looks, World, WorldEvent, looks_after, name_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from pandas import DataFrame
 
 T = TypeVar("T")
 
@@ -31,103 +37,8 @@ SAME_TIME = 1e-6
 """Times that differ by less are equal [s]."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Landmarks:
-    """The estimated map over time; NaN before a landmark is in it. One row per tick, N in all."""
-
-    names: tuple[Hashable, ...]
-    """Names of K landmarks, in order of first appearance."""
-    mean: Array
-    """Shape (N, K, 2) [m]."""
-    covariance: Array
-    """Shape (N, K, 2, 2) [m^2]."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Track:
-    """Recorded data of one robot. One row per tick, N in all; poses are (x, y, heading) [m, m, rad].
-
-    A robot without a driver has only its truth, and NaN elsewhere.
-    """
-
-    time: Array
-    """Shape (N,) [s]."""
-    moment: Array | None = None
-    """When the robot was at the poses of each row, shape (N,) [s]: in a log, at the scan that came with the tick, less
-    than a tick before `time`. None: at that time."""
-    truth: Array
-    """Seen from above, shape (N, 3), world frame."""
-    truth_pose: Array
-    """3-D pose of the base: position and unit quaternion (x, y, z, qx, qy, qz, qw), world frame, shape (N, 7)."""
-    odometry: Array
-    """Dead reckoning, shape (N, 3)."""
-    odometry_covariance: Array
-    """Shape (N, 3, 3)."""
-    estimate: Array
-    """Shape (N, 3)."""
-    covariance: Array
-    """Shape (N, 3, 3)."""
-    command: Array
-    """(forward, left, turn) given to the drive, shape (N, 3) [m/s, m/s, rad/s]; NaN rows for wheel commands."""
-    landmarks: Landmarks
-    sightings: tuple[tuple[Sighting, ...], ...]
-    """One tuple per tick."""
-    identities: tuple[tuple[str | None, ...], ...] = ()
-    """One tuple per tick: the true beacons of its first sightings, those of the beacon sensors; None for a false
-    sighting."""
-    innovations: tuple[tuple[tuple[Hashable, Array, Array], ...], ...]
-    """One tuple per tick: name, nu (2,), S (2, 2)."""
-    shown: tuple[tuple[Shown, ...], ...] = ()
-    """One tuple per tick: items shown by modules."""
-    events: tuple[RobotEvent, ...]
-    path: Array = field(default_factory=lambda: np.zeros((0, 4)))
-    """Final trajectory of the estimator, if it provides one: rows of time, x, y and heading, shape (M, 4)."""
-
-    @property
-    def moments(self) -> Array:
-        """When the robot was at the poses of each row, ascending, shape (N,) [s]."""
-        return self.time if self.moment is None else self.moment
-
-    def truth_at(self, times: ArrayLike) -> Array:
-        """Return the true 3-D poses of the base at some times, such as the stamps of a camera, as in `truth_pose`.
-
-        Args:
-            times: Shape (K,) [s].
-
-        Returns:
-            Shape (K, 7), interpolated between two ticks; NaN where the truth is unknown.
-        """
-        track = np.column_stack([self.moments, self.truth_pose])
-        return poses_at(np.asarray(times, dtype=float), track, gap=np.inf)
-
-    def odometry_at(self, times: ArrayLike) -> Array:
-        """Return dead reckoning at some times, interpolated between two ticks; NaN outside, shape (K, 3)."""
-        return places_at(np.asarray(times, dtype=float), np.column_stack([self.moments, self.odometry]), gap=np.inf)
-
-    def at(self, rows: NDArray[np.intp]) -> "Track":
-        """Return the track at some rows; events and the final trajectory are kept completely."""
-        marks, chosen = self.landmarks, rows.tolist()
-        return replace(
-            self,
-            time=self.time[rows],
-            moment=None if self.moment is None else self.moment[rows],
-            truth=self.truth[rows],
-            truth_pose=self.truth_pose[rows],
-            odometry=self.odometry[rows],
-            odometry_covariance=self.odometry_covariance[rows],
-            estimate=self.estimate[rows],
-            covariance=self.covariance[rows],
-            command=self.command[rows],
-            landmarks=Landmarks(names=marks.names, mean=marks.mean[rows], covariance=marks.covariance[rows]),
-            sightings=tuple(self.sightings[row] for row in chosen),
-            identities=tuple(self.identities[row] for row in chosen) if self.identities else (),
-            innovations=tuple(self.innovations[row] for row in chosen),
-            shown=tuple(self.shown[row] for row in chosen) if self.shown else (),
-        )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False, weakref_slot=True)
-class Recording:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False, weakref_slot=True)
+class Recording(Viewed):
     """A recorded run; it needs only its file."""
 
     path: Path
@@ -158,6 +69,40 @@ class Recording:
     """Wall-clock time by 'robot/module' or 'loop/part', shape (N,) [s]; NaN where a part did not run."""
     whole: bool = True
     """False if the file is incomplete: the run was killed, or the file was truncated."""
+
+    def __repr__(self) -> str:
+        """Return its world, span, seed and robots."""
+        robots = ", ".join(self.robots) or "no robots"
+        return f"<Recording of '{self.world.name}': {span_of(self.time)}, seed {self.seed}; {robots}>"
+
+    def plot(self, kind: str = "path", *, robot: str | None = None) -> "Axes | NDArray[Any]":
+        """Draw a plot of a report with pyplot, so that notebooks show it; savefig of `.figure` writes it to a file.
+
+        Args:
+            kind: 'path', 'error', 'bounds' (errors between 3-sigma bounds), 'nees' or 'landmarks'.
+            robot: By default the first one.
+
+        Returns:
+            The axes, or an array of them if the plot has several panels.
+
+        Raises:
+            UsageError: There is no such plot or robot, or nothing to draw.
+        """
+        axes: Axes | NDArray[Any] = self._views().plotted(self, kind, robot=robot)
+        return axes
+
+    def frame(self, table: str | None = None) -> "DataFrame":
+        """Return a table of `mjsim export --csv` for pandas.
+
+        Args:
+            table: Its file without suffix, such as 'scout_track', 'scout_sightings' or 'events'; the name of a robot
+                stands for its track; by default that of the first robot.
+
+        Raises:
+            UsageError: There is no such table, or pandas is not installed.
+        """
+        frame: DataFrame = self._views().frame_of(self, table)
+        return frame
 
     @property
     def wall_seconds(self) -> float:

@@ -21,6 +21,7 @@ from .drawings import plot_text as plot_text
 from .drawings import png_of as png_of
 from .drawings import require_formats as require_formats
 from .figures import FIGURES as FIGURES
+from .figures import figure_value as figure_value
 from .figures import lacks_estimator as lacks_estimator
 from .figures import largest as largest
 from .html_page import Block as Block
@@ -35,6 +36,7 @@ from .over_time import FEW as FEW
 from .over_time import mean_of as mean_of
 from .over_time import middle_of as middle_of
 from .page import REPORT_FILES as REPORT_FILES
+from .page import robot_plots as robot_plots
 from .page import write_report as write_report
 from .paired import CONFIDENCE as CONFIDENCE
 from .paired import fewest_pairs as fewest_pairs
@@ -55,6 +57,7 @@ from .plots import draw_truth as draw_truth
 from .plots import scale_nees as scale_nees
 from .plots import sheet as sheet
 from .runs import compare as compare
+from .statistics import Statistics as Statistics
 from .statistics import statistics as statistics
 from .statistics import statistics_file as statistics_file
 from .sweep_runs import sweep_world as sweep_world

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mjsim.errors import UsageError
+from mjsim.errors import UsageError, one_line
 from mjsim.geometry import Array
 from mjsim.report.consistency import STATES, shared_errors
 from mjsim.report.figures import FIGURES, ReportFigure, figure_value
@@ -22,6 +22,7 @@ from mjsim.report.paired import (
     paired_difference,
     shared_confidence,
 )
+from mjsim.views import Viewed
 from mjsim.world import World
 
 
@@ -132,8 +133,8 @@ class Compared:
         return f"{abs(difference.mean or 0.0):.3g} [{low:.3g}, {high:.3g}] {self.figure.unit}".rstrip()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Comparison:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Comparison(Viewed):
     """The result of a comparison."""
 
     groups: tuple[Group, ...]
@@ -141,6 +142,11 @@ class Comparison:
     """Every statistic of every pair of groups."""
     remarks: tuple[str, ...]
     """Notes for the interpretation of the results."""
+
+    def __repr__(self) -> str:
+        """Return its groups, and how many differences are significant."""
+        labels = ", ".join(group.label for group in self.groups)
+        return f"<Comparison of {one_line(labels)}: {len(self.verdicts)} significant differences>"
 
     @property
     def verdicts(self) -> tuple[str, ...]:

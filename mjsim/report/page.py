@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mjsim.output import free_paths, write_set
-from mjsim.record import Recording, Track
+from mjsim.record import Recording
 from mjsim.report.arms import slides_of
 from mjsim.report.drawings import drawing_files, plot_text, png_of, require_formats
 from mjsim.report.html_page import Block, Heading, HtmlTable, Paragraph, html_page, picture
 from mjsim.report.statistics import known_part, stands, statistics_file
 from mjsim.report.tables import csv_table, key_figures, latex_table, shared_errors_of
-from mjsim.world import World, as_motions, event_text, world_notes
+from mjsim.world import as_motions, event_text, world_notes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -53,9 +53,8 @@ def _files(recording: Recording, figures: dict[str, Any], formats: Sequence[str]
         "table.tex": latex_table(figures).encode(),
     }
     blocks: list[Block] = []
-    for robot, track in recording.robots.items():
-        part = None if stands(recording.world, robot) else known_part(track)
-        drawn = {} if part is None else _draw(recording.world, part, recording.estimator_of(robot))
+    for robot in recording.robots:
+        drawn = robot_plots(recording, robot)
         with np.errstate(over="ignore", invalid="ignore"):
             pictures = {name: png_of(figure) for name, figure in drawn.items()}
             plots = drawing_files(drawn, formats, pictures=pictures)
@@ -76,13 +75,17 @@ def _files(recording: Recording, figures: dict[str, Any], formats: Sequence[str]
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def _draw(world: World, track: Track, estimator: str) -> dict[str, "Figure"]:
-    """Return the plots of a track by name, for an estimator's class; dead reckoning alone, '', has no NEES."""
+def robot_plots(recording: Recording, robot: str, *, only: str | None = None) -> dict[str, "Figure"]:
+    """Return the plots of a robot by name, or one of them; dead reckoning alone has no NEES."""
     from mjsim.report.plots import PLOTS
 
-    selected = [(name, draw) for name, draw in PLOTS if estimator or name != "nees"]
+    track = None if stands(recording.world, robot) else known_part(recording.robots[robot])
+    if track is None:
+        return {}
+    estimator = recording.estimator_of(robot)
+    selected = [(name, draw) for name, draw in PLOTS if only in (None, name) and (estimator or name != "nees")]
     label = plot_text(estimator or "estimate")
-    return {name: figure for name, draw in selected if (figure := draw(world, track, label)) is not None}
+    return {name: figure for name, draw in selected if (figure := draw(recording.world, track, label)) is not None}
 
 
 def _drawn_arms(recording: Recording, robot: str) -> Iterator[tuple[str, dict[str, "Figure"]]]:

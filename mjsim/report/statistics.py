@@ -15,6 +15,7 @@ from mjsim.report.consistency import nees_figures, nis_figures, normalised_innov
 from mjsim.report.coverage import coverage
 from mjsim.report.swept import swept_share
 from mjsim.report.transient import recoveries, transient_errors
+from mjsim.views import Viewed
 from mjsim.world import MoveEvent, World, hung
 
 PATH_FIGURES = ("position_error_m", "heading_error_deg", "ate_m", "rpe_m")
@@ -28,9 +29,13 @@ ESTIMATE_FIGURES = (
 """Keys of the statistics that need an estimate."""
 
 
+class Statistics(dict[str, Any], Viewed):
+    """The statistics of each robot by name, and those of the run under 'run'; notebooks show a table."""
+
+
 def statistics(
     recording: Recording | str | Path, *, begin: float | None = None, end: float | None = None
-) -> dict[str, Any]:
+) -> Statistics:
     """Return the statistics of each robot by name, and those of the run under 'run'.
 
     The keys are those of `statistics.json`, which has the robots one level down, under 'robots'.
@@ -46,7 +51,7 @@ def statistics(
     """
     run = recording if isinstance(recording, Recording) else read_recording(recording)
     figures = statistics_file(run.between(begin, end))
-    return {**figures["robots"], "run": figures["run"]}
+    return Statistics(figures["robots"], run=figures["run"])
 
 
 @np.errstate(over="ignore", invalid="ignore")  # An estimate may be anywhere; values that overflow are reported as None.

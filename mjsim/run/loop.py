@@ -5,7 +5,7 @@ import shutil
 import sys
 import time
 import weakref
-from collections.abc import Callable, Generator, Iterable, Mapping
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, closing, nullcontext, suppress
 from dataclasses import replace
 from itertools import islice
@@ -19,6 +19,7 @@ from mjsim.geometry import Pose3
 from mjsim.interface import ControlLoop, Observation
 from mjsim.modules import ROLES, load_runnable, make_module, name_of
 from mjsim.output import NewFile, temporary_file
+from mjsim.progress import watched
 from mjsim.record import Order, RobotEvent, Tick
 from mjsim.run.falls import Falls
 from mjsim.run.pilot import Driver, Pilot, Steer, controller_of, final_path, require_takes_goals
@@ -157,6 +158,7 @@ def run(
     realtime: bool = False,
     pictures: bool = True,
     overwrite: bool = False,
+    progress: bool = True,
 ) -> "Recording":
     """Run a simulation from now on and return its recording.
 
@@ -172,6 +174,7 @@ def run(
         pictures: Whether to record camera pictures, which are most of the data, and the map as a grid; they can be
             rendered again.
         overwrite: Whether `record` may replace a file; that stays until the first tick of the new one is written.
+        progress: Whether to show progress on a terminal or in a notebook; elsewhere nothing is shown.
 
     Raises:
         UsageError: It would have no tick, or `record` exists, is being written, or cannot be written; or a simulation
@@ -192,18 +195,24 @@ def run(
                 watch=watch,
                 realtime=realtime,
                 pictures=pictures,
+                progress=progress,
             )
         weakref.finalize(recording, shutil.rmtree, path.parent, ignore_errors=True)
         return recording
     with _simulated(sim, seed) as made:
         count = tick_count(made, seconds)
         drivers = drivers_of(made.world) if drivers is None else drivers
+        shown = watched(f"run {made.world.name}", total=count * made.dt, unit="s") if progress else nullcontext()
         with (
             reserve(record, overwrite=overwrite) as place,
             one_blas_thread(),
             recorder_of(made, drivers, count, place, pictures=pictures) as recorder,
+            shown as advance,
         ):
-            _consume(made, drivers, count, recorder, watch, realtime)
+            watches = [watch] if watch is not None else []
+            if advance is not None:
+                watches.append(lambda tick: advance(tick.time + made.dt))
+            _consume(made, drivers, count, recorder, watches, realtime)
     return read_recording(place.whole_path)
 
 
@@ -279,7 +288,7 @@ def _consume(
     drivers: Mapping[str, Driver],
     count: int,
     recorder: "Recorder",
-    watch: Callable[[Tick], None] | None,
+    watches: Sequence[Callable[[Tick], None]],
     realtime: bool,
 ) -> None:
     began = time.perf_counter()
@@ -287,7 +296,7 @@ def _consume(
         with closing(ticks(sim, drivers)) as loop:
             for tick in islice(loop, count):
                 recorder.write(tick)
-                if watch is not None:
+                for watch in watches:
                     watch(tick)
                 if realtime:
                     time.sleep(max(0.0, began + tick.time - time.perf_counter()))

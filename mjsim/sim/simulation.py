@@ -36,10 +36,11 @@ from mjsim.sim.script import WorldScript
 from mjsim.sim.states import bring_up
 from mjsim.sim.streams import checked_seed
 from mjsim.sim.tuning import Tuning
+from mjsim.views import Viewed
 from mjsim.world import Looks, World, WorldEvent, event_from, load_checked, require_same_but_noise
 
 
-class Simulation(Closes):
+class Simulation(Viewed, Closes):
     """A simulated world: sense, decide, apply, step.
 
     One tick is: `sense` every robot, run the modules, `apply` every command, `step`. Use it from one thread at a time,

@@ -12,6 +12,7 @@ from mjsim.sweep.store import Store
 from mjsim.sweep.summary import INTERVAL, summary_of, summary_rows
 from mjsim.sweep.table import csv_text, no_nees, parquet, rows_of
 from mjsim.sweep.worker import Outcome
+from mjsim.views import Viewed
 
 KEY_FIGURES = {
     "position_error_m.rmse": "position error [m]",
@@ -22,8 +23,8 @@ KEY_FIGURES = {
 """Statistic -> header of its column in the short table."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Sweep:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class Sweep(Viewed):
     """Results of a sweep; its folder has the same as files."""
 
     folder: Path
@@ -34,6 +35,10 @@ class Sweep:
     """Content of summary.json."""
     failed: Mapping[str, str]
     """Name of each failed run -> error."""
+
+    def __repr__(self) -> str:
+        """Return its folder, and how many rows its table has."""
+        return f"<Sweep in '{self.folder}': {len(self.rows)} rows, {len(self.failed)} failed runs>"
 
 
 def write_results(

@@ -40,7 +40,7 @@ def run_job(world_file: Path, job: Job, *, record: Path, pictures: bool) -> Outc
     seed_the_rest(job.seed)
     try:
         with own_modules(world_file.parent), bench().simulation(world_file, job) as sim:
-            recording = run(sim, seconds=job.seconds, record=record, pictures=pictures)
+            recording = run(sim, seconds=job.seconds, record=record, pictures=pictures, progress=False)
         outcome |= _figures(recording)
     except (ModuleFault, PhysicsFault, UsageError) as error:
         outcome["error"] = str(error)

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 from pydantic import Field, PrivateAttr, model_validator
 
 from mjsim.errors import UsageError
+from mjsim.views import Viewed
 from mjsim.world.files import BUILT, Source, check_picture
 from mjsim.world.files import read_asset as read_named_asset
 from mjsim.world.ground import Model, Name, fault
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-class World(Model):
+class World(Viewed, Model):
     """A room or a floor of a building, its robots, and the settings of a run."""
 
     mjsim: Literal[1] = 1
@@ -65,6 +66,14 @@ class World(Model):
     run: Run = Run()
     """Settings for `mjsim run`."""
     _source: Source = PrivateAttr(default=BUILT)
+
+    def __repr__(self) -> str:
+        """Return its name, and how many things it has."""
+        kinds = ("walls", "obstacles", "beacons", "robots", "mechanisms", "people")
+        counts = [f"{len(items)} {kind}" for kind in kinds if (items := getattr(self, kind))]
+        return f"<World '{self.name}': {', '.join(counts) or 'empty'}>"
+
+    __str__ = __repr__
 
     @property
     def source(self) -> Source:
