@@ -104,7 +104,7 @@ class Patience:
 
     def __init__(self, limit: float, fail: Callable[[int, FrameType | None], object]) -> None:
         self._limit, self._fail = limit, fail
-        self._began, self._used, self._before = time.monotonic(), _processor_time(), 0.0
+        self._began, self._own, self._others, self._before = time.monotonic(), _own_time(), -1.0, 0.0
 
     def first(self) -> float:
         """Return when it has to look first, from now [s]."""
@@ -112,7 +112,10 @@ class Patience:
 
     def look(self, number: int, frame: FrameType | None) -> None:
         """End the test if its time is over, else look again later; a handler of signals."""
-        took, used = time.monotonic() - self._began, _processor_time() - self._used
+        took, others = time.monotonic() - self._began, _time_of_others()
+        if self._others < 0.0:
+            self._others = others  # to look through all processes before each test would cost more than most tests
+        used = _own_time() - self._own + others - self._others
         idle = used - self._before < IDLE
         if took >= self._limit and (idle or used >= self._limit or took >= self._limit + LOADED):
             self._fail(number, frame)
@@ -122,16 +125,20 @@ class Patience:
         )
 
 
-def _processor_time() -> float:
-    """Return what this process, and all that it started, has used [s]."""
+def _own_time() -> float:
+    """Return the processor time of this process, and of all that it started and that has ended [s]."""
+    return sum(os.times()[:4])
+
+
+def _time_of_others() -> float:
+    """Return the processor time of all that this process started and that goes on [s]."""
     ticks = 0
     for each in offspring(os.getpid()):
         try:
             ticks += sum(map(int, Path(f"/proc/{each}/stat").read_text().rpartition(")")[2].split()[11:15]))
         except OSError:
             continue  # It has ended.
-    own = os.times()
-    return sum(own[:4]) + ticks / os.sysconf("SC_CLK_TCK")
+    return ticks / os.sysconf("SC_CLK_TCK")
 
 
 class Watch:

@@ -133,7 +133,7 @@ def pairings_without_names(run, association, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("number", "association"), [(1, "joint"), (2, "joint"), (3, "nearest")])
+@pytest.mark.parametrize(("number", "association"), [(1, "joint"), (3, "nearest")])
 def test_a_building_is_mapped_without_a_single_name(number, association, monkeypatch):
     with threadpool_limits(1, user_api="blas"):
         belief, pairs = pairings_without_names(golden(f"atrium_{number}"), association, monkeypatch)

@@ -101,7 +101,7 @@ def test_both_mended_filters_hold_what_they_promise_on_golden_runs(place):
     with threadpool_limits(1, user_api="blas"):
         for number in (1, 2) if place == "atrium" else (1,):
             run = golden(f"{place}_{number}")
-            if number == 1:
+            if (place, number) == ("atrium", 1):
                 standard = drive(EkfSlamFilter(), run)
                 assert np.abs(standard - run["estimate"])[:, :2].max() < 1e-8
                 assert np.abs(wrap_angles(standard[:, 2] - run["estimate"][:, 2])).max() < 1e-8

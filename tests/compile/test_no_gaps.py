@@ -14,11 +14,13 @@ from mjsim.compile import compile_world
 from mjsim.world import World, load_world, parse_world, segments, solid
 
 WORLDS = Path(str(resources.files("mjsim.worlds")))
+ALIKE = {"office", "museum", "warehouse"}
+"""Large worlds whose walls meet as those of others do; that all boxes are the plan's is tested on random rooms."""
 QUICK = ("arena", "corridor", "ramps")
 NAMES = [
     pytest.param(path.stem, marks=() if path.stem in QUICK else pytest.mark.slow)
     for path in sorted(WORLDS.glob("*.yaml"))
-    if "walls:" in path.read_text()
+    if "walls:" in path.read_text() and path.stem not in ALIKE
 ]
 HEIGHT, BEAMS = 0.3, 180
 STEP, OFF = 0.25, 0.05

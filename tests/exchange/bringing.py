@@ -33,12 +33,13 @@ def brought(path: Path, folder: Path, *options: str) -> tuple[Path, str]:
 
 
 @contextlib.contextmanager
-def few_drives() -> Iterator[None]:
-    """Let a robot's slip be learned from 10 drives, not 80: they tell its track as well, but not how sure it is.
+def few_drives(count: int = 10) -> Iterator[None]:
+    """Let a robot's slip be learned from so many drives, not 80: 10 tell its track as well, but not how sure it is.
 
-    Robots are read in this process meanwhile, which alone has that number.
+    Robots are read in this process meanwhile, which alone has these numbers; two on rollers are enough, not five.
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(exchange, "bring_robot", bring_robot)
-        patch.setattr(slip, "ROBOTS", 10)
+        for name, number in {"ROBOTS": count, "ON_ROLLERS": 2, "TOGETHER": 2}.items():
+            patch.setattr(slip, name, number)
         yield

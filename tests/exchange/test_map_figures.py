@@ -153,12 +153,11 @@ def test_a_thin_box_beside_a_wall_is_as_high_as_the_wall():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("lidar", "seed"), [("lds-02", 1), ("sick-lms111", 2)])
-def test_a_robot_localises_in_the_depot_to_three_centimetres(lidar, seed, tmp_path):
+def test_a_robot_localises_in_the_depot_to_three_centimetres(tmp_path):
     world, run = tmp_path / "depot.yaml", tmp_path / "run.mcap"
-    line = ["new", "--from", str(MAPS / "depot.yaml"), "--robot", "turtlebot3_burger", "--lidar", lidar]
+    line = ["new", "--from", str(MAPS / "depot.yaml"), "--robot", "turtlebot3_burger", "--lidar", "lds-02"]
     assert _typed(*line, "--estimator", "monte_carlo", "-o", str(world)) == 0
-    assert _typed("run", str(world), "--seconds", "12", "--seed", str(seed), "-o", str(run)) == 0
+    assert _typed("run", str(world), "--seconds", "12", "--seed", "1", "-o", str(run)) == 0
     robot = read_recording(run).robots["scout"]
     apart = np.hypot(*(robot.truth[:, :2] - robot.estimate[:, :2]).T)
     assert math.sqrt(float(np.mean(apart**2))) <= 0.03

@@ -228,10 +228,10 @@ def test_unusual_drawings_are_refused_in_one_line(shapes, message, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_plan_of_four_hundred_rooms_comes_in_within_half_a_minute(tmp_path):
+def test_a_plan_of_two_hundred_rooms_comes_in_within_a_quarter_of_a_minute(tmp_path):
     document = ezdxf.new(units=6)
     space = document.modelspace()
-    for x, y in ((5.0 * i, 4.0 * j) for i in range(20) for j in range(20)):
+    for x, y in ((5.0 * i, 4.0 * j) for i in range(20) for j in range(10)):
         for inset in (0.0, 0.1):
             space.add_lwpolyline(
                 [
@@ -243,11 +243,11 @@ def test_a_plan_of_four_hundred_rooms_comes_in_within_half_a_minute(tmp_path):
     document.saveas(tmp_path / "rooms.dxf")
     began = time.process_time()
     world = world_from_dxf(tmp_path / "rooms.dxf")
-    assert time.process_time() - began < 30.0  # 9 s on a core of 2026; quadratic code took minutes
+    assert time.process_time() - began < 15.0  # 4 s on a core of 2026; quadratic code took minutes
     assert_same(
         walls_alone(world),
-        box(0, 0, 100, 80)
+        box(0, 0, 100, 40)
         - shapely.union_all(
-            [box(5 * i + 0.1, 4 * j + 0.1, 5 * i + 4.9, 4 * j + 3.9) for i in range(20) for j in range(20)]
+            [box(5 * i + 0.1, 4 * j + 0.1, 5 * i + 4.9, 4 * j + 3.9) for i in range(20) for j in range(10)]
         ),
     )

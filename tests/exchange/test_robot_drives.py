@@ -199,7 +199,8 @@ def test_what_stands_around_a_robot_and_slides_it_in_a_scene_is_left_out(tmp_pat
 )
 def test_each_kind_of_drive_goes_where_it_is_told(tmp_path, text, command, moved):
     (tmp_path / "kind.urdf").write_text(text)
-    preset, _ = brought(tmp_path / "kind.urdf", tmp_path)
+    with few_drives():
+        preset, _ = brought(tmp_path / "kind.urdf", tmp_path)
     world = load_world(preset)
     (robot,) = world.robots
     quiet = robot.model_copy(update={"drive": robot.drive.model_copy(update={"noise": type(robot.drive.noise)()})})

@@ -20,6 +20,8 @@ from tests.bags import START, Bag, new_bag, write_scans, zstd
 
 ODOM = b"ODOM 0.0 0.0 0.0 0.1 0.0 0.0 1.0 host 1.0\n"
 PART = 1 << 20
+FILL = b"#" * 1023 + b"\n"
+"""A line that says nothing: what matters is how much there is to unpack, not to read."""
 TABLE = "log: tables\nodometry: {file: odometry.csv.gz, time: 1, x: 2, y: 3, heading: 4}\n"
 
 
@@ -31,7 +33,7 @@ def packed(path: Path, line: bytes, megabytes: int) -> Path:
 
 
 def carmen_bomb(folder: Path) -> Path:
-    return packed(folder / "run.log.gz", ODOM, 100)
+    return packed(folder / "run.log.gz", ODOM + FILL, 100)
 
 
 def one_line_bomb(folder: Path) -> Path:
@@ -53,7 +55,7 @@ def dictionary_of_a_gigabyte(folder: Path) -> Path:
 def mrclam_bomb(folder: Path) -> Path:
     (folder / "Barcodes.dat").write_text("1 5\n6 63\n")
     (folder / "Robot1_Measurement.dat").write_text("1.0 63 1.0 0.0\n")
-    packed(folder / "rows.gz", b"1.0 0.0 0.0\n", 100).rename(folder / "Robot1_Odometry.dat")
+    packed(folder / "rows.gz", b"1.0 0.0 0.0\n" + FILL, 100).rename(folder / "Robot1_Odometry.dat")
     return folder
 
 

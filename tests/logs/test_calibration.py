@@ -64,7 +64,7 @@ def test_the_command_says_it_and_writes_it_once(log, tmp_path, capsys):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("ticks", [-2, 0, 3])
+@pytest.mark.parametrize("ticks", [-2, 3])
 def test_a_delay_is_calibrated_and_corrected_by_an_import(tmp_path, ticks):
     """A robot turns left and right by turns, so many ticks later than its log tells."""
     times = DT * np.arange(600)
@@ -85,10 +85,9 @@ def test_a_delay_is_calibrated_and_corrected_by_an_import(tmp_path, ticks):
     assert run_command("calibrate", tmp_path / "log.yaml", "-o", tmp_path / "noise.yaml") == 0
     wishes = Wishes().measured_by(tmp_path / "noise.yaml")
     assert wishes.bias.delay == pytest.approx(found.delay)
-    if ticks:
-        again = mjsim.calibrate(imported(tmp_path / "log.yaml", wishes=wishes))["robot"].motion
-        assert again.delay == 0.0
-        assert again.turn < 0.3 * found.turn
+    again = mjsim.calibrate(imported(tmp_path / "log.yaml", wishes=wishes))["robot"].motion
+    assert again.delay == 0.0
+    assert again.turn < 0.3 * found.turn
 
 
 def test_a_log_without_truth_is_refused(log):

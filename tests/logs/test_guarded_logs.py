@@ -32,7 +32,7 @@ def _messages(path: Path) -> list[tuple[str, int, bytes]]:
 
 @pytest.mark.slow
 def test_a_recording_from_the_child_is_that_of_this_process(tmp_path):
-    write_mrclam(tmp_path / "log", seconds=200.0)
+    write_mrclam(tmp_path / "log", seconds=60.0)
     done: list[float] = []
     mjsim.import_log(tmp_path / "log", record=tmp_path / "child.mcap", progress=done.append)
     imported(tmp_path / "log", record=tmp_path / "here.mcap")
@@ -112,7 +112,7 @@ def test_a_link_that_leads_out_of_a_log_is_not_followed(tmp_path):
 
 @pytest.mark.slow
 def test_a_child_that_is_killed_on_its_way_is_one_line_and_leaves_no_file(tmp_path):
-    write_mrclam(tmp_path / "log", seconds=200.0)
+    write_mrclam(tmp_path / "log", seconds=100.0)
     mine = Path("/proc/self/task")
 
     def kill(percent: float) -> None:

@@ -55,7 +55,7 @@ def test_a_mistake_is_one_line_and_what_was_recorded_is_readable(sim, tmp_path, 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("role", "module", "says"), cases())
+@pytest.mark.parametrize(("role", "module", "says"), {case.values[0]: case for case in cases()}.values())
 def test_on_the_command_line_it_is_that_line_and_exit_code_1(tmp_path, capsys, monkeypatch, role, module, says):
     monkeypatch.chdir(tmp_path)
     Path("room.yaml").write_text(ROOM.replace("ROLE", role))

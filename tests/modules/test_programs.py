@@ -157,7 +157,7 @@ MISTAKES = [
 def test_a_mistake_is_one_line_and_what_was_recorded_is_readable(tmp_path, bad, says):
     script(tmp_path, "bad", REPLY.replace("GOOD", repr(GOOD)).replace("BAD", bad.replace("GOOD", repr(GOOD))))
     # Whatever does answer, or end, may take as long as a busy machine needs for it.
-    patience = 3 if says.startswith("did not answer") else 30
+    patience = 1 if says.startswith("did not answer") else 30
     world = room(tmp_path, f"estimator: {{use: 'exec:./bad {tmp_path}', patience: {patience}}}")
     with mjsim.Simulation(world) as sim, pytest.raises(mjsim.ModuleFault) as caught:
         mjsim.run(sim, record=tmp_path / "run.mcap")

@@ -216,8 +216,8 @@ def test_bounds_leave_room_for_what_mjsim_writes(good: bytes, tmp_path: Path):
 @pytest.mark.parametrize("engine", ["records", "bytes"])
 def test_hostile_recordings_by_the_dozen_are_read_or_refused_in_one_line(engine: str):
     # A process of its own: the bound on memory is that of the whole process, and other tests have used theirs.
-    command = [sys.executable, str(FUZZ / "recordings.py"), "--engine", engine, "--inputs", "40", "--seed", "7"]
+    command = [sys.executable, str(FUZZ / "recordings.py"), "--engine", engine, "--inputs", "20", "--seed", "7"]
     done = completed(command, within=4 * LIMIT)
-    found = re.search(r"40 inputs, (\d+) of them recordings, no traceback", done.stdout)
+    found = re.search(r"20 inputs, (\d+) of them recordings, no traceback", done.stdout)
     assert found is not None
-    assert int(found.group(1)) > 5
+    assert int(found.group(1)) > 2

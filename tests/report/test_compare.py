@@ -284,8 +284,8 @@ def test_a_broken_file_of_a_sweep_is_a_one_line_error(tmp_path, name, text, told
 @pytest.mark.slow
 def test_a_better_estimator_is_said_to_be_better_over_ten_runs_and_all_files_are_written(tmp_path, capsys):
     for seed in range(10):
-        record(RING, tmp_path / f"beacons-{seed}.mcap", seed=seed, seconds=5.0)
-        record(WHEELS, tmp_path / f"wheels-{seed}.mcap", seed=seed, seconds=5.0)
+        record(RING, tmp_path / f"beacons-{seed}.mcap", seed=seed, seconds=2.4)
+        record(WHEELS, tmp_path / f"wheels-{seed}.mcap", seed=seed, seconds=2.4)
     code, told, _ = typed("compare", str(tmp_path), "-o", str(tmp_path / "out"), capsys=capsys)
     assert code == 0
     assert "EkfLocalization is better than odometry (10 pairs), by:\n  position error, mean" in told

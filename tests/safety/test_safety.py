@@ -50,12 +50,13 @@ def drive(boxes, *, seconds, command=AHEAD, start=(0.0, 0.0, 0.0), dt=0.04, reac
     pose, moved, poses = Pose(*start), Pose(0.0, 0.0, 0.0), []
     angles = np.arange(16) * np.pi / 8
     for tick in range(round(seconds / dt)):
-        along = np.linspace(0.0, reach, 400)
         directions = np.stack([np.cos(pose.heading + angles), np.sin(pose.heading + angles)], axis=-1)
-        points = np.array([pose.x, pose.y]) + directions[:, None] * (ROBOT.radius + along)[None, :, None]
-        x, y = points[..., 0, None], points[..., 1, None]
-        inside = ((x > boxes[:, 0]) & (x < boxes[:, 2]) & (y > boxes[:, 1]) & (y < boxes[:, 3])).any(axis=-1)
-        ranges = np.where(inside.any(axis=1), along[inside.argmax(axis=1)], np.inf)
+        starts = np.array([pose.x, pose.y]) + ROBOT.radius * directions
+        with np.errstate(divide="ignore"):
+            low, high = ((boxes[:, k : k + 2] - starts[:, None]) / directions[:, None] for k in (0, 2))
+        enter, leave = np.minimum(low, high).max(axis=-1), np.maximum(low, high).min(axis=-1)
+        hits = np.where((enter <= leave) & (leave > 0.0), np.maximum(enter, 0.0), np.inf).min(axis=1)
+        ranges = np.where(hits <= reach, hits, np.inf)
         seen = Observation(tick * dt, dt, Odometry(moved.x, moved.y, moved.heading, np.zeros((3, 3))), proximity=ranges)
         told = avoidance.adjust(command, seen)
         moved = Pose(0.0, 0.0, told.turn * dt / 2) @ Pose(told.forward * dt, 0.0, told.turn * dt / 2)

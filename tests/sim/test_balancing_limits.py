@@ -107,6 +107,6 @@ def test_it_bears_the_rates_and_delays_that_the_linear_model_does(rate, delay, r
 
 @pytest.mark.slow
 def test_it_stands_on_a_slippery_floor_with_a_noisy_sensor_and_shoves():
-    most, way = rough_drive(100, 90.0)
+    most, way = rough_drive(100, 40.0)
     assert most < 20.0
-    assert way > 15.0
+    assert way > 6.5

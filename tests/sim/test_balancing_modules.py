@@ -32,7 +32,7 @@ robots:
       - {lidar: scan, at: [0, 0, 0.72], beams: 180, fov_deg: 360, range: [0.05, 8], rate_hz: 5, noise: {range: 0.01}}
 run: {map: known, drivers: {joe: {DRIVER}}}
 """
-SECONDS = 8.0
+SECONDS = 5.0
 PLACES = sorted(Path(mjsim.algorithms.__path__[0]).glob("*.py"))
 FOUND = list(offers_in([(place, f"mjsim.algorithms.{place.stem}") for place in PLACES]))
 OFFERS = {role: sorted(offer.use for offer in FOUND if offer.role == role) for role in ("estimator", "navigator")}
@@ -49,8 +49,8 @@ KEYS = {
 }
 
 
-def run(driver: str, seconds: float = SECONDS, record: Path | None = None) -> mjsim.Recording:
-    world = mjsim.parse_world(ROOM.replace("DRIVER", driver))
+def run(driver: str, seconds: float = SECONDS, record: Path | None = None, x: float = 1.2) -> mjsim.Recording:
+    world = mjsim.parse_world(ROOM.replace("DRIVER", driver).replace("at: [1.2, 1.2]", f"at: [{x}, 1.2]"))
     with mjsim.Simulation(world) as sim:
         return mjsim.run(sim, seconds=seconds, record=record)
 
@@ -59,7 +59,7 @@ def run(driver: str, seconds: float = SECONDS, record: Path | None = None) -> mj
 def toured(tmp_path_factory: pytest.TempPathFactory) -> mjsim.Recording:
     """A tour that all estimators are told of."""
     path = tmp_path_factory.mktemp("tour") / "run.mcap"
-    return run(f'estimator: {{use: "mjsim.algorithms.ekf_slam:EkfSlam"}}, {TOUR}', 12.0, path)
+    return run(f'estimator: {{use: "mjsim.algorithms.ekf_slam:EkfSlam"}}, {TOUR}', 8.0, path)
 
 
 def largest_lean(recording: mjsim.Recording) -> float:
@@ -96,7 +96,7 @@ def test_a_navigator_drives_it(use):
 @pytest.mark.slow
 def test_the_avoidance_keeps_it_from_the_walls():
     told = 'navigator: {use: "mjsim.algorithms.constant:ConstantCommand", forward: 0.4}'
-    blind, recording = run(told, 16.0), run(f"{told}, avoidance: true", 16.0)
+    blind, recording = run(told, 8.0, x=4.2), run(f"{told}, avoidance: true", 8.0, x=4.2)
     assert any(event.kind == "bump" for event in blind.robots["joe"].events)
     assert not recording.robots["joe"].events
     assert largest_lean(blind) < 0.4

@@ -91,7 +91,7 @@ def test_wild_texts_are_seen_alike_or_left_to_the_exact_parser():
 @pytest.mark.slow
 def test_many_wild_texts_are_seen_alike_or_left_to_the_exact_parser():
     rng = np.random.default_rng(4)
-    assert sum(compare(wild(rng)) for _ in range(15_000)) > 3000
+    assert sum(compare(wild(rng)) for _ in range(5_000)) > 1000
 
 
 @pytest.mark.parametrize(

@@ -13,15 +13,15 @@ GALLERY = Path(__file__).parents[2] / "worlds" / "gallery.yaml"
 pytestmark = pytest.mark.slow
 
 
-def run(path, *, seed=None, seconds=None):
-    with mjsim.Simulation(mjsim.load_world(GALLERY), seed=seed) as sim:
+def run(path, *settings, seed=None, seconds=None):
+    with mjsim.Simulation(mjsim.load_world(GALLERY, settings=settings), seed=seed) as sim:
         return mjsim.run(sim, seconds=seconds, record=path)
 
 
 @pytest.fixture(scope="module")
 def figures(tmp_path_factory):
-    """The figures of the robot after the whole tour, and its track."""
-    recording = run(tmp_path_factory.mktemp("gallery") / "run.mcap")
+    """The figures of the robot after a lap of the tour, and its track."""
+    recording = run(tmp_path_factory.mktemp("gallery") / "run.mcap", "run.drivers.scout.navigator.laps=1", seconds=66.0)
     return mjsim.statistics(recording)["scout"], recording
 
 
@@ -43,13 +43,13 @@ def test_every_poster_that_is_passed_is_in_the_map_where_it_hangs_and_no_other(f
     assert landmarks["false"] == 0
 
 
-def test_the_robot_drives_its_tour_twice_without_a_bump(figures):
+def test_the_robot_drives_its_tour_without_a_bump(figures):
     own, recording = figures
     track = recording.robots["scout"]
     assert own["bumps"] == 0
-    # Both rooms, twice: the wall between them stands at x = 7.
+    # Both rooms, there and back: the wall between them stands at x = 7.
     crossings = np.count_nonzero(np.diff(np.sign(track.truth[:, 0] - 7.0)))
-    assert crossings == 4
+    assert crossings == 2
     np.testing.assert_allclose(track.command[-1], 0.0)
 
 
