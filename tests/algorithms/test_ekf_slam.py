@@ -161,7 +161,7 @@ def test_two_sightings_of_a_new_landmark_in_one_batch_are_both_used():
 
 @pytest.mark.slow
 def test_first_estimates_are_consistent_on_a_loop_and_the_standard_filter_is_not():
-    runs = 20
+    runs = 25
     low, high = chi2.ppf([0.025, 0.975], 3 * runs) / runs
     share = {}
     for jacobians in ("standard", "first-estimates"):
