@@ -2,6 +2,7 @@
 
 import ast
 import importlib
+import re
 import runpy
 import sys
 from pathlib import Path
@@ -140,6 +141,12 @@ def test_each_face_offers_what_its_stub_says(package):
     assert len(package.faces) > 20
     for name, offered in package.faces.items():
         assert set(importlib.import_module(name).__all__) == set(offered), name
+
+
+def test_no_name_of_a_face_is_hidden_by_a_module_that_somebody_imports_first():
+    for stub in ROOT.rglob("__init__.pyi"):
+        for module, name in re.findall(r"^from \.([\w.]+) import (\w+) as", stub.read_text(), re.MULTILINE):
+            assert module == name or not (stub.parent / f"{name}.py").exists(), f"{stub}: {name}"
 
 
 def test_one_class_one_name(package):
