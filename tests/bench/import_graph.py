@@ -91,13 +91,13 @@ class Package:
 
     @cached_property
     def public_classes(self) -> dict[str, list[str]]:
-        """Class without a leading underscore -> modules that define it at their top, or offer a type of its name."""
+        """Class without a leading underscore -> modules that define it at their top, or parts that offer such a type."""
         found: dict[str, set[str]] = {}
         for module, path in self.files.items():
             for name in self._sources[path].classes:
                 found.setdefault(name, set()).add(module)
         for package, offered in self.faces.items():
-            for name in filter(_is_type, offered):
+            for name in filter(_is_type, offered if package.count(".") < 2 else ()):  # inner faces are no public ones
                 found.setdefault(name, set()).add(self._defining(package, name))
         return {name: sorted(modules) for name, modules in found.items()}
 
