@@ -91,7 +91,7 @@ class Package:
 
     @cached_property
     def public_classes(self) -> dict[str, list[str]]:
-        """Class without a leading underscore -> modules that define it at their top, or parts that offer such a type."""
+        """Class without a leading underscore -> modules that define it at their top, or parts that offer it."""
         found: dict[str, set[str]] = {}
         for module, path in self.files.items():
             for name in self._sources[path].classes:
