@@ -186,7 +186,6 @@ def test_a_given_response_maps_light_as_its_values_say():
 @pytest.mark.parametrize(
     ("color", "luminance"),
     [((255, 0, 0), 0.2126), ((0, 255, 0), 0.7152), ((0, 0, 255), 0.0722), ((255, 255, 255), 1.0)],
-    [((255, 0, 0), 0.2126), ((0, 255, 0), 0.7152), ((0, 0, 255), 0.0722), ((255, 255, 255), 1.0)],
 )
 def test_grey_pictures_show_luminance_of_linear_light(color, luminance):
     picture = made(monochrome=True).picture(np.full((TALL, WIDE, 3), color, dtype=np.uint8), 0.0)
