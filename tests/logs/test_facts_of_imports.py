@@ -129,8 +129,8 @@ def test_options_of_data_sets_reach_their_reader(monkeypatch):
     data_sets.import_victoria_park("d", rate_hz=6.0, begin=3.0, seconds=4.0)
     (first, keys), (second, plain) = asked
     assert (first[0], second[0]) == (
-        "mjsim.logs.formats.mrclam:convert_mrclam",
-        "mjsim.logs.formats.victoria_park:convert_victoria_park",
+        "mjsim.logs.formats:convert_mrclam",
+        "mjsim.logs.formats:convert_victoria_park",
     )
     wishes = first[2]
     assert (wishes.rate_hz, wishes.begin, wishes.seconds, list(wishes.robots), wishes.known_map) == (

@@ -33,8 +33,11 @@ robots:
 run: {map: known, drivers: {joe: {DRIVER}}}
 """
 SECONDS = 5.0
-PLACES = sorted(Path(mjsim.algorithms.__path__[0]).glob("*.py"))
-FOUND = list(offers_in([(place, f"mjsim.algorithms.{place.stem}") for place in PLACES]))
+FOLDER = Path(mjsim.algorithms.__path__[0])
+PLACES = {place: place.stem for place in FOLDER.glob("*.py")} | {
+    place: place.parent.name for place in FOLDER.glob("*/*.py")
+}
+FOUND = list(offers_in([(place, f"mjsim.algorithms.{name}") for place, name in PLACES.items()]))
 OFFERS = {role: sorted(offer.use for offer in FOUND if offer.role == role) for role in ("estimator", "navigator")}
 TOUR = (
     'navigator: {use: "mjsim.algorithms.waypoints:Waypoints", points: [[5.8, 1.2], [5.8, 3.8], [1.2, 3.8], [1.2, 1.2]]}'

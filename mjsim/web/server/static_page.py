@@ -52,7 +52,7 @@ async def _file(request: Request, *, more: Mapping[str, str] = MappingProxyType(
 
 def _contents(name: str) -> bytes:
     """Return a file of the page."""
-    file = resources.files(__package__) / "static" / name
+    file = resources.files("mjsim.web") / "static" / name
     return file.read_bytes() if file.is_file() else (_UNBUILT if name == "index.html" else "").encode()
 
 

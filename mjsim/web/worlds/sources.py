@@ -27,18 +27,23 @@ def source_of_use(world: World, use: str) -> Json:
         RefusedError: The world does not name such a file, or it belongs to an installed package.
     """
     place, _, name = use.rpartition(":")
-    text = _shipped(place) if place.startswith(SHIPPED) else _beside(world, place)
-    begins = re.search(rf"^(class|def|fn|struct|impl)\s+{re.escape(name)}\b", text, re.MULTILINE)
-    line = text.count("\n", 0, begins.start()) + 1 if begins else 1
+    begins = re.compile(rf"^(class|def|fn|struct|impl)\s+{re.escape(name)}\b", re.MULTILINE)
+    text = _shipped(place, begins) if place.startswith(SHIPPED) else _beside(world, place)
+    first = begins.search(text)
+    line = text.count("\n", 0, first.start()) + 1 if first else 1
     return {"name": place, "text": text, "line": line}
 
 
-def _shipped(module: str) -> str:
+def _shipped(module: str, begins: re.Pattern[str]) -> str:
+    """Return the text of a module, of a package that of the file in which the class begins."""
     # A name with more dots would import what precedes the last one.
     spec = importlib.util.find_spec(module) if re.fullmatch(re.escape(SHIPPED) + r"\w+", module) else None
     if spec is None or spec.origin is None:
         raise RefusedError(404, f"mjsim has no module '{module}'")
-    return Path(spec.origin).read_text(encoding="utf-8")
+    origin = Path(spec.origin)
+    files = sorted(origin.parent.glob("*.py")) if spec.submodule_search_locations else [origin]
+    texts = [file.read_text(encoding="utf-8") for file in files]
+    return next(filter(begins.search, texts), texts[0])
 
 
 def _beside(world: World, place: str) -> str:
