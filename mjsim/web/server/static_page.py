@@ -3,7 +3,7 @@
 import gzip
 from collections.abc import Mapping, Sequence
 from functools import cache, partial
-from importlib import resources
+from pathlib import Path
 from types import MappingProxyType
 
 from starlette.requests import Request
@@ -52,7 +52,7 @@ async def _file(request: Request, *, more: Mapping[str, str] = MappingProxyType(
 
 def _contents(name: str) -> bytes:
     """Return a file of the page."""
-    file = resources.files("mjsim.web") / "static" / name
+    file = Path(__file__).parents[1] / "static" / name
     return file.read_bytes() if file.is_file() else (_UNBUILT if name == "index.html" else "").encode()
 
 
