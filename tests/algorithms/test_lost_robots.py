@@ -2,16 +2,19 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
+from mjsim.algorithms import EkfSlam, FastSlam
 from mjsim.algorithms.estimation.recent_motion import MEMORY, RecentMotion
 from mjsim.algorithms.estimation.relocation import ANY_HEADING, Relocation, as_lost, fitted, pose_from_sightings
 from mjsim.geometry import Pose, wrap_angle
-from mjsim.interface import Estimate, Odometry, Sighting
+from mjsim.interface import Estimate, Observation, Odometry, Sighting
 from tests.algorithms.test_recovery import DT, HUNG, R, looks_from
+from tests.robots import pioneer
 
 PLACES = {name: np.array(place) for name, place in HUNG.items()}
 GATE = 13.8
@@ -187,3 +190,16 @@ def test_the_velocity_of_an_arc_is_that_of_its_wheels():
     assert rate == pytest.approx(0.8)
     assert left == pytest.approx(0.0, abs=0.01)
     assert ahead == pytest.approx(0.5 * math.sin(0.2) / 0.2, rel=0.01)
+
+
+@pytest.mark.parametrize("make", [EkfSlam, partial(EkfSlam, jacobians="standard"), FastSlam])
+def test_a_robot_that_was_carried_away_is_where_its_map_explains_what_it_sees(make):
+    slam, home, there = make(), np.array([0.5, 0.2, 0.3]), np.array([-0.8, 1.1, -1.9])
+    slam.start(pioneer(prior=Pose(*home)), {}, np.random.default_rng(0))
+    still, rng = Odometry(0.0, 0.0, 0.0, 1e-8 * np.eye(3)), np.random.default_rng(1)
+    for tick in range(1, 19):
+        looks = tuple(looks_from(home if tick <= 6 else there, DT * tick, rng))
+        belief = slam.update(Observation(time=DT * tick, dt=DT, odometry=still, sightings=looks))
+    assert math.hypot(belief.pose.x - there[0], belief.pose.y - there[1]) < 0.15
+    assert abs(wrap_angle(belief.pose.heading - there[2])) < 0.05
+    assert belief.covariance[2, 2] < 0.1

@@ -90,6 +90,11 @@ def test_the_belief_is_the_mean_of_the_heaviest_place_and_the_spread_of_all(mcl)
     np.testing.assert_allclose(belief.covariance, away.T @ away / 330 + 1e-8 * np.eye(3), atol=1e-9)
 
 
+def test_particles_in_few_places_are_200(mcl):
+    # For two bins KLD-sampling asks for 164.
+    assert mcl._needed(np.repeat([[0.2, 0.2, 0.1], [0.8, 0.2, 0.1]], 20, axis=0)) == 200
+
+
 def test_particles_move_by_odometry_with_its_noise(mcl):
     before, moved = mcl._particles.copy(), np.array([0.3, 0.1, 0.2])
     mcl._move(Observation(0.04, 0.04, Odometry(*moved, NOISE)))
