@@ -12,15 +12,16 @@ from mjsim.geometry import Array, Pose, wrap_angle
 from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Shown
 
 from .estimation.ekf_models import odometry_motion
-from .estimation.pose_graph import PoseGraph, compose
+from .estimation.pose_graph import PoseGraph, compose, step_between
 from .estimation.recent_motion import SAME
 from .occupancy import OccupancyGrid, shown_grid
 from .scans.level_scan import LevelLidar, LevelScan
 from .scans.map_parts import Keyframe, PartsMap
 from .scans.odometry_bias import OdometryBias
 from .scans.odometry_delay import SynchronousOdometry, retimed
+from .scans.scan_matching import WallField
 from .scans.scan_odometry import ScanOdometry
-from .scans.scan_search import MatchedPose, match_pose
+from .scans.scan_search import CONTRARY, FEWEST, Fit, MatchedPose, match_pose
 from .scans.scan_walls import Surface, walls_of
 
 SLIP = np.array([0.05, 0.05, 0.02])
@@ -30,6 +31,11 @@ FLOOR = np.array([0.01, 0.01, 0.003])
 
 WITNESSES = 8.0
 """Steps for which the factor on the noise of odometry counts, against those whose errors scans have shown."""
+COMPARED, EXPLAINED = 60, 0.6
+"""Points of a scan that are compared with the last ones between two scans of the map, and the proportion beside walls
+above which they agree."""
+SHAKEN = np.diag([0.5, 0.5, 0.5]) ** 2
+"""Covariance of the pose between scans while wheels slip or something pushes the robot [m^2, rad^2]."""
 STILL = 1e-6
 """The robot is at rest in a tick if the motion by odometry is less than this [m, rad]."""
 
@@ -91,6 +97,8 @@ class LidarSlam:
         self._map = PartsMap(prior, covariance, self._bias, **rules)
         self._odometry, self._by_scans = SynchronousOdometry(), ScanOdometry()
         self._held, self._turn_since = deque[LevelScan](), 0.0
+        self._field: WallField | None = None
+        self._slipping = False
         self._squares, self._witnesses = WITNESSES * self._scale**2, WITNESSES
         self._shown, self._next_shown = tuple[Shown, ...](), 0.0
         self._rest()
@@ -125,6 +133,10 @@ class LidarSlam:
         """Number of closed loops."""
         return self._map.loops
 
+    def lost(self) -> bool:
+        """Return whether scans do not fit the map where the robot should be, nor anywhere else yet."""
+        return self._map.lost
+
     def update(self, seen: Observation) -> Estimate:
         """Return the belief after this tick's odometry and, when the robot has moved, its scan."""
         level_scan = self._scans.update(seen)
@@ -143,7 +155,8 @@ class LidarSlam:
         x, y, turned = self._step.tolist()
         far = math.hypot(x, y) > self._distance or abs(turned) > self._turn
         due = self._due(level_scan)
-        if due is not None and (far or not self.keyframes):
+        shaken = self._slipping or (seconds > 0.0 and due is not None and self._is_elsewhere(due))
+        if due is not None and (far or not self.keyframes or shaken):
             self._extend(due, walls_of(due) if walls is None or due is not level_scan else walls)
             self._map.work()
             self._newest = self._map.belief()
@@ -209,6 +222,19 @@ class LidarSlam:
         level_scan = replace(level_scan, robot_from_lidar=now_from_then @ level_scan.robot_from_lidar)
         return level_scan, walls.moved(now_from_then.as_array())
 
+    def _is_elsewhere(self, level_scan: LevelScan) -> bool:
+        """Return whether the last scans contradict odometry: something pushed the robot, or its wheels slip."""
+        if self._field is None:
+            return False
+        since = self._odometry.since(level_scan.scan.stamp)
+        points = level_scan.points()
+        points = Pose.from_array(compose(self._step, step_between(since, np.zeros(3)))).transform(points)
+        if len(points) < FEWEST or self._field.beside(points[:: 1 + len(points) // COMPARED]) > EXPLAINED:
+            return False
+        level_scan, surface = self._from_now(level_scan, walls_of(level_scan))
+        through = self._map.through(level_scan, surface, self._map.recent_walls())
+        return len(surface.points) >= FEWEST and min(through(self._step)) > CONTRARY
+
     def _extend(self, level_scan: LevelScan, walls: Surface) -> None:
         """Match a scan, given its walls, to the last ones, and add it to the map."""
         level_scan, surface = self._from_now(level_scan, walls)
@@ -218,7 +244,10 @@ class LidarSlam:
         if self.keyframes:
             noise = noise + self._slip()
             systematic = self._bias.step_covariance(*moved)
-            matched = match_pose(surface, self._map.recent_walls(), self._step, noise, systematic=systematic)
+            walls = self._map.recent_walls()
+            through = self._map.through(level_scan, surface, walls)
+            matched = match_pose(surface, walls, self._step, noise, systematic=systematic, through=through)
+            self._slipping = matched.fit is Fit.SLIPPED
             correction = matched.pose - self._step
             correction[2] = wrap_angle(float(correction[2]))
             self._reached.append(self._step)
@@ -226,6 +255,8 @@ class LidarSlam:
             self._bias.learn(*moved, correction, noise, matched.covariance)
             self._compare_turn(level_scan.scan.stamp, matched)
         self._map.add(level_scan, surface, matched, matched.follows @ self._bias.slopes(*moved))
+        walls = self._map.recent_walls()
+        self._field = WallField(walls) if len(walls.points) >= FEWEST else None
         self._rest()
 
     def _check_turn(self, correction: Array, matched: MatchedPose) -> None:
@@ -261,6 +292,8 @@ class LidarSlam:
         # Windows of matches have to be wide; since the last scan odometry errs by as much as scans have shown.
         by_odometry = max(1.0, self._squares / self._witnesses) * self._step_covariance
         covariance = F @ covariance @ F.T + G @ by_odometry @ G.T
+        if self._slipping:
+            covariance = covariance + SHAKEN
         if self._odometry.delay.seconds > 0.0:
             step, step_covariance = self._odometry.overdue()
             pose, F, G = self._motion(pose, step)

@@ -38,6 +38,13 @@ class RecentMotion:
         while len(self._track) > 2 and self._track[1][0] < time - MEMORY:
             self._track.popleft()
 
+    def spread(self, begin: float) -> None:
+        """Let all motion since a time have come about evenly."""
+        pose, total = self.at(begin)
+        self._track = deque(entry for entry in self._track if entry[0] <= begin) + deque([self._track[-1]])
+        if self._track[-2][0] < begin:
+            self._track.insert(-1, (begin, pose, total))
+
     def since(self, time: float) -> tuple[Array, Array]:
         """Return the step from the pose at a time to the newest one, shape (3,), and its covariance (3, 3).
 

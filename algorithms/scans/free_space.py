@@ -16,8 +16,11 @@ STEEP = 0.4
 RANGE = 15.0
 """Walls farther from the lidar tell nothing: errors of the heading move them too far [m]."""
 
+Views = Sequence[tuple[Array, LevelScan]]
+"""Poses of the robot in some frame, shape (3,), and scans from there."""
 
-def seen_through(walls: Surface, views: Sequence[tuple[Array, LevelScan]]) -> float:
+
+def seen_through(walls: Surface, views: Views) -> float:
     """Return the ratio of walls that scans have seen through to all that they have met or seen through.
 
     Args:
@@ -37,6 +40,18 @@ def seen_through(walls: Surface, views: Sequence[tuple[Array, LevelScan]]) -> fl
     hit = (known & (least < distance + MARGIN) & (farthest > distance - MARGIN)).sum(axis=0)
     seen = np.maximum(through, hit) > 0
     return float(np.mean(through[seen] > hit[seen])) if seen.any() else 0.0
+
+
+def both_seen_through(one: Surface, ones: Views, other: Surface, others: Views) -> tuple[float, float]:
+    """Return the shares of walls of either side that scans of the other one saw through.
+
+    Args:
+        one: Walls of one side, in the frame of both.
+        ones: Its poses and scans.
+        other: Walls of the other side.
+        others: Its poses and scans.
+    """
+    return seen_through(one, others), seen_through(other, ones)
 
 
 def _ends(views: Sequence[LevelScan], bearings: Array) -> tuple[Array, Array]:

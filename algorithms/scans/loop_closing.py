@@ -10,7 +10,7 @@ from mjsim.geometry import Array, wrap_angle
 from ..estimation.pose_graph import compose, step_between
 from ..estimation.pose_matrices import inverse
 from .scan_matching import BESIDE, CUT, WEIGHED, Match, WallField
-from .scan_search import CLEAR, GATE, RADIUS, hypotheses, is_ambiguous
+from .scan_search import CLEAR, GATE, RADIUS, THROUGH, hypotheses, is_ambiguous
 from .scan_walls import Surface, rotation
 
 LEAST = 40
@@ -41,9 +41,6 @@ BEHIND = 0.25
 KEPT = 50
 """Number of hypotheses that the search keeps, in the smallest windows: niches along a corridor hardly count in a coarse
 grid."""
-THROUGH = 0.17
-"""Maximum share of walls that scans of the other part have seen through; 0.155 in 471 correct loops of a real log, with
-doors and people."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

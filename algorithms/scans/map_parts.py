@@ -11,11 +11,12 @@ from mjsim.geometry import Array
 from ..estimation.ekf_models import odometry_motion
 from ..estimation.pose_graph import COMMON, PoseGraph, carried, compose, composed, step_between
 from ..estimation.pose_matrices import inverse
-from .free_space import seen_through
+from .free_space import Views, both_seen_through, seen_through
 from .level_scan import LevelScan
 from .loop_closing import LEAST, WIDEST, Loop, confirmed_by, find_loop
+from .map_search import FRAGMENT, Fragment, MapSearch
 from .odometry_bias import OdometryBias
-from .scan_search import MatchedPose
+from .scan_search import Fit, MatchedPose, Through
 from .scan_walls import Surface, placed
 
 LOCAL = 6
@@ -108,6 +109,7 @@ class PartsMap:
         self._untried: deque[tuple[int, int, Array]] = deque()
         self._unconfirmed: list[Loop] = []
         self._moving = False
+        self._search: MapSearch | None = None
         self._restart_motion()
 
     def _restart_motion(self) -> None:
@@ -141,9 +143,18 @@ class PartsMap:
         self._place = UncertainPlace(pose - slopes @ errors, slopes)
         self._lasting = F @ self._lasting @ F.T + G @ matched.lasting @ G.T
         doubtful = bool(self.keyframes) and matched.own[2, 2] > DOUBTFUL**2 and len(surface.points) >= LEAST
-        if len(self.keyframes) - self._begins[-1] >= PART or doubtful:
+        lost = matched.fit is Fit.LOST
+        if len(self.keyframes) - self._begins[-1] >= PART or doubtful or lost:
             self._begin_part()
+        if lost:
+            self._untried.clear()
+            self._search = MapSearch(len(self._begins) - 1)
         self.keyframes.append(Keyframe(level_scan, surface, len(self._begins) - 1, self._place))
+
+    @property
+    def lost(self) -> bool:
+        """Whether it is not known how the last scans lie to those before."""
+        return self._search is not None
 
     def belief(self) -> tuple[Array, Array]:
         """Return the pose of the newest scan in the world, shape (3,), and its covariance, shape (3, 3)."""
@@ -167,13 +178,34 @@ class PartsMap:
 
     def recent_walls(self) -> Surface:
         """Return the walls of the last few scans in the frame of the newest one; needs at least one scan."""
-        last = self.keyframes[-LOCAL:]
+        last = self._recent()
         poses = self._poses(last)
         return placed([each.surface for each in last], step_between(poses[-1], poses))
 
+    def through(self, level_scan: LevelScan, surface: Surface, walls: Surface) -> Through:
+        """Return how much of the walls of a new scan, and of the last few, the others saw through.
+
+        Args:
+            level_scan: The new scan.
+            surface: Its walls, in the robot's frame.
+            walls: Those of the last few scans.
+        """
+        last = self._recent()
+        poses = self._poses(last)
+        views = [(pose, each.level_scan) for pose, each in zip(step_between(poses[-1], poses), last, strict=True)]
+        thin, known = surface.thinned(MAX_WALLS), walls.thinned(MAX_WALLS)
+        return lambda step: both_seen_through(thin.moved(step), [(step, level_scan)], known, views)
+
+    def _recent(self) -> Sequence[Keyframe]:
+        """Return the last few scans, without those from before the robot was lost."""
+        begin = 0 if self._search is None else self._begins[self._search.begin]
+        return self.keyframes[max(begin, len(self.keyframes) - LOCAL) :]
+
     def work(self) -> None:
         """Do one piece of pending work: compare a new part with an old one, or iterate the graph."""
-        if self._untried:
+        if self._search is not None:
+            self._find(self._search)
+        elif self._untried:
             self._try_loop(*self._untried.popleft())
         elif self._moving or self._learnt():
             self._solve()
@@ -186,7 +218,7 @@ class PartsMap:
 
     def finish(self) -> None:
         """Do all pending work."""
-        self._moving = len(self.graph.steps) > 0
+        self._moving, self._search = len(self.graph.steps) > 0, None
         while self._untried or self._moving:
             self.work()
 
@@ -217,7 +249,7 @@ class PartsMap:
         errors = self._errors
         places = np.array([each.place.given(errors) for each in members])
         self._walls.append(placed([each.surface for each in members], places))
-        old = self._nearby_parts(part)
+        old = self._nearby_parts(part) if self._search is None else []
         self._untried.extend(zip(old, [part] * len(old), self._step_covariances(old, part), strict=True))
         information = inverse(self._cautious + 1e-10 * np.eye(3))
         pose, self._covariance, self._slopes = self._newest()
@@ -301,6 +333,32 @@ class PartsMap:
         members = [each for part in parts for each in self._members(part)[::every]]
         poses = self._poses(members)
         return [(pose, each.level_scan) for pose, each in zip(step_between(frame, poses), members, strict=True)]
+
+    def _find(self, search: MapSearch) -> None:
+        """Compare the scans of a lost robot with some more of the old walls; join them if they fit one place only."""
+        begin, newest = search.begin, len(self._begins) - 1
+        own = self.keyframes[max(self._begins[begin], len(self.keyframes) - FRAGMENT) :]
+        poses = self._poses(own)
+        fragment = Fragment(
+            placed([each.surface for each in own], step_between(poses[-1], poses)),
+            [(pose, each.level_scan) for pose, each in zip(step_between(poses[-1], poses), own, strict=True)][::2],
+            poses[-1],
+            self.graph.poses[begin],
+        )
+        found = search.find(fragment, self.graph.poses[:begin], self._walls, self._old_views)
+        if found is None:
+            return
+        # Everything since then moves as one piece; from a place far off, linear steps would not lead there.
+        place = compose(self.graph.poses[found.old], found.step)
+        since = composed(place, step_between(poses[-1], self.graph.poses[begin:]))
+        self.graph.poses = np.concatenate([self.graph.poses[:begin], since])
+        step = step_between(self.graph.poses[found.old], self.graph.poses[newest])
+        self.graph.add_step(found.old, newest, step, found.information)
+        self.loops, self._search, self._moving = self.loops + 1, None, True
+        self._solve()
+
+    def _old_views(self, parts: Iterable[int], frame: Array) -> Views:
+        return self._views(parts, frame, every=4)
 
     def _consider(self, loop: Loop) -> None:
         """Close a loop if it is certain or others confirm it; otherwise remember it."""

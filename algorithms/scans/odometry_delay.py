@@ -30,6 +30,9 @@ MEMORY = 400.0
 CLEAR, CHANCE = 20.0, 2.0
 """A delay is believed if it fits better than none by this cost, minus twice the log-likelihood, and this times the root
 of the number of steps, by which sums of squares of different noise differ."""
+STALL, FASTEST = 0.3, np.array([2.0, 2.0, 3.0])
+"""No robot is faster in the first tick after a rest of this time [s, m/s, m/s, rad/s]: its odometry stalled, and came
+late and all at once."""
 WINDOW = 0.2
 """Late odometry is extrapolated with its mean velocity over this time [s]."""
 UNFORESEEN = np.array([0.2, 0.05, 0.3])
@@ -131,6 +134,7 @@ class SynchronousOdometry:
         """Up to which odometry is used, by its own clock [s]."""
         self._recent, self._newest = RecentMotion(), -math.inf
         self._place, self._total = np.zeros(3), np.zeros((3, 3))
+        self._rest, self._begin = -math.inf, -math.inf
 
     def update(self, told: Odometry, moment: float) -> Odometry:
         """Return the motion to be used in a tick: that of the tick itself unless odometry is newer than the scans.
@@ -139,7 +143,7 @@ class SynchronousOdometry:
             told: Motion since the last tick.
             moment: Time of its end [s].
         """
-        self._recent.move(told, moment)
+        self._move(told, moment)
         self.delay.move(told.turn, moment)
         waits, self._newest = self.time < self._newest, moment
         self.time = max(self.time, moment + min(self.delay.seconds, 0.0))
@@ -149,6 +153,17 @@ class SynchronousOdometry:
             return told
         forward, left, turn = step_between(before, self._place).tolist()
         return Odometry(forward, left, turn, self._total - known)
+
+    def _move(self, told: Odometry, moment: float) -> None:
+        """Add the motion of a tick; what comes all at once after a stall came about evenly since it began."""
+        since, before = self._rest, self._begin
+        moved, self._begin = np.array([told.forward, told.left, told.turn]), moment
+        self._recent.move(told, moment)
+        is_jump = (np.abs(moved) > FASTEST * max(moment - before, 1e-3)).any() and before - since > STALL
+        if is_jump:
+            self._recent.spread(since)
+        elif moved.any():
+            self._rest = moment
 
     def time_of(self, stamp: float) -> float:
         """Return when odometry tells where the robot was at the time of a scan [s]."""

@@ -88,6 +88,11 @@ class WallField:
         row += column
         return np.asarray(row)
 
+    def beside(self, points: Array) -> float:
+        """Return the proportion of points (n, 2), at least one, that are near a wall."""
+        at = self.cells((points - self.lower).T[:, None])[0]
+        return float(np.mean(self.distance.take(at) < ON_WALL))
+
     def nearest(self, at: NDArray[np.intp]) -> Array:
         """Return the nearest element of each cell (k, n).
 

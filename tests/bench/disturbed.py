@@ -2,14 +2,15 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.random import Generator
 from threadpoolctl import threadpool_limits
 
 from mjsim.geometry import Array, Pose, wrap_angle
-from mjsim.interface import BeaconInfo, Estimator, Observation, Odometry, RobotInfo, Sighting
+from mjsim.interface import BeaconInfo, Estimator, Observation, Odometry, RobotInfo, SaysLost, Sighting
 
 SIZE, CORNERS = (12.0, 8.0), ((10.0, 2.0), (10.0, 6.0), (2.0, 6.0), (2.0, 2.0))
 """Of the room [m], and where the robot drives round and round."""
@@ -45,6 +46,8 @@ class Disturbance:
     """Added to x, y [m] and heading [rad], evenly over that time."""
     to: tuple[float, float, float] | None = None
     """The pose that it is carried to."""
+    after: tuple[tuple[float, float], ...] = ()
+    """Where it drives from there, before it goes on [m]."""
 
 
 DISTURBED = {
@@ -102,28 +105,81 @@ def drive(
     rng = np.random.default_rng([seed, 1])
     places = landmarks(number, np.random.default_rng([seed, 7]))
     catalogue = {name: BeaconInfo(name, None, 0.3, 0.3) for name in places}
-    for estimator in estimators.values():
-        estimator.start(ROBOT, catalogue, np.random.default_rng(seed + 100))
-    truth, corner, rows = np.array([2.0, 2.0, 0.0]), 0, {name: [] for name in estimators}
+    inside = np.full(2, 0.6), np.array(SIZE) - 0.6
+
+    def seen(moment: Moment) -> Observation:
+        """Return odometry and, when they are due, sightings."""
+        looks = _looks(moment.truth, places, moment.time, rng)
+        return Observation(moment.time, DT, moment.odometry, sightings=looks if moment.tick % EVERY == 0 else ())
+
+    moments = driven(CORNERS, inside, rng, disturbance, seconds)
+    return compared(estimators, ((moment.truth, seen(moment)) for moment in moments), ROBOT, catalogue, seed)
+
+
+class Moment(NamedTuple):
+    """A tick of a drive."""
+
+    tick: int
+    time: float
+    """[s]"""
+    truth: Array
+    """Pose of the robot, shape (3,) [m, m, rad]."""
+    odometry: Odometry
+    """Since the last tick."""
+
+
+def driven(
+    corners: Sequence[tuple[float, float]],
+    inside: tuple[Array, Array],
+    rng: Generator,
+    disturbance: Disturbance | None,
+    seconds: float,
+) -> Iterator[Moment]:
+    """Yield the ticks of a drive round and round.
+
+    Args:
+        corners: Where to, the last one first the start [m].
+        inside: Least and largest position of the robot, shape (2,) each [m].
+        rng: Of the errors of odometry.
+        disturbance: What happens on the way.
+        seconds: How long it takes.
+    """
+    truth, corner, after = np.array([*corners[-1], 0.0]), 0, list[tuple[float, float]]()
     for tick in range(round(seconds / DT)):
         time = tick * DT
-        corner = (corner + (np.hypot(*(CORNERS[corner] - truth[:2])) < 0.3)) % len(CORNERS)
-        step = _step(truth, CORNERS[corner])
+        goal = after[0] if after else corners[corner]
+        if np.hypot(*(goal - truth[:2])) < 0.3:
+            corner, after = corner if after else (corner + 1) % len(corners), after[1:]
+        step = _step(truth, after[0] if after else corners[corner])
         c, s = math.cos(truth[2]), math.sin(truth[2])
         truth = truth + np.array([c * step[0], s * step[0], step[2]])
         if disturbance is not None and disturbance.time <= time < disturbance.time + disturbance.seconds:
             truth = truth + np.array(disturbance.by) * DT / disturbance.seconds
             truth = truth if disturbance.to is None else np.array(disturbance.to)
-        truth[:2] = np.clip(truth[:2], 0.6, np.array(SIZE) - 0.6)
-        odometry, looks = _odometry(step, rng), _looks(truth, places, time, rng)
-        seen = Observation(time, DT, odometry, sightings=looks if tick % EVERY == 0 else ())
+            after = list(disturbance.after)
+        truth[:2] = np.clip(truth[:2], *inside)
+        yield Moment(tick, time, truth, _odometry(step, rng))
+
+
+def compared(
+    estimators: Mapping[str, Estimator],
+    drive: Iterable[tuple[Array, Observation]],
+    robot: RobotInfo,
+    catalogue: Mapping[str, BeaconInfo],
+    seed: int,
+) -> dict[str, Errors]:
+    """Return the errors of estimators that all get the observations of a drive, which come with the true poses."""
+    for estimator in estimators.values():
+        estimator.start(robot, catalogue, np.random.default_rng(seed + 100))
+    rows: dict[str, list[tuple[float, ...]]] = {name: [] for name in estimators}
+    for truth, seen in drive:
         for name, estimator in estimators.items():
             belief = estimator.update(seen)
             off = belief.pose.as_array() - truth
             off[2] = wrap_angle(float(off[2]))
             nees = off @ np.linalg.solve(belief.covariance + 1e-12 * np.eye(3), off)
-            lost = hasattr(estimator, "lost") and estimator.lost()
-            rows[name].append((time, np.hypot(*off[:2]), nees, len(seen.sightings), lost))
+            lost = isinstance(estimator, SaysLost) and estimator.lost()
+            rows[name].append((seen.time, np.hypot(*off[:2]), nees, len(seen.sightings), lost))
     return {name: Errors(*np.array(own).T) for name, own in rows.items()}
 
 
