@@ -7,8 +7,9 @@ from contextlib import contextmanager
 import pytest
 from playwright.sync_api import Browser, Page
 
-from mjsim.bench.chromium import PATIENCE, REMEDY, chromium_path, page_at
+from mjsim.bench.chromium import PATIENCE, REMEDY, chromium_path
 from mjsim.bench.chromium import chromium as chromium_or_error
+from mjsim.bench.chromium import page_at as opened
 
 __all__ = ["PATIENCE", "agreed", "chromium", "page_at"]
 
@@ -20,6 +21,15 @@ def chromium() -> Iterator[Browser]:
         pytest.skip(f"no chromium on this machine; {REMEDY}")
     with chromium_or_error() as browser:
         yield browser
+
+
+@contextmanager
+def page_at(browser: Browser, url: str, *, outside: bool = False, **window) -> Iterator[Page]:
+    """Open a page, without the view of runs from outside unless it is wanted: to draw it is most of what a run costs."""
+    with opened(browser, url, **window) as page:
+        if not outside:
+            page.evaluate("localStorage.setItem('mjsim.run.outside', 'no')")
+        yield page
 
 
 def agreed(page: Page, first: Callable[[], str], second: Callable[[], str]) -> str:

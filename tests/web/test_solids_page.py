@@ -61,7 +61,7 @@ def opened(page, view):
     return shown.locator("canvas")
 
 
-def test_things_are_picked_in_3d_measured_and_followed_through_a_run(sheet):
+def things_are_picked_in_3d_measured_and_followed_through_a_run(sheet):
     page = sheet.page
     canvas = opened(page, "edit")
     sheet.click(8, 0)
@@ -102,7 +102,7 @@ def test_things_are_picked_in_3d_measured_and_followed_through_a_run(sheet):
     page.wait_for_function(f"() => Number(document.querySelector('#view-run .scene canvas').dataset.frames) > {before}")
 
 
-def test_the_scene_comes_with_a_run_and_goes_off_where_it_slows_it_until_it_is_wanted_nonetheless(sheet):
+def the_scene_comes_with_a_run_and_goes_off_where_it_slows_it_until_it_is_wanted_nonetheless(sheet):
     page = sheet.page
     page.get_by_role("tab", name="Run").click()
     page.locator("#view-run").get_by_title("View in 3-D").click()
@@ -123,7 +123,7 @@ def test_the_scene_comes_with_a_run_and_goes_off_where_it_slows_it_until_it_is_w
     assert page.evaluate("() => localStorage.getItem('mjsim.run.scene')") == "yes"
 
 
-def test_a_browser_without_3d_says_so_in_one_line_and_runs_all_the_same(sheet):
+def a_browser_without_3d_says_so_in_one_line_and_runs_all_the_same(sheet):
     page = sheet.page
     page.evaluate(NONE)
     page.locator("#view-edit").get_by_title("View in 3-D").click()
@@ -152,12 +152,8 @@ def a_table_top_on_a_floor_of_its_own_colour_is_seen_from_above(sheet, canvas):
         sheet.page.wait_for_timeout(100)  # it is shaded once nothing moves
 
 
-def test_things_are_shaded_and_the_picture_stays_while_the_number_of_pixels_changes(sheet):
+def the_picture_stays_while_the_number_of_pixels_changes(sheet, canvas):
     page = sheet.page
-    canvas = opened(page, "edit")
-    a_table_top_on_a_floor_of_its_own_colour_is_seen_from_above(sheet, canvas)
-    sheet.put(ROOM)
-    canvas.press("0")
     expect(canvas).to_have_attribute("data-share", "1.00", timeout=PATIENCE)
     page.evaluate(SLOW)
     # Each picture is too slow, so that the next one has fewer pixels: a canvas of another size is empty at first.
@@ -165,3 +161,26 @@ def test_things_are_shaded_and_the_picture_stays_while_the_number_of_pixels_chan
         page.wait_for_timeout(150)  # the picture before is there: this one is not put off
         colors, _ = page.evaluate(COLORS)
         assert colors > 10
+
+
+def test_things_are_shaded_picked_in_3d_measured_and_followed_through_a_run(sheet):
+    a_table_top_on_a_floor_of_its_own_colour_is_seen_from_above(sheet, opened(sheet.page, "edit"))
+    sheet.put(ROOM)
+    sheet.save()
+    things_are_picked_in_3d_measured_and_followed_through_a_run(sheet)
+
+
+def anew(sheet):
+    """End the run, and load a page that remembers nothing."""
+    sheet.page.get_by_role("button", name="Stop the run").click()
+    sheet.page.evaluate("localStorage.clear()")
+    sheet.page.reload()
+    sheet.reads("mjsim: 1")
+
+
+def test_where_3d_is_slow_it_has_fewer_pixels_or_goes_off_and_where_there_is_none_that_is_said(sheet):
+    the_scene_comes_with_a_run_and_goes_off_where_it_slows_it_until_it_is_wanted_nonetheless(sheet)
+    anew(sheet)
+    a_browser_without_3d_says_so_in_one_line_and_runs_all_the_same(sheet)
+    anew(sheet)
+    the_picture_stays_while_the_number_of_pixels_changes(sheet, opened(sheet.page, "edit"))

@@ -1,5 +1,4 @@
 import re
-import sys
 
 import cv2
 import numpy as np
@@ -7,7 +6,6 @@ import pytest
 from playwright.sync_api import expect
 
 from mjsim.world import load_world
-from tests.children import completed
 from tests.sheet import Sheet, sheet_of
 
 pytestmark = pytest.mark.slow
@@ -40,7 +38,19 @@ def saved(sheet: Sheet, folder) -> str:
     return (folder / "room.yaml").read_bytes().decode()
 
 
-def test_walls_are_drawn_corner_by_corner(sheet, tmp_path):
+def what_is_typed_comes_onto_the_plan(sheet):
+    sheet.text.click()
+    sheet.press("Control+End")
+    sheet.type("  - {name: barrel, cylinder: [0.3, 1], at: [4, 3]}")
+    expect(sheet.title).to_have_text("barrel")  # where the cursor stands
+    sheet.click(2, 2)
+    expect(sheet.title).to_have_text("crate")
+    expect(sheet.page.locator(".cm-chosen")).to_contain_text("crate")
+    sheet.drag((4, 3), (5, 3))
+    sheet.reads("at: [5, 3]")
+
+
+def walls_are_drawn_corner_by_corner(sheet, tmp_path):
     sheet.press("w")
     for corner in ((1, 3), (3.02, 2.97), (2.97, 2)):  # drawn to the grid and to right angles
         sheet.click(*corner)
@@ -54,98 +64,34 @@ def test_walls_are_drawn_corner_by_corner(sheet, tmp_path):
     assert "[[4, 1], [5, 1], [5, 2]]" in saved(sheet, tmp_path)
 
 
-def test_a_world_is_built_from_nothing_saved_checked_and_run(sheet, tmp_path):
-    sheet.press("w")
-    sheet.click(1, 3)
-    sheet.click(2, 3)
-    sheet.button("New world").click()
-    sheet.button("Empty room").click()
-    expect(sheet.title).to_have_text("room")
-    sheet.plan.focus()
-    sheet.press("v")  # the wall that was begun stays in the world before
-    sheet.button("Draw the first wall").click()
-    for corner in ((-4, -3), (4, -3), (4, 3), (-4, 3), (-4, -3)):
-        sheet.click(*corner)
-    expect(sheet.page.locator(".panel .kind")).to_have_text("Wall")
-    sheet.press("p")
-    sheet.click(3.8, 0)
-    expect(sheet.page.locator(".panel .kind")).to_have_text("Beacon")
+def the_page_offers_each_kind_of_sensor_as_the_schema_has_it(sheet, tmp_path):
     sheet.press("r")
-    sheet.click(-2, 0)
-    expect(sheet.page.locator(".panel .kind")).to_have_text("Robot")
-    sheet.press("Control+s")
-    sheet.page.get_by_role("dialog").get_by_label("File").fill("hall")
-    sheet.press("Enter")
-    expect(sheet.unsaved).to_be_hidden()
-    for command in (["check"], ["run", "--seconds", "0.2", "-o", str(tmp_path / "hall.mcap")]):
-        main = [sys.executable, "-m", "mjsim.cli", command[0], str(tmp_path / "hall.yaml"), *command[1:]]
-        completed(main)
-    world = load_world(tmp_path / "hall.yaml")
-    assert world.walls[0].points == ((-4, -3), (4, -3), (4, 3), (-4, 3))
-    assert (world.beacons[0].at, world.beacons[0].heading_deg) == ((3.94, 0), 180)
-    assert (world.robots[0].preset, world.robots[0].at) == ("pioneer3dx", (-2, 0))
+    sheet.page.get_by_title("Choose a robot").click()
+    sheet.page.get_by_title("turtlebot3_burger", exact=True).click()
+    sheet.page.get_by_label("camera", exact=True).uncheck()
+    sheet.page.get_by_label("encoders", exact=True).check()
+    sheet.page.get_by_label("uwb", exact=True).check()
+    sheet.drag((4, 2), (4, 3))
+    sheet.reads("encoders: wheels", "uwb: tag")
+    sheet.save()
+    assert [sensor.kind for sensor in load_world(tmp_path / "room.yaml").robots[1].sensors] == ["encoders", "uwb"]
 
 
-def test_a_drag_changes_its_numbers_alone_undo_leads_back_to_the_same_bytes_and_redo_forth_again(browser, tmp_path):
-    text = ROOM.replace("\n", "\r\n")
-    with sheet_of(browser, tmp_path, text) as sheet:
-        sheet.drag((2, 2), (3, 2.5))
-        sheet.reads("at: [3, 2.5]")
-        assert saved(sheet, tmp_path) == text.replace("at: [2, 2]", "at: [3, 2.5]")
-        sheet.press("Control+d")
-        sheet.reads("crate-2")
-        sheet.click(1, 1)
-        sheet.press("Delete")
-        expect(sheet.text).not_to_contain_text("scout")
-        sheet.text.click()
-        sheet.type("light: 0.5")
-        changed = saved(sheet, tmp_path)
-        assert "\n" not in changed.replace("\r\n", "")
-        undo = sheet.button("Undo (Ctrl+Z)")
-        expect(undo).to_be_enabled()
-        while undo.is_enabled():
-            sheet.press("Control+z")
-        sheet.reads("at: [2, 2]", "scout")
-        assert saved(sheet, tmp_path) == text
-        redo = sheet.button("Redo (Ctrl+Shift+Z)")
-        while redo.is_enabled():
-            sheet.press("Control+Shift+z")
-        assert saved(sheet, tmp_path) == changed
+def doors_and_pictures_find_their_wall_and_robots_bring_sensors(sheet):
+    sheet.press("d")
+    sheet.click(3, 0.05)
+    sheet.reads("width: 0.9")
+    sheet.press("p")
+    sheet.click(4.5, 0.2)
+    sheet.reads("image: posters/lion.jpg", "at: [4.5, 0.06]", "heading_deg: 90")
+    sheet.press("r")
+    sheet.page.get_by_label("camera", exact=True).uncheck()
+    sheet.page.get_by_label("lidar", exact=True).check()
+    sheet.drag((4, 2), (4, 3))
+    sheet.reads("lidar: scan", "at: [4, 2]")
 
 
-def what_is_typed_comes_onto_the_plan(sheet):
-    sheet.text.click()
-    sheet.press("Control+End")
-    sheet.type("  - {name: barrel, cylinder: [0.3, 1], at: [4, 3]}")
-    expect(sheet.title).to_have_text("barrel")  # where the cursor stands
-    sheet.click(2, 2)
-    expect(sheet.title).to_have_text("crate")
-    expect(sheet.page.locator(".cm-chosen")).to_contain_text("crate")
-    sheet.drag((4, 3), (5, 3))
-    sheet.reads("at: [5, 3]")
-
-
-def test_an_error_is_shown_in_the_panel_in_the_text_and_at_the_item(sheet):
-    sheet.click(2, 2)
-    sheet.field("Mass").fill("-3")
-    sheet.press("Enter")
-    expect(sheet.page.locator(".field-error")).to_contain_text("mass is -3")
-    expect(sheet.page.locator(".cm-lintRange-error")).to_have_text("-3")
-    expect(sheet.page.locator(".problem.error")).to_contain_text("line 13")
-    x, y = sheet.pixel(2, 2)
-    clip = {"x": x - 60, "y": y - 60, "width": 120, "height": 120}
-    png = np.frombuffer(sheet.page.screenshot(clip=clip), np.uint8)
-    red, green, blue = np.moveaxis(cv2.imdecode(png, cv2.IMREAD_COLOR_RGB).astype(int), -1, 0)
-    assert ((red > green + 60) & (red > blue + 60)).sum() > 50  # a red edge about it
-    sheet.text.click()
-    sheet.press("Control+a")
-    sheet.page.keyboard.insert_text(
-        '{mjsim: 1, name: "\N{ROBOT FACE}", walls: [{points: [[0, 0], [1, 0]], height: -5}]}'
-    )
-    expect(sheet.page.locator(".cm-lintRange-error").last).to_have_text("-5")  # the robot is one letter
-
-
-def test_the_plan_is_worked_by_keys_alone(sheet, tmp_path):
+def the_plan_is_worked_by_keys_alone(sheet, tmp_path):
     sheet.plan.focus()
     sheet.press("Tab")  # one stop for all things
     expect(sheet.plan).not_to_be_focused()
@@ -175,18 +121,24 @@ def test_the_plan_is_worked_by_keys_alone(sheet, tmp_path):
     expect(sheet.page.locator(".panel .kind")).to_have_text("World")
 
 
-def doors_and_pictures_find_their_wall_and_robots_bring_sensors(sheet):
-    sheet.press("d")
-    sheet.click(3, 0.05)
-    sheet.reads("width: 0.9")
-    sheet.press("p")
-    sheet.click(4.5, 0.2)
-    sheet.reads("image: posters/lion.jpg", "at: [4.5, 0.06]", "heading_deg: 90")
-    sheet.press("r")
-    sheet.page.get_by_label("camera", exact=True).uncheck()
-    sheet.page.get_by_label("lidar", exact=True).check()
-    sheet.drag((4, 2), (4, 3))
-    sheet.reads("lidar: scan", "at: [4, 2]")
+def an_error_is_shown_in_the_panel_in_the_text_and_at_the_item(sheet):
+    sheet.click(2, 2)
+    sheet.field("Mass").fill("-3")
+    sheet.press("Enter")
+    expect(sheet.page.locator(".field-error")).to_contain_text("mass is -3")
+    expect(sheet.page.locator(".cm-lintRange-error")).to_have_text("-3")
+    expect(sheet.page.locator(".problem.error")).to_contain_text("line 13")
+    x, y = sheet.pixel(2, 2)
+    clip = {"x": x - 60, "y": y - 60, "width": 120, "height": 120}
+    png = np.frombuffer(sheet.page.screenshot(clip=clip), np.uint8)
+    red, green, blue = np.moveaxis(cv2.imdecode(png, cv2.IMREAD_COLOR_RGB).astype(int), -1, 0)
+    assert ((red > green + 60) & (red > blue + 60)).sum() > 50  # a red edge about it
+    sheet.text.click()
+    sheet.press("Control+a")
+    sheet.page.keyboard.insert_text(
+        '{mjsim: 1, name: "\N{ROBOT FACE}", walls: [{points: [[0, 0], [1, 0]], height: -5}]}'
+    )
+    expect(sheet.page.locator(".cm-lintRange-error").last).to_have_text("-5")  # the robot is one letter
 
 
 def a_new_name_of_a_robot_is_that_of_its_driver_and_of_events_too(sheet, tmp_path):
@@ -198,10 +150,7 @@ def a_new_name_of_a_robot_is_that_of_its_driver_and_of_events_too(sheet, tmp_pat
     - {time: 4, remove: crate}
 """
     before = ROOM.replace("obstacles:", events + "obstacles:")
-    sheet.text.click()
-    sheet.page.keyboard.press("Control+a")
-    with sheet.page.expect_response("**/api/parse"):
-        sheet.page.keyboard.insert_text(before)
+    sheet.put(before)
     sheet.click(1, 1)
     sheet.field("Name").fill("rover")
     sheet.press("Enter")
@@ -209,7 +158,45 @@ def a_new_name_of_a_robot_is_that_of_its_driver_and_of_events_too(sheet, tmp_pat
     assert saved(sheet, tmp_path) == before.replace("scout", "rover")
 
 
-def test_work_that_was_not_saved_is_offered_after_a_reload_until_it_is_saved(sheet, tmp_path):
+def a_wall_that_is_begun_stays_in_its_world(sheet):
+    sheet.plan.focus()
+    sheet.press("w")
+    sheet.click(1, 3)
+    sheet.click(2, 3)
+    sheet.button("New world").click()
+    sheet.button("Empty room").click()
+    expect(sheet.title).to_have_text("room")
+    sheet.plan.focus()
+    sheet.press("v")
+    expect(sheet.button("Draw the first wall")).to_be_visible()
+
+
+def a_drag_changes_its_numbers_alone_undo_leads_back_to_the_same_bytes_and_redo_forth_again(sheet, tmp_path, text):
+    sheet.drag((2, 2), (3, 2.5))
+    sheet.reads("at: [3, 2.5]")
+    assert saved(sheet, tmp_path) == text.replace("at: [2, 2]", "at: [3, 2.5]")
+    sheet.press("Control+d")
+    sheet.reads("crate-2")
+    sheet.click(1, 1)
+    sheet.press("Delete")
+    expect(sheet.text).not_to_contain_text("scout")
+    sheet.text.click()
+    sheet.type("light: 0.5")
+    changed = saved(sheet, tmp_path)
+    assert "\n" not in changed.replace("\r\n", "")
+    undo = sheet.button("Undo (Ctrl+Z)")
+    expect(undo).to_be_enabled()
+    while undo.is_enabled():
+        sheet.press("Control+z")
+    sheet.reads("at: [2, 2]", "scout")
+    assert saved(sheet, tmp_path) == text
+    redo = sheet.button("Redo (Ctrl+Shift+Z)")
+    while redo.is_enabled():
+        sheet.press("Control+Shift+z")
+    assert saved(sheet, tmp_path) == changed
+
+
+def work_that_was_not_saved_is_offered_after_a_reload_until_it_is_saved(sheet, tmp_path):
     sheet.drag((2, 2), (3, 2.5))
     expect(sheet.unsaved).to_be_visible()
     for answer, place in (("Restore", "at: [3, 2.5]"), ("Discard", "at: [2, 2]")):
@@ -226,42 +213,26 @@ def test_work_that_was_not_saved_is_offered_after_a_reload_until_it_is_saved(she
     assert (tmp_path / "room.yaml").read_text() == ROOM
 
 
-def test_a_file_that_changed_on_disk_is_not_overwritten_unasked(sheet, tmp_path):
-    sheet.drag((2, 2), (3, 2.5))
-    sheet.reads("at: [3, 2.5]")
-    other = ROOM.replace("closed: true", "closed: false")
-    (tmp_path / "room.yaml").write_text(other)
-    sheet.press("Control+s")
-    dialog = sheet.page.get_by_role("dialog")
-    expect(dialog).to_contain_text("has changed since it was read")
-    assert (tmp_path / "room.yaml").read_text() == other
-    dialog.get_by_role("button", name="Load the file on disk").click()
-    sheet.reads("closed: false", "at: [2, 2]")
-    expect(sheet.unsaved).to_be_hidden()
-    sheet.press("Control+z")  # what was here is a step back
-    sheet.reads("closed: true", "at: [3, 2.5]")
-    expect(sheet.unsaved).to_be_visible()
-    assert (tmp_path / "room.yaml").read_text() == other
-
-
-def the_page_offers_each_kind_of_sensor_as_the_schema_has_it(sheet, tmp_path):
-    sheet.press("r")
-    sheet.page.get_by_title("Choose a robot").click()
-    sheet.page.get_by_title("turtlebot3_burger", exact=True).click()
-    sheet.page.get_by_label("camera", exact=True).uncheck()
-    sheet.page.get_by_label("encoders", exact=True).check()
-    sheet.page.get_by_label("uwb", exact=True).check()
-    sheet.drag((4, 2), (4, 3))
-    sheet.reads("encoders: wheels", "uwb: tag")
-    sheet.save()
-    assert [sensor.kind for sensor in load_world(tmp_path / "room.yaml").robots[1].sensors] == ["encoders", "uwb"]
-
-
-def test_what_is_typed_or_put_down_is_in_the_text_and_on_the_plan(sheet, tmp_path):
+def test_what_is_drawn_typed_or_put_down_is_in_the_text_and_on_the_plan(sheet, tmp_path):
     what_is_typed_comes_onto_the_plan(sheet)
+    sheet.put(ROOM)
+    walls_are_drawn_corner_by_corner(sheet, tmp_path)
     sheet.put(ROOM)
     the_page_offers_each_kind_of_sensor_as_the_schema_has_it(sheet, tmp_path)
     sheet.put(ROOM)
     doors_and_pictures_find_their_wall_and_robots_bring_sensors(sheet)
     sheet.put(ROOM)
+    the_plan_is_worked_by_keys_alone(sheet, tmp_path)
+    sheet.put(ROOM)
+    an_error_is_shown_in_the_panel_in_the_text_and_at_the_item(sheet)
     a_new_name_of_a_robot_is_that_of_its_driver_and_of_events_too(sheet, tmp_path)
+    a_wall_that_is_begun_stays_in_its_world(sheet)
+
+
+def test_undo_leads_back_to_the_same_bytes_and_what_is_not_saved_is_offered_after_a_reload(browser, tmp_path):
+    text = ROOM.replace("\n", "\r\n")
+    with sheet_of(browser, tmp_path, text) as sheet:
+        a_drag_changes_its_numbers_alone_undo_leads_back_to_the_same_bytes_and_redo_forth_again(sheet, tmp_path, text)
+        (tmp_path / "room.yaml").write_text(ROOM)
+        sheet.reads("at: [2, 2]")
+        work_that_was_not_saved_is_offered_after_a_reload_until_it_is_saved(sheet, tmp_path)

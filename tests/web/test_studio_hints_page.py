@@ -53,8 +53,7 @@ def keys_and_values_are_offered_where_they_may_stand(sheet):
     expect(sheet.text).to_contain_text("tyres: {swing: ")
     page.keyboard.type("0.01}}")
     at_the_end_of(sheet, "preset: pioneer3dx", 0)
-    for _ in "pioneer3dx":
-        page.keyboard.press("Backspace")
+    page.keyboard.press("Control+Backspace")
     page.keyboard.press("Control+Space")
     expect(options.filter(has_text="turtlebot3-burger").or_(options.filter(has_text="burger")).first).to_be_visible()
     page.keyboard.type("pioneer3dx ")
@@ -95,38 +94,42 @@ def f12_leads_to_a_thing_by_its_name_and_to_the_text_of_a_module(sheet):
     expect(dialog).to_have_count(0)
 
 
-def test_keys_and_values_of_the_text_are_explained_offered_and_lead_to_what_they_name(sheet):
-    hovering_a_key_shows_its_unit_meaning_and_default(sheet)
-    f12_leads_to_a_thing_by_its_name_and_to_the_text_of_a_module(sheet)
-    keys_and_values_are_offered_where_they_may_stand(sheet)
-    sheet.put(ROOM)
-    robots_and_modules_are_offered_and_a_colon_that_stands_is_kept(sheet)
+def a_file_with_an_odd_name_is_offered_and_written_with_quotes(sheet):
+    at_the_end_of(sheet, "include: [", 0)
+    sheet.page.keyboard.type("rä")
+    sheet.page.locator(".cm-tooltip-autocomplete li").click()
+    sheet.reads('include: ["räum #2.yaml"')
 
 
-CARET = """(line, column) => {
-  const texts = document.createTreeWalker(line, NodeFilter.SHOW_TEXT);
-  let left = column;
-  while (texts.nextNode() && left > texts.currentNode.length) left -= texts.currentNode.length;
-  getSelection().collapse(texts.currentNode, left);
+def test_keys_and_values_of_the_text_are_explained_offered_and_lead_to_what_they_name(browser, tmp_path):
+    (tmp_path / "räum #2.yaml").write_text("mjsim: 1\n")
+    with sheet_of(browser, tmp_path, ROOM) as sheet:
+        hovering_a_key_shows_its_unit_meaning_and_default(sheet)
+        f12_leads_to_a_thing_by_its_name_and_to_the_text_of_a_module(sheet)
+        keys_and_values_are_offered_where_they_may_stand(sheet)
+        sheet.put(ROOM)
+        robots_and_modules_are_offered_and_a_colon_that_stands_is_kept(sheet)
+        sheet.put("mjsim: 1\ninclude: [\nname: room\n")
+        a_file_with_an_odd_name_is_offered_and_written_with_quotes(sheet)
+
+
+SELECT = """(line, columns) => {
+  const places = columns.flatMap((left) => {
+    const texts = document.createTreeWalker(line, NodeFilter.SHOW_TEXT);
+    while (texts.nextNode() && left > texts.currentNode.length) left -= texts.currentNode.length;
+    return [texts.currentNode, left];
+  });
+  getSelection().setBaseAndExtent(...places);
 }"""
 
 
-def stand(line, column: int) -> None:
-    """Stand behind so many letters of a line of the text."""
+def stand(line, column: int, end: int | None = None) -> None:
+    """Stand behind so many letters of a line of the text, or select from there to another column."""
     line.click()
-    line.evaluate(CARET, column)
+    line.evaluate(SELECT, [column, column if end is None else end])
 
 
 def at_the_end_of(sheet, piece: str, back: int) -> None:
     """Stand behind a piece of the text, or some letters before its end."""
     line = sheet.text.locator(".cm-line").filter(has_text=piece.strip()).first
     stand(line, line.inner_text().index(piece) + len(piece) - back)
-
-
-def test_a_file_with_an_odd_name_is_offered_and_written_with_quotes(browser, tmp_path):
-    (tmp_path / "räum #2.yaml").write_text("mjsim: 1\n")
-    with sheet_of(browser, tmp_path, "mjsim: 1\ninclude: [\nname: room\n") as sheet:
-        at_the_end_of(sheet, "include: [", 0)
-        sheet.page.keyboard.type("rä")
-        sheet.page.locator(".cm-tooltip-autocomplete li").click()
-        sheet.reads('include: ["räum #2.yaml"')

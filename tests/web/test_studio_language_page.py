@@ -119,20 +119,20 @@ OFFERED = {
 """What is offered behind a piece of the text, once what stands there is taken away."""
 
 
-def test_files_bodies_joints_arms_and_cameras_are_offered(page_of):
+def files_bodies_joints_arms_and_cameras_are_offered(page_of):
     options = page_of.page.locator(".cm-tooltip-autocomplete li")
     for piece, names in OFFERED.items():
         last = page_of.text.locator(".cm-line").filter(has_text=piece).last
         text = last.inner_text()
-        rest = re.match(r"[\w./]*", text[text.rindex(piece) + len(piece) :])[0]
-        stand(last, text.rindex(piece) + len(piece) + len(rest))
-        for _ in rest:
-            page_of.press("Backspace")
+        begin = text.index(piece) + len(piece)
+        rest = re.match(r"[\w./]*", text[begin:])[0]
+        stand(last, begin, begin + len(rest))
+        page_of.press("Backspace")
         page_of.press("Control+Space")
         for name in names:
             expect(options.get_by_text(name, exact=True), f"{piece}{name}").to_be_visible()
         page_of.press("Escape")
-        page_of.type(rest)
+        page_of.page.keyboard.insert_text(rest)
         expect(last).to_have_text(text)
 
 
@@ -150,7 +150,8 @@ def the_keys_of_a_module_are_explained_and_offered(page_of):
     expect(options.get_by_text("gate", exact=True)).to_be_visible()
 
 
-def test_keys_are_explained_and_names_lead_to_what_they_name(page_of):
+def test_keys_are_explained_and_names_are_offered_and_lead_to_what_they_name(page_of):
+    files_bodies_joints_arms_and_cameras_are_offered(page_of)
     the_keys_of_a_module_are_explained_and_offered(page_of)
     page_of.put(ROOM)
     f12_leads_from_each_kind_of_name_to_where_it_is_given(page_of)

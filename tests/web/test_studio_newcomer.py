@@ -21,7 +21,7 @@ WIDE, DEEP = 12, 8
 """How large the room is in which they are made [m]."""
 
 
-def test_a_newcomer_builds_a_room_saves_it_and_sees_it_run(browser, tmp_path):
+def test_a_newcomer_builds_a_room_saves_it_sees_it_run_and_opens_a_shipped_world(browser, tmp_path):
     expect.set_options(timeout=PATIENCE)
     with Studio(tmp_path) as studio, page_at(browser, studio.url) as page:
         sheet = Sheet(page)
@@ -32,18 +32,23 @@ def test_a_newcomer_builds_a_room_saves_it_and_sees_it_run(browser, tmp_path):
         assert world.walls[0].points == ((-3, -2), (3, -2), (3, 2), (-3, 2))
         assert (world.walls[0].closed, len(world.walls[0].openings)) == (True, 1)
         assert [beacon.image for beacon in world.beacons] == ["posters/cat.jpg"]
+        assert (world.beacons[0].at, world.beacons[0].heading_deg) == ((2.94, 0), 180)  # on the wall, facing the room
         assert [robot.preset for robot in world.robots] == ["create3"]
         command_line("check", str(tmp_path / "hall.yaml"))
         command_line("run", str(tmp_path / "hall.yaml"), "--seconds", "2", "-o", str(tmp_path / "hall.mcap"))
         watch_it_run(page)
+        a_shipped_world_is_opened_by_its_name_and_saved_where_one_works(page, tmp_path)
 
 
-def test_a_shipped_world_opens_by_its_name_and_is_saved_where_one_works(browser, tmp_path):
-    expect.set_options(timeout=PATIENCE)
-    with Studio(tmp_path, world="shipped:gallery") as studio, page_at(browser, studio.url) as page:
-        expect(page.locator("#view-edit")).to_contain_text("name: gallery")
-        save_as(page, "mine")
-        assert load_world(tmp_path / "mine.yaml") == load_world("gallery")
+def a_shipped_world_is_opened_by_its_name_and_saved_where_one_works(page: Page, folder: Path) -> None:
+    page.keyboard.press("Control+o")
+    page.get_by_role("searchbox", name="Find a world").fill("gallery")
+    page.keyboard.press("Enter")
+    expect(page.locator(".world .name")).to_have_text("gallery")
+    page.keyboard.press("Alt+1")
+    expect(page.locator("#view-edit")).to_contain_text("name: gallery")
+    save_as(page, "mine")
+    assert load_world(folder / "mine.yaml") == load_world("gallery")
 
 
 def draw_a_room(sheet: Sheet) -> None:

@@ -118,11 +118,6 @@ def a_rocker_drags_its_crank_and_says_where_the_loop_does_not_close(sheet):
     stays(sheet, "the loop at 'q5' does not close there: it misses by")
 
 
-def test_mechanisms_are_dragged_on_the_plan_from_the_side_and_by_sliders(sheet):
-    joints_of_a_mechanism_are_dragged_on_the_plan_and_from_the_side_and_by_sliders(sheet)
-    a_rocker_drags_its_crank_and_says_where_the_loop_does_not_close(sheet)
-
-
 def a_hand_is_led_on_the_plan_from_the_side_and_by_fields(sheet):
     pose = sheet.page.get_by_label("Pose", exact=True)
     sheet.click(3, 0)
@@ -148,7 +143,10 @@ def a_hand_is_led_on_the_plan_from_the_side_and_by_fields(sheet):
     stays(sheet, "the right hand does not reach")
 
 
-def test_a_hand_is_led_and_a_slider_has_the_range_of_its_joint(sheet):
+def test_mechanisms_and_people_are_posed_on_the_plan_from_the_side_and_by_sliders_and_fields(sheet):
+    joints_of_a_mechanism_are_dragged_on_the_plan_and_from_the_side_and_by_sliders(sheet)
+    a_rocker_drags_its_crank_and_says_where_the_loop_does_not_close(sheet)
+    sheet.put(ROOM)
     a_hand_is_led_on_the_plan_from_the_side_and_by_fields(sheet)
     sheet.put(ROOM)
     a_slider_has_the_range_of_its_joint_and_a_second_finger_drags_nothing(sheet)

@@ -42,7 +42,7 @@ run:
 """
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def recorded(tmp_path_factory):
     """A folder with a recording."""
     folder = tmp_path_factory.mktemp("folder")
@@ -53,7 +53,7 @@ def recorded(tmp_path_factory):
     return folder
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def review(browser, recorded):
     """The Review view with the recording open."""
     with Studio(recorded) as studio, page_at(browser, studio.url) as page:
@@ -127,12 +127,14 @@ def the_view_in_3d_that_is_opened_shows_the_time_that_is_looked_at(review):
     review.get_by_title("View in 3-D").click()
 
 
-def test_times_events_and_parts_of_a_recording_are_gone_to_and_have_figures(review, recorded):
+def test_a_recording_is_gone_through_has_figures_and_films_and_another_is_dropped(review, recorded, tmp_path):
     the_whole_recording_has_figures_before_anything_is_marked(review, recorded)
     the_view_in_3d_that_is_opened_shows_the_time_that_is_looked_at(review)
     scrubbing_shows_the_pictures_of_that_time(review)
     keys_go_from_tick_to_tick_and_events_stand_on_the_bar(review)
     a_marked_part_has_the_figures_of_its_ticks(review, recorded)
+    a_marked_part_becomes_a_film_of_that_length(review, tmp_path)
+    a_recording_that_is_dropped_is_the_one_that_is_opened(review, recorded, tmp_path)
 
 
 DROP = """([name, base64]) => {
@@ -142,7 +144,7 @@ DROP = """([name, base64]) => {
 }"""
 
 
-def test_a_recording_that_is_dropped_is_the_one_that_is_opened(review, recorded, tmp_path):
+def a_recording_that_is_dropped_is_the_one_that_is_opened(review, recorded, tmp_path):
     with mjsim.Simulation(mjsim.parse_world(ROOM), seed=2) as sim:
         mjsim.run(sim, seconds=0.4, record=tmp_path / "run.mcap")
     drop = partial(review.evaluate, DROP)
@@ -176,7 +178,7 @@ def becomes(page, name: str, value: float) -> None:
         page.wait_for_timeout(50)
 
 
-def test_a_marked_part_becomes_a_film_of_that_length(review, tmp_path):
+def a_marked_part_becomes_a_film_of_that_length(review, tmp_path):
     mark(review, 1.0, 2.0)
     review.get_by_label("View of the video").select_option("scout/front")
     review.get_by_role("button", name="Export video").click()

@@ -69,7 +69,7 @@ def folder(tmp_path_factory):
     return place
 
 
-def test_nothing_is_out_of_reach_of_a_finger_on_a_small_screen(browser, folder):
+def test_fingers_reach_all_there_is_on_a_small_screen_drag_pinch_and_ask_for_the_menu(browser, folder):
     with Studio(folder, world="room.yaml") as studio, page_at(browser, studio.url, touch=True) as page:
         expect.set_options(timeout=PATIENCE)
         for width, height in SIZES:
@@ -83,6 +83,9 @@ def test_nothing_is_out_of_reach_of_a_finger_on_a_small_screen(browser, folder):
             page.locator(".bar .world").tap()
             assert_in_reach(page, page.get_by_role("dialog"))
             page.keyboard.press("Escape")
+        page.set_viewport_size({"width": 390, "height": 844})
+        page.get_by_role("tab", name="Edit", exact=True).tap()
+        fingers_drag_pinch_and_ask_for_the_menu(page)
 
 
 def walk_edit(page):
@@ -173,34 +176,29 @@ class Fingers:
         self.put("touchEnd")
 
 
-def test_fingers_drag_pinch_and_ask_for_the_menu(browser, folder):
-    with (
-        Studio(folder, world="room.yaml") as studio,
-        page_at(browser, studio.url, width=390, height=844, touch=True) as page,
-    ):
-        expect.set_options(timeout=PATIENCE)
-        sheet, fingers = Sheet(page), Fingers(page)
-        expect(sheet.plan).to_have_attribute("data-view", re.compile(","))
-        fingers.drag(sheet.pixel(0, 0), sheet.pixel(1, 1))
-        page.get_by_role("button", name="Text", exact=True).click()
-        expect(sheet.text).to_be_visible()
-        sheet.reads("at: [1, 1]")
-        page.get_by_role("button", name="Text", exact=True).click()
-        expect(sheet.text).to_be_hidden()
-        page.evaluate(DRAWN)
-        scale = json.loads(sheet.plan.get_attribute("data-view"))[2]
-        x, y = sheet.pixel(-2, 0)
-        fingers.put("touchStart", (x, y), (x + 40, y))
-        fingers.put("touchMove", (x - 20, y), (x + 60, y))
-        fingers.put("touchEnd")
-        page.wait_for_function(
-            "least => JSON.parse(document.querySelector('.plan').dataset.view)[2] > least", arg=1.9 * scale
-        )
-        fingers.put("touchStart", sheet.pixel(1, 1))
-        expect(page.get_by_role("menu", name="scout")).to_be_visible()
-        fingers.put("touchEnd")
-        page.get_by_role("menuitem", name="Rename").click()
-        expect(page.locator(".outline-row input")).to_be_focused()
+def fingers_drag_pinch_and_ask_for_the_menu(page):
+    sheet, fingers = Sheet(page), Fingers(page)
+    expect(sheet.plan).to_have_attribute("data-view", re.compile(","))
+    fingers.drag(sheet.pixel(0, 0), sheet.pixel(1, 1))
+    page.get_by_role("button", name="Text", exact=True).click()
+    expect(sheet.text).to_be_visible()
+    sheet.reads("at: [1, 1]")
+    page.get_by_role("button", name="Text", exact=True).click()
+    expect(sheet.text).to_be_hidden()
+    page.evaluate(DRAWN)
+    scale = json.loads(sheet.plan.get_attribute("data-view"))[2]
+    x, y = sheet.pixel(-2, 0)
+    fingers.put("touchStart", (x, y), (x + 40, y))
+    fingers.put("touchMove", (x - 20, y), (x + 60, y))
+    fingers.put("touchEnd")
+    page.wait_for_function(
+        "least => JSON.parse(document.querySelector('.plan').dataset.view)[2] > least", arg=1.9 * scale
+    )
+    fingers.put("touchStart", sheet.pixel(1, 1))
+    expect(page.get_by_role("menu", name="scout")).to_be_visible()
+    fingers.put("touchEnd")
+    page.get_by_role("menuitem", name="Rename").click()
+    expect(page.locator(".outline-row input")).to_be_focused()
 
 
 CUT_HEADS = """() => [...document.querySelectorAll(".view h2, .run-legend")].filter(
@@ -212,69 +210,74 @@ return [...svg.querySelectorAll("text")].filter(text => {
 }).map(text => text.textContent); }"""
 
 
-def test_heads_of_views_and_names_of_axes_are_whole_on_a_phone_and_the_plan_fills_a_low_window(
-    browser, folder, tmp_path
-):
-    own = copytree(folder, tmp_path / "own")  # other tests leave unsaved texts
-    with Studio(own, world="room.yaml") as studio, page_at(browser, studio.url) as page:
-        page.set_viewport_size({"width": 390, "height": 844})
-        page.get_by_role("tab", name="Run", exact=True).click()
-        expect(page.locator("#view-run .run-floor canvas").first).to_be_visible(timeout=PATIENCE)
-        assert page.evaluate(CUT_HEADS) == []
-        for width in (760, 820):
-            page.set_viewport_size({"width": width, "height": 844})
-            assert page.evaluate("document.scrollingElement.scrollWidth <= innerWidth"), width
-        page.set_viewport_size({"width": 390, "height": 844})
-        page.get_by_role("tab", name="Review", exact=True).click()
-        review = page.locator("#view-review")
-        review.locator("[data-path='run1.mcap']").click()
-        review.get_by_role("tab", name="Plot", exact=True).click()
-        review.get_by_label("Kind of chart 1").select_option("xy")
-        for axis in "xy":
-            review.get_by_label("Search topics and fields").fill(f"truth position.{axis}")
-            review.locator(".plotter-found button").click()
-        drawn = review.locator(".plotter-xy svg")
-        expect(drawn).to_be_visible(timeout=PATIENCE)
-        expect(drawn.locator("text").last).to_have_text(re.compile(r"\.y$"))  # y was added
-        assert drawn.evaluate(TEXTS_OUT) == []
-        review.get_by_role("tab", name="Recordings", exact=True).click()
-        for seed in (1, 2):
-            page.get_by_label(f"Compare run{seed}.mcap").check()
-        page.get_by_role("button", name="Compare 2 chosen").click()
-        expect(page.locator(".compare-legend")).to_be_visible(timeout=PATIENCE)
-        assert page.evaluate(CUT_HEADS) == []
-        page.set_viewport_size({"width": 640, "height": 360})
-        page.get_by_role("tab", name="Run", exact=True).click()
-        page.evaluate(DRAWN)
-        plan = page.locator("#view-run .run-floor")
-        _, _, scale = json.loads(plan.get_attribute("data-view"))
-        assert 6 * scale > 0.5 * plan.bounding_box()["height"]  # the room is 6 m wide
+def heads_of_views_and_names_of_axes_are_whole_on_a_phone_and_the_plan_fills_a_low_window(page):
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.get_by_role("tab", name="Run", exact=True).click()
+    expect(page.locator("#view-run .run-floor canvas").first).to_be_visible(timeout=PATIENCE)
+    assert page.evaluate(CUT_HEADS) == []
+    for width in (760, 820):
+        page.set_viewport_size({"width": width, "height": 844})
+        assert page.evaluate("document.scrollingElement.scrollWidth <= innerWidth"), width
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.get_by_role("tab", name="Review", exact=True).click()
+    review = page.locator("#view-review")
+    review.locator("[data-path='run1.mcap']").click()
+    review.get_by_role("tab", name="Plot", exact=True).click()
+    review.get_by_label("Kind of chart 1").select_option("xy")
+    for axis in "xy":
+        review.get_by_label("Search topics and fields").fill(f"truth position.{axis}")
+        review.locator(".plotter-found button").click()
+    drawn = review.locator(".plotter-xy svg")
+    expect(drawn).to_be_visible(timeout=PATIENCE)
+    expect(drawn.locator("text").last).to_have_text(re.compile(r"\.y$"))  # y was added
+    assert drawn.evaluate(TEXTS_OUT) == []
+    review.get_by_role("tab", name="Recordings", exact=True).click()
+    for seed in (1, 2):
+        page.get_by_label(f"Compare run{seed}.mcap").check()
+    page.get_by_role("button", name="Compare 2 chosen").click()
+    expect(page.locator(".compare-legend")).to_be_visible(timeout=PATIENCE)
+    assert page.evaluate(CUT_HEADS) == []
+    page.set_viewport_size({"width": 640, "height": 360})
+    page.get_by_role("tab", name="Run", exact=True).click()
+    page.evaluate(DRAWN)
+    plan = page.locator("#view-run .run-floor")
+    _, _, scale = json.loads(plan.get_attribute("data-view"))
+    assert 6 * scale > 0.5 * plan.bounding_box()["height"]  # the room is 6 m wide
 
 
-def test_the_view_in_3d_is_seen_among_other_pictures(browser, folder, tmp_path):
-    own = copytree(folder, tmp_path / "own")  # other tests leave unsaved texts
-    with Studio(own, world="room.yaml") as studio, page_at(browser, studio.url) as page:
-        page.set_viewport_size({"width": 1280, "height": 720})
-        page.get_by_role("tab", name="Review", exact=True).click()
-        review = page.locator("#view-review")
-        review.locator("[data-path='run1.mcap']").click()
-        review.get_by_role("button", name="3-D", exact=True).click()
-        scene = review.locator(".scene[data-filled]")
-        expect(scene).to_be_visible(timeout=PATIENCE)
-        # The bar leaves two thirds of a small view to the scene, and offers all where there is room.
-        assert scene.locator(".scene-bar").bounding_box()["height"] < scene.bounding_box()["height"] / 3
-        tile = review.locator("[data-view='scene'].run-tile").bounding_box()
-        canvas = scene.locator("canvas").bounding_box()
-        assert canvas["y"] + canvas["height"] <= tile["y"] + tile["height"]
-        expect(scene.get_by_role("button", name="Measure")).to_be_hidden()
-        review.locator("[data-view='scene']").get_by_role("button", name="Show large").first.click()
-        expect(scene.get_by_role("button", name="Measure")).to_be_visible()
+def the_view_in_3d_is_seen_among_other_pictures(page):
+    page.set_viewport_size({"width": 1280, "height": 720})
+    page.get_by_role("tab", name="Review", exact=True).click()
+    review = page.locator("#view-review")
+    review.locator("[data-path='run1.mcap']").click()
+    review.get_by_role("button", name="3-D", exact=True).click()
+    scene = review.locator(".scene[data-filled]")
+    expect(scene).to_be_visible(timeout=PATIENCE)
+    # The bar leaves two thirds of a small view to the scene, and offers all where there is room.
+    assert scene.locator(".scene-bar").bounding_box()["height"] < scene.bounding_box()["height"] / 3
+    tile = review.locator("[data-view='scene'].run-tile").bounding_box()
+    canvas = scene.locator("canvas").bounding_box()
+    assert canvas["y"] + canvas["height"] <= tile["y"] + tile["height"]
+    expect(scene.get_by_role("button", name="Measure")).to_be_hidden()
+    review.locator("[data-view='scene']").get_by_role("button", name="Show large").first.click()
+    expect(scene.get_by_role("button", name="Measure")).to_be_visible()
+    review.get_by_role("button", name="3-D", exact=True).click()
 
 
-def test_the_bar_of_a_low_window_names_what_it_opens(browser, tmp_path):
-    with Studio(tmp_path) as studio, page_at(browser, studio.url) as page:
-        page.set_viewport_size({"width": 640, "height": 360})
-        name = page.locator(".bar .world .name")
-        expect(name).to_have_text("Open a world", timeout=PATIENCE)
-        assert name.evaluate("name => name.scrollWidth <= name.clientWidth")
-        assert page.evaluate("document.scrollingElement.scrollWidth <= innerWidth")
+def the_bar_of_a_low_window_names_what_it_opens(page):
+    page.set_viewport_size({"width": 640, "height": 360})
+    name = page.locator(".bar .world .name")
+    expect(name).to_have_text("Open a world", timeout=PATIENCE)
+    assert name.evaluate("name => name.scrollWidth <= name.clientWidth")
+    assert page.evaluate("document.scrollingElement.scrollWidth <= innerWidth")
+
+
+def test_windows_that_are_low_or_narrow_show_names_heads_and_the_view_in_3d_whole(browser, folder, tmp_path):
+    own = copytree(folder, tmp_path / "own")  # the test with fingers leaves an unsaved text
+    with Studio(own) as studio, page_at(browser, studio.url) as page:
+        the_bar_of_a_low_window_names_what_it_opens(page)
+        the_view_in_3d_is_seen_among_other_pictures(page)
+        page.keyboard.press("Control+o")
+        page.get_by_role("dialog").get_by_role("button", name="room.yaml").click()
+        expect(page.locator(".cm-content")).to_contain_text("mjsim: 1", timeout=PATIENCE)
+        heads_of_views_and_names_of_axes_are_whole_on_a_phone_and_the_plan_fills_a_low_window(page)

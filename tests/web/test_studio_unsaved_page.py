@@ -9,7 +9,7 @@ from playwright.sync_api import Error, expect
 
 from mjsim.web.studio import Studio
 from tests.children import child
-from tests.sheet import Sheet, sheet_of
+from tests.sheet import sheet_of
 from tests.unsaved import (
     ROOM,
     close,
@@ -30,92 +30,101 @@ pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("state")]
 OWN_WINDOW = True
 
 
-def test_what_was_not_saved_is_offered_by_a_server_at_another_port(browser, tmp_path):
-    with sheet_of(browser, tmp_path, ROOM, own=True) as sheet:
-        write_line(sheet, "# mine")
-        kept("# mine")
-    with sheet_of(browser, tmp_path, ROOM, own=True) as sheet:
-        expect(offer(sheet.page)).to_contain_text("room.yaml")
-        sheet.button("Restore").click()
-        sheet.reads("# mine")
-        expect(sheet.unsaved).to_be_visible()
-        kept("# mine")
-        number_kept(1)  # of this tab now
-        sheet.press("Control+z")
-        expect(sheet.text).not_to_contain_text("# mine")
-        sheet.press("Control+Shift+z")
-        sheet.save()
-        number_kept(0)
-        assert (tmp_path / "room.yaml").read_text().endswith("# mine")
+def work_that_is_not_saved(sheet):
+    """Do, undo and type what is not saved; some letters of it consist of two halves."""
+    sheet.drag((2, 2), (3, 2.5))
+    sheet.reads("at: [3, 2.5]")
+    put_in(sheet, "# \U0001f916")
+    sheet.click(3, 2.5)
+    sheet.press("Delete")
+    expect(sheet.text).not_to_contain_text("crate")
+    put_in(sheet, "\U0001f917")  # half of it is as before
+    sheet.press("Control+z")
+    expect(sheet.text).not_to_contain_text("\U0001f917")
+    kept('"Type in line 5"}], "at": 3}')  # what was undone last too
 
 
-def test_what_was_undone_before_a_crash_can_be_redone_after_it_and_the_other_way(browser, tmp_path):
-    with sheet_of(browser, tmp_path, ROOM, own=True) as sheet:
-        sheet.drag((2, 2), (3, 2.5))
-        sheet.reads("at: [3, 2.5]")
-        put_in(sheet, "# \U0001f916")
-        sheet.click(3, 2.5)
-        sheet.press("Delete")
-        expect(sheet.text).not_to_contain_text("crate")
-        put_in(sheet, "\U0001f917")  # half of it is as before
-        sheet.press("Control+z")
-        expect(sheet.text).not_to_contain_text("\U0001f917")
-        kept('"Type in line 5"}], "at": 3}')  # what was undone last too
-    later = ROOM.replace("mjsim: 1", "mjsim: 1  # later")
-    with sheet_of(browser, tmp_path, later, own=True) as sheet:
-        sheet.button("Restore").click()
-        expect(sheet.text).not_to_contain_text("crate")
-        sheet.press("Control+Shift+z")
-        sheet.reads("# \U0001f916\U0001f917")
-        sheet.press("Control+z", "Control+z")
-        sheet.reads("at: [3, 2.5]", "# \U0001f916")
-        sheet.press("Control+z", "Control+z")
-        sheet.reads("at: [2, 2]")
-        sheet.press("Control+z")
-        sheet.reads("# later")
-        expect(sheet.button("Undo (Ctrl+Z)")).to_be_disabled()
+def is_restored_with_its_steps_both_ways(sheet):
+    expect(offer(sheet.page)).to_contain_text("room.yaml")
+    sheet.button("Restore").click()
+    expect(sheet.text).not_to_contain_text("crate")
+    expect(sheet.unsaved).to_be_visible()
+    sheet.press("Control+Shift+z")
+    sheet.reads("# \U0001f916\U0001f917")
+    sheet.press("Control+z", "Control+z")
+    sheet.reads("at: [3, 2.5]", "# \U0001f916")
+    sheet.press("Control+z", "Control+z")
+    sheet.reads("at: [2, 2]")
+    sheet.press("Control+z")
+    sheet.reads("# later")
+    expect(sheet.button("Undo (Ctrl+Z)")).to_be_disabled()
+    number_kept(0)
 
 
-def test_unsaved_changes_that_were_left_alone_are_found_where_worlds_are_opened(browser, tmp_path):
-    (tmp_path / "hall.yaml").write_text(ROOM)
-    with Studio(tmp_path, world="hall.yaml") as studio, page_at(browser, studio.url, own=True) as page:
-        write_line(opened(page), "# mine")
-        kept("# mine")
-    (tmp_path / "hall.yaml").unlink()  # only the draft is left of it
-    with sheet_of(browser, tmp_path, ROOM, own=True) as sheet:
-        expect(offer(sheet.page)).to_contain_text("hall.yaml")
-        sheet.press("Escape")
+def two_tabs_are_left(sheet):
+    write_line(sheet, "# one")
+    write_line(second_tab(sheet), "# other")
+    kept("# one")
+    kept("# other")
+
+
+def each_of_two_is_restored_or_discarded(sheet, place):
+    expect(offer(sheet.page).get_by_role("listitem")).to_have_count(2)
+    sheet.button("Discard").nth(0).click()
+    expect(offer(sheet.page).get_by_role("listitem")).to_have_count(1)
+    sheet.button("Restore").click()
+    sheet.reads("# one")
+    number_kept(1)  # of this tab now
+    sheet.save()
+    number_kept(0)
+    assert place.read_text().endswith("# one")
+
+
+def a_new_world_and_one_that_is_removed_are_left(sheet, hall):
+    hall.write_text(ROOM)
+    other = sheet.page.context.new_page()
+    other.goto(sheet.page.url.partition("#")[0] + "#edit?world=hall.yaml")
+    write_line(opened(other), "# mine")
+    kept("# mine")
+    sheet.button("New world").first.click()
+    sheet.button("Empty room").click()
+    expect(sheet.text).not_to_contain_text("crate")
+    write_line(sheet, "light: 0.25")
+    kept("light: 0.25")
+    hall.unlink()  # only the draft is left of it
+
+
+def they_are_found_where_worlds_are_opened(sheet, folder):
+    def restored(which, text, name):
         sheet.press("Control+o")
-        sheet.button("Restore").click()
-        sheet.reads("# mine")
-        expect(sheet.page.locator(".world .name")).to_have_text("hall.yaml")
+        row = sheet.page.get_by_role("dialog").get_by_role("listitem").filter(has_text=which)
+        row.get_by_role("button", name="Restore").click()
+        sheet.reads(text)
         sheet.press("Control+s")
-        expect(sheet.page.get_by_role("dialog").get_by_label("File")).to_have_value("hall.yaml")
+        expect(sheet.page.get_by_role("dialog").get_by_label("File")).to_have_value(name)
         sheet.press("Enter")
         expect(sheet.unsaved).to_be_hidden()
-    assert (tmp_path / "hall.yaml").read_text() == ROOM + "# mine"
+        return (folder / name).read_text()
 
-
-def test_a_world_without_a_file_is_offered_too(browser, tmp_path):
-    for last in (False, True):
-        with Studio(tmp_path) as studio, page_at(browser, studio.url, own=True) as page:
-            sheet = Sheet(page)
-            if not last:
-                sheet.button("New world").first.click()
-                sheet.button("Empty room").click()
-                sheet.reads("mjsim: 1")
-                write_line(sheet, "light: 0.25")
-                kept("light: 0.25")
-            else:
-                expect(offer(page)).to_contain_text("A new world (room.yaml)")
-                sheet.button("Restore").click()
-                sheet.reads("light: 0.25")
-                sheet.press("Control+s")
-                expect(page.get_by_role("dialog").get_by_label("File")).to_have_value("room.yaml")
-                sheet.press("Enter")
-                expect(sheet.unsaved).to_be_hidden()
-    assert "light: 0.25" in (tmp_path / "room.yaml").read_text()
+    expect(offer(sheet.page)).to_contain_text("hall.yaml")
+    sheet.press("Escape")
+    assert restored("hall.yaml", "# mine", "hall.yaml") == ROOM + "# mine"
+    assert "light: 0.25" in restored("A new world (room.yaml)", "light: 0.25", "room-2.yaml")
     number_kept(0)
+
+
+def test_what_was_not_saved_is_offered_by_the_next_server_with_its_steps(browser, tmp_path):
+    later = ROOM.replace("mjsim: 1", "mjsim: 1  # later")
+    with sheet_of(browser, tmp_path, ROOM, own=True) as sheet:
+        work_that_is_not_saved(sheet)
+    with sheet_of(browser, tmp_path, later, own=True) as sheet:  # at another port
+        is_restored_with_its_steps_both_ways(sheet)
+        two_tabs_are_left(sheet)
+    with sheet_of(browser, tmp_path, later, own=True) as sheet:
+        each_of_two_is_restored_or_discarded(sheet, tmp_path / "room.yaml")
+        a_new_world_and_one_that_is_removed_are_left(sheet, tmp_path / "hall.yaml")
+    with sheet_of(browser, tmp_path, later, own=True) as sheet:
+        they_are_found_where_worlds_are_opened(sheet, tmp_path)
 
 
 @contextmanager
@@ -153,14 +162,14 @@ def test_a_server_that_is_killed_while_somebody_types_loses_nothing_that_it_kept
         # Every view says so; nothing of it is left to the browser's console.
         page.get_by_role("tab", name="Review", exact=True).click()
         expect(page.locator(".toast", has_text="The studio does not answer")).to_be_visible()
-    with command(tmp_path) as (url, _), page_at(browser, url, own=True) as page:
+    with Studio(tmp_path, world="room.yaml") as studio, page_at(browser, studio.url, own=True) as page:
         page.get_by_role("button", name="Restore").click()
         opened(page, "# 1,2,3")
         last = int(re.findall(r"(\d+),", page.locator(".cm-line").last.inner_text())[-1])  # it may end within a number
         assert last >= max(int(line.split(",")[-1]) for text in texts for line in re.findall(r"# ([\d,]+),", text))
 
 
-def test_what_is_typed_without_a_pause_is_kept_meanwhile(sheet):
+def what_is_typed_without_a_pause_is_kept_meanwhile(sheet):
     sheet.text.click()
     sheet.press("Control+End")
     sheet.type("# ")
@@ -171,18 +180,6 @@ def test_what_is_typed_without_a_pause_is_kept_meanwhile(sheet):
     else:
         pytest.fail("nothing was kept in 1000 words")
     expect(sheet.text).to_have_text(re.compile(rf"\b{number},\s*$"))
-
-
-def test_a_page_that_crashes_loses_nothing_that_is_older(browser, tmp_path):
-    with sheet_of(browser, tmp_path, ROOM, own=True) as sheet:
-        write_line(sheet, "# mine")
-        kept("# mine")
-        with sheet.page.expect_event("crash"), pytest.raises(Error):
-            sheet.page.goto("chrome://crash", timeout=5000)
-        again = sheet.page.context.new_page()
-        again.goto(sheet.page.url.partition("#")[0])
-        again.get_by_role("button", name="Restore").click()
-        opened(again, "# mine")
 
 
 def what_was_typed_right_before_a_page_is_closed_is_kept(sheet):
@@ -204,47 +201,46 @@ def a_page_that_one_comes_back_to_has_what_it_had(sheet):
     kept("# mine")
 
 
-def test_a_page_that_is_left_or_closed_keeps_what_was_typed_last(sheet):
-    a_page_that_one_comes_back_to_has_what_it_had(sheet)
-    what_was_typed_right_before_a_page_is_closed_is_kept(sheet)
+def a_page_that_crashes_loses_nothing_that_is_older(sheet):
+    """Return the sheet of another page, which goes on from what was kept."""
+    write_line(sheet, "# older")
+    kept("# older")
+    with sheet.page.expect_event("crash"), pytest.raises(Error):
+        sheet.page.goto("chrome://crash", timeout=5000)
+    again = sheet.page.context.new_page()
+    again.goto(sheet.page.url.partition("#")[0])
+    again.get_by_role("button", name="Restore").click()
+    return opened(again, "# older")
 
 
-@pytest.mark.parametrize("duplicate", [False, True])
-def test_each_tab_has_its_own_draft_and_is_told_of_the_others(sheet, duplicate):
-    write_line(sheet, "# one")
-    kept("# one")
+def each_tab_has_its_own_draft_and_is_told_of_the_others(sheet, mine, theirs, *, duplicate):
+    write_line(sheet, mine)
+    kept(mine)
     other = second_tab(sheet, duplicate=duplicate)
     notice(other, "Another tab has unsaved changes in room.yaml.")
     expect(offer(other.page)).to_have_count(0)  # it is not left, it is open
-    write_line(other, "# other")
-    kept("# other")
+    write_line(other, theirs)
+    kept(theirs)
     number_kept(2)
     notice(sheet, "Another tab has unsaved changes in room.yaml.")
     leave(other.page)
     close(other.page)
     notice(sheet, "A closed tab left unsaved changes in room.yaml").get_by_role("button", name="Restore").click()
-    sheet.reads("# other")
+    sheet.reads(theirs)
     expect(sheet.page.locator(".notice")).to_have_count(0)
     sheet.press("Control+z")
-    sheet.reads("# one")
+    sheet.reads(mine)
+    number_kept(1)
 
 
-def test_of_several_drafts_each_is_restored_or_discarded(browser, tmp_path):
-    with sheet_of(browser, tmp_path, ROOM, own=True) as sheet:
-        write_line(sheet, "# one")
-        write_line(second_tab(sheet), "# other")
-        kept("# one")
-        kept("# other")
-    with sheet_of(browser, tmp_path, ROOM, own=True) as sheet:
-        expect(offer(sheet.page).get_by_role("listitem")).to_have_count(2)
-        sheet.button("Discard").nth(0).click()
-        expect(offer(sheet.page).get_by_role("listitem")).to_have_count(1)
-        sheet.button("Restore").click()
-        sheet.reads("# one")
-        number_kept(1)
+def test_each_tab_keeps_what_it_has_when_it_is_left_crashes_or_is_closed(sheet):
+    each_tab_has_its_own_draft_and_is_told_of_the_others(sheet, "# one", "# other", duplicate=False)
+    each_tab_has_its_own_draft_and_is_told_of_the_others(sheet, "# two", "# twin", duplicate=True)
+    a_page_that_one_comes_back_to_has_what_it_had(sheet)
+    what_was_typed_right_before_a_page_is_closed_is_kept(a_page_that_crashes_loses_nothing_that_is_older(sheet))
 
 
-def test_when_changes_cannot_be_kept_the_page_says_so_and_why(sheet, state):
+def when_changes_cannot_be_kept_the_page_says_so_and_why(sheet, state):
     for file in (state / "mjsim" / "drafts").iterdir():
         file.unlink()
     (state / "mjsim" / "drafts").rmdir()
@@ -265,7 +261,7 @@ def test_when_changes_cannot_be_kept_the_page_says_so_and_why(sheet, state):
     kept("# mine")
 
 
-def test_a_save_that_is_refused_keeps_text_and_draft(sheet, tmp_path):
+def a_save_that_is_refused_keeps_text_and_draft(sheet, tmp_path):
     write_line(sheet, "# mine")
     (tmp_path / "room.yaml").unlink()
     (tmp_path / "room.yaml").mkdir()
@@ -273,3 +269,11 @@ def test_a_save_that_is_refused_keeps_text_and_draft(sheet, tmp_path):
     expect(sheet.page.locator(".toast.error")).to_contain_text("'room.yaml' cannot be written: File exists")
     sheet.reads("# mine")
     kept("# mine")
+
+
+def test_what_is_typed_is_kept_and_where_that_fails_the_page_says_why(sheet, state, tmp_path):
+    when_changes_cannot_be_kept_the_page_says_so_and_why(sheet, state)
+    sheet.save()
+    number_kept(0)
+    what_is_typed_without_a_pause_is_kept_meanwhile(sheet)
+    a_save_that_is_refused_keeps_text_and_draft(sheet, tmp_path)

@@ -34,9 +34,9 @@ def page(browser, tmp_path):
 
 
 def open_world(page, name):
-    page.get_by_role("button", name="Open").first.click()
+    page.keyboard.press("Control+o")
     page.get_by_role("dialog").get_by_text(name, exact=True).click()
-    # A world that is opened shows itself in Edit, so the way to Run begins after that.
+    # A world that is opened in Edit shows itself there, so the way to Run begins after that.
     expect(page).to_have_title(re.compile(f"^{re.escape(name)} "), timeout=PATIENCE)
     page.get_by_role("tab", name="Run", exact=True).click()
 
@@ -45,7 +45,14 @@ def start(page):
     page.get_by_role("button", name="Start", exact=True).click()
 
 
-def test_code_that_changes_while_the_dialog_is_open_is_asked_for_again(page, tmp_path):
+def runs(page):
+    """Wait until it runs, and end that."""
+    expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)
+    page.get_by_role("button", name="Stop the run").click()
+    expect(page.locator(".run-state")).to_have_text("Ended", timeout=PATIENCE)
+
+
+def code_that_changes_while_the_dialog_is_open_is_asked_for_again(page, tmp_path):
     open_world(page, "driven.yaml")
     start(page)
     dialog = page.get_by_role("dialog", name="Let this world's code run?")
@@ -57,10 +64,12 @@ def test_code_that_changes_while_the_dialog_is_open_is_asked_for_again(page, tmp
     dialog.get_by_role("button", name="Allow").click()
     expect(page.get_by_text("this code has changed since you were asked: helper.py")).to_be_visible(timeout=PATIENCE)
     dialog.get_by_role("button", name="Allow").click()
-    expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)
+    runs(page)
 
 
-def test_a_module_that_is_chosen_for_a_run_is_asked_for_and_runs(page):
+def a_module_that_is_chosen_for_a_run_is_asked_for_and_runs(page, tmp_path):
+    (tmp_path / "go.py").write_text(f"{CODE}\n")
+    (tmp_path / "helper.py").write_text("again = True\n")
     open_world(page, "plain.yaml")
     page.get_by_role("button", name="scout: Navigator: None").click()
     page.get_by_role("dialog").get_by_role("button", name="Go", exact=True).click()
@@ -68,10 +77,10 @@ def test_a_module_that_is_chosen_for_a_run_is_asked_for_and_runs(page):
     dialog = page.get_by_role("dialog", name="Let this world's code run?")
     expect(dialog.get_by_role("listitem")).to_have_text(["go.py", "helper.py"], timeout=PATIENCE)
     dialog.get_by_role("button", name="Allow").click()
-    expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)
+    runs(page)
 
 
-def test_a_scene_asks_once_about_the_same_code_and_shows_the_newest_text(page, tmp_path):
+def a_scene_asks_once_about_the_same_code_and_shows_the_newest_text(page, tmp_path):
     (tmp_path / "rover.xml").write_text(ROVER)
     (tmp_path / "tank.py").write_text(TANK)
     (tmp_path / "tank.yaml").write_text(ROOM)
@@ -93,3 +102,9 @@ def test_a_scene_asks_once_about_the_same_code_and_shows_the_newest_text(page, t
     expect(page.locator(".cm-content")).to_contain_text("# two", timeout=PATIENCE)
     dialog.get_by_role("button", name="Allow").click()
     expect(door).to_have_attribute("data-scene", "there", timeout=PATIENCE)
+
+
+def test_code_is_asked_for_once_and_again_when_it_is_another(page, tmp_path):
+    code_that_changes_while_the_dialog_is_open_is_asked_for_again(page, tmp_path)
+    a_module_that_is_chosen_for_a_run_is_asked_for_and_runs(page, tmp_path)
+    a_scene_asks_once_about_the_same_code_and_shows_the_newest_text(page, tmp_path)

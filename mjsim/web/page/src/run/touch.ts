@@ -281,7 +281,8 @@ export class Touch implements Tool {
 
   private next(step: number): void {
     const things = this.things();
-    const now = things.findIndex((thing) => thing.name === this.grab?.thing.name);
+    const first = Math.min(0, -step); // back from nothing is the last one
+    const now = Math.max(first, things.findIndex((thing) => thing.name === this.grab?.thing.name));
     const thing = things[(now + step + things.length) % Math.max(things.length, 1)] ?? things[0];
     if (thing) this.grab = grabbed(thing, null, false);
   }
