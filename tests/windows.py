@@ -25,7 +25,7 @@ def chromium() -> Iterator[Browser]:
 
 @contextmanager
 def page_at(browser: Browser, url: str, *, outside: bool = False, **window) -> Iterator[Page]:
-    """Open a page, without the view of runs from outside unless it is wanted: to draw it is most of what a run costs."""
+    """Open a page, without the view of runs from outside unless it is wanted: to draw it costs much."""
     with opened(browser, url, **window) as page:
         if not outside:
             page.evaluate("localStorage.setItem('mjsim.run.outside', 'no')")

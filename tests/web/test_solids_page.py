@@ -61,9 +61,8 @@ def opened(page, view):
     return shown.locator("canvas")
 
 
-def things_are_picked_in_3d_measured_and_followed_through_a_run(sheet):
+def things_are_picked_in_3d_measured_and_followed_through_a_run(sheet, canvas):
     page = sheet.page
-    canvas = opened(page, "edit")
     sheet.click(8, 0)
     expect(canvas).to_have_attribute("data-selected", "post")
     # The tower stands in the middle of all there is, and of the view.
@@ -164,10 +163,11 @@ def the_picture_stays_while_the_number_of_pixels_changes(sheet, canvas):
 
 
 def test_things_are_shaded_picked_in_3d_measured_and_followed_through_a_run(sheet):
-    a_table_top_on_a_floor_of_its_own_colour_is_seen_from_above(sheet, opened(sheet.page, "edit"))
+    canvas = opened(sheet.page, "edit")
+    a_table_top_on_a_floor_of_its_own_colour_is_seen_from_above(sheet, canvas)
     sheet.put(ROOM)
-    sheet.save()
-    things_are_picked_in_3d_measured_and_followed_through_a_run(sheet)
+    canvas.press("0")
+    things_are_picked_in_3d_measured_and_followed_through_a_run(sheet, canvas)
 
 
 def anew(sheet):
@@ -175,6 +175,7 @@ def anew(sheet):
     sheet.page.get_by_role("button", name="Stop the run").click()
     sheet.page.evaluate("localStorage.clear()")
     sheet.page.reload()
+    sheet.page.get_by_role("tab", name="Edit", exact=True).click()
     sheet.reads("mjsim: 1")
 
 
