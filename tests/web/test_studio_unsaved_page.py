@@ -109,7 +109,7 @@ def they_are_found_where_worlds_are_opened(sheet, folder):
     expect(offer(sheet.page)).to_contain_text("hall.yaml")
     sheet.press("Escape")
     assert restored("hall.yaml", "# mine", "hall.yaml") == ROOM + "# mine"
-    assert "light: 0.25" in restored("A new world (room.yaml)", "light: 0.25", "room-2.yaml")
+    assert "light: 0.25" in restored("A new world", "light: 0.25", "room-2.yaml")
     number_kept(0)
 
 

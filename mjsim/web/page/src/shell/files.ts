@@ -264,7 +264,9 @@ export class Files {
       // While an input method is composing, Enter belongs to it.
       if (event.key !== "Enter" || event.isComposing) return;
       event.preventDefault();
-      rest.querySelector<HTMLElement>(".card:not([hidden])")?.click();
+      const shown = [...rest.querySelectorAll<HTMLElement>(".card:not([hidden])")];
+      const named = shown.find((card) => card.querySelector("b")?.textContent === search.value.trim());
+      (named ?? shown[0])?.click();
     });
     return [search, rest];
   }
