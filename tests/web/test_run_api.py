@@ -289,7 +289,7 @@ def test_modules_are_chosen_and_a_failing_one_reaches_every_browser(page):
         drivers = one.until("run", state="running")["drivers"]["scout"]
         assert drivers["observer"] is None
         assert drivers["avoidance"] is True
-        start(one, drivers={"scout": {"navigator": {**use, "points": "nowhere"}}})
+        start(one, drivers={"scout": {"navigator": {**use, "points": ["nowhere"]}}})
         for each in (one, other):
             error = each.until("run", state="failed")["error"]
             assert error.startswith(
