@@ -34,7 +34,7 @@ def test_a_file_that_redirects_leads_in_and_reloading_does_too(browser, studio, 
         opening.open_privately(studio.url, threading.Event(), failed=lambda: None)
         while not opened:
             pass
-        with page_at(browser, opened[0]) as page:
+        with page_at(browser, opened[0], outside=True) as page:
             is_in(page)
             assert page.evaluate("document.referrer") == ""
             assert "token" not in page.evaluate("location.href + document.cookie")

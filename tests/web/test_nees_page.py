@@ -61,32 +61,20 @@ def why(chart):
     return chart.locator(".run-chart-box").evaluate("box => getComputedStyle(box, '::after').content")
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    place = tmp_path_factory.mktemp("nees")
-    (place / "room.yaml").write_text(ROOM)
-    recorded(place / "none.mcap")
-    for name, variance in (("zero", 0.0), ("vast", 1e30), ("tiny", 1e-20)):
-        recorded(place / f"{name}.mcap", variance)
-    return place
-
-
 def without_an_estimator_the_chart_says_that_there_is_nothing_to_judge(page):
     assert "No estimator" in why(opened(page, "none.mcap"))
     assert "singular" in why(opened(page, "zero.mcap"))
     expect(opened(page, "tiny.mcap")).to_have_class("run-chart")
 
 
-def test_a_run_without_an_estimator_says_so_while_it_goes(browser, folder):
-    expect.set_options(timeout=PATIENCE)
-    with Studio(folder, world="room.yaml") as studio, page_at(browser, studio.url) as page:
-        page.get_by_role("tab", name="Run", exact=True).click()
-        run = page.locator("#view-run")
-        run.get_by_role("button", name="Start", exact=True).click()
-        expect(run.locator(".run-state")).to_have_text("Ended")
-        expect(run.locator(".run-chart-box[data-empty^='No estimator']")).to_be_visible()
-        page.reload()  # a page that comes later is told the same
-        expect(run.locator(".run-chart-box[data-empty^='No estimator']")).to_be_visible()
+def a_run_without_an_estimator_says_so_while_it_goes(page):
+    page.get_by_role("tab", name="Run", exact=True).click()
+    run = page.locator("#view-run")
+    run.get_by_role("button", name="Start", exact=True).click()
+    expect(run.locator(".run-state")).to_have_text("Ended")
+    expect(run.locator(".run-chart-box[data-empty^='No estimator']")).to_be_visible()
+    page.reload()  # a page that comes later is told the same
+    expect(run.locator(".run-chart-box[data-empty^='No estimator']")).to_be_visible()
 
 
 def bounds_that_know_nothing_leave_the_error_to_be_seen(page):
@@ -102,7 +90,13 @@ def bounds_that_know_nothing_leave_the_error_to_be_seen(page):
     assert -15 <= min(levels) <= -5
 
 
-def test_what_cannot_be_judged_is_said_and_wide_bounds_leave_the_error_to_be_seen(browser, folder):
-    with Studio(folder) as studio, page_at(browser, studio.url) as page:
+def test_what_cannot_be_judged_is_said_and_wide_bounds_leave_the_error_to_be_seen(browser, tmp_path):
+    expect.set_options(timeout=PATIENCE)
+    (tmp_path / "room.yaml").write_text(ROOM)
+    recorded(tmp_path / "none.mcap")
+    for name, variance in (("zero", 0.0), ("vast", 1e30), ("tiny", 1e-20)):
+        recorded(tmp_path / f"{name}.mcap", variance)
+    with Studio(tmp_path, world="room.yaml") as studio, page_at(browser, studio.url) as page:
+        a_run_without_an_estimator_says_so_while_it_goes(page)
         without_an_estimator_the_chart_says_that_there_is_nothing_to_judge(page)
         bounds_that_know_nothing_leave_the_error_to_be_seen(page)

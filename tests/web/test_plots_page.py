@@ -27,16 +27,6 @@ SIGMA, MINUS = "\N{GREEK SMALL LETTER SIGMA}", "\N{MINUS SIGN}"
 X, Y = "/scout/truth.pose.position.x", "/scout/truth.pose.position.y"
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """A folder with a world and a recording of it."""
-    place = tmp_path_factory.mktemp("plots")
-    (place / "room.yaml").write_text(ROOM)
-    with mjsim.Simulation(mjsim.load_world(place / "room.yaml"), seed=1) as sim:
-        mjsim.run(sim, record=place / "run.mcap")
-    return place
-
-
 def draw(view, field, words=""):
     """Put a number into the chart that takes the next one."""
     view.get_by_label("Search topics and fields").fill(words or field)
@@ -63,71 +53,64 @@ def opened(page):
     return review
 
 
-def test_numbers_are_drawn_against_each_other_in_layouts_that_stay(browser, folder):
-    expect.set_options(timeout=PATIENCE)
-    track = mjsim.read_recording(folder / "run.mcap").robots["scout"]
-    with Studio(folder) as studio, page_at(browser, studio.url) as page:
-        kept = [1, {"name": 2}, *({"name": f"Layout {k}", "charts": []} for k in range(1, 40))]
-        page.evaluate("kept => localStorage.setItem('mjsim.review.layouts', kept)", json.dumps({"layouts": kept}))
-        page.reload()
-        review = opened(page)
-        draw(review, X)
-        review.get_by_role("button", name="Add chart").click()
-        review.get_by_label("Kind of chart 2").select_option("xy")
-        draw(review, X)
-        expect(review.locator(".run-chart.unknown", has_text="add a number for y")).to_be_visible()
-        draw(review, Y)
-        expect(review.locator(".plotter-chart .run-chart")).to_have_count(2)
-        spot = review.locator(".plotter-xy circle")
-        expect(spot).to_have_count(1)
-        before = spot.get_attribute("cx")
-        page.keyboard.press("Escape")
-        review.locator(".run-time").click()
-        page.keyboard.press("ArrowRight")
-        reading = review.locator(".run-chart", has_text="against").locator("output")
-        expect(reading).to_have_text(", ".join(f"{value:.5g}" for value in np.round(track.truth[25, :2], 9)))
-        assert spot.get_attribute("cx") != before
-
-        review.get_by_role("button", name="New …").click()
-        page.get_by_label("Name of the layout").fill("empty one")
-        page.get_by_role("button", name="Keep").click()
-        expect(review.locator(".plotter-chart .run-chart")).to_have_count(0)
-        review.get_by_role("button", name="Rename …").click()  # though there can be no more of them
-        page.get_by_label("Name of the layout").fill("an empty one")
-        page.keyboard.press("Enter")
-        layout = review.get_by_label("Layout", exact=True)
-        expect(layout).to_have_value("an empty one")
-        page.reload()
-        review = opened(page)
-        expect(layout).to_have_value("an empty one")
-        layout.select_option("Layout 1")
-        expect(review.locator(".plotter-chart .run-chart")).to_have_count(2)
-
-        chart = review.locator(".run-chart", has_text="against")
-        head, *rows = numbers(page, chart)
-        assert head == ["curve", "time [s]", X, "value"]
-        np.testing.assert_allclose([[float(x), float(y)] for *_, x, y in rows], track.truth[:, :2], atol=1e-6)
+def layouts_that_stay_have_numbers_drawn_against_each_other(page, track):
+    kept = [1, {"name": 2}, *({"name": f"Layout {k}", "charts": []} for k in range(1, 40))]
+    page.evaluate("kept => localStorage.setItem('mjsim.review.layouts', kept)", json.dumps({"layouts": kept}))
+    page.reload()
+    review = opened(page)
+    draw(review, X)
+    review.get_by_role("button", name="Add chart").click()
+    review.get_by_label("Kind of chart 2").select_option("xy")
+    draw(review, X)
+    expect(review.locator(".run-chart.unknown", has_text="add a number for y")).to_be_visible()
+    draw(review, Y)
+    expect(review.locator(".plotter-chart .run-chart")).to_have_count(2)
+    spot = review.locator(".plotter-xy circle")
+    expect(spot).to_have_count(1)
+    before = spot.get_attribute("cx")
+    page.keyboard.press("Escape")
+    review.locator(".run-time").click()
+    page.keyboard.press("ArrowRight")
+    reading = review.locator(".run-chart", has_text="against").locator("output")
+    expect(reading).to_have_text(", ".join(f"{value:.5g}" for value in np.round(track.truth[25, :2], 9)))
+    assert spot.get_attribute("cx") != before
+    review.get_by_role("button", name="New …").click()
+    page.get_by_label("Name of the layout").fill("empty one")
+    page.get_by_role("button", name="Keep").click()
+    expect(review.locator(".plotter-chart .run-chart")).to_have_count(0)
+    review.get_by_role("button", name="Rename …").click()  # though there can be no more of them
+    page.get_by_label("Name of the layout").fill("an empty one")
+    page.keyboard.press("Enter")
+    layout = review.get_by_label("Layout", exact=True)
+    expect(layout).to_have_value("an empty one")
+    page.reload()
+    review = opened(page)
+    expect(layout).to_have_value("an empty one")
+    layout.select_option("Layout 1")
+    expect(review.locator(".plotter-chart .run-chart")).to_have_count(2)
+    chart = review.locator(".run-chart", has_text="against")
+    head, *rows = numbers(page, chart)
+    assert head == ["curve", "time [s]", X, "value"]
+    np.testing.assert_allclose([[float(x), float(y)] for *_, x, y in rows], track.truth[:, :2], atol=1e-6)
 
 
-def test_numbers_of_a_live_run_are_drawn_as_they_come(browser, folder):
-    expect.set_options(timeout=PATIENCE)
-    with Studio(folder, world="room.yaml") as studio, page_at(browser, studio.url) as page:
-        page.get_by_role("tab", name="Run", exact=True).click()
-        run = page.locator("#view-run")
-        run.get_by_role("tab", name="Plot", exact=True).click()
-        run.get_by_role("button", name="Start", exact=True).click()
-        draw(run, "/scout.truth.x")
-        draw(run, "/scout.estimate.x")
-        expect(run.locator(".run-state")).to_have_text("Ended")
-        chart = run.locator(".plotter-chart .run-chart")
-        expect(chart).to_have_count(1)
-        until = time.monotonic() + PATIENCE / 1000
-        while float((table := numbers(page, chart))[-1][0]) < 1.9:
-            assert time.monotonic() < until, table[-1]
-        assert table[0] == ["time [s]", "/scout.truth.x", "/scout.estimate.x"]
-        assert float(table[-1][1]) > 0.5
-        kept = json.loads(page.evaluate("localStorage.getItem('mjsim.run.layouts')"))
-        assert len(kept["layouts"][0]["charts"][0]["fields"]) == 2
+def numbers_of_a_live_run_are_drawn_as_they_come(page):
+    page.get_by_role("tab", name="Run", exact=True).click()
+    run = page.locator("#view-run")
+    run.get_by_role("tab", name="Plot", exact=True).click()
+    run.get_by_role("button", name="Start", exact=True).click()
+    draw(run, "/scout.truth.x")
+    draw(run, "/scout.estimate.x")
+    expect(run.locator(".run-state")).to_have_text("Ended")
+    chart = run.locator(".plotter-chart .run-chart")
+    expect(chart).to_have_count(1)
+    until = time.monotonic() + PATIENCE / 1000
+    while float((table := numbers(page, chart))[-1][0]) < 1.9:
+        assert time.monotonic() < until, table[-1]
+    assert table[0] == ["time [s]", "/scout.truth.x", "/scout.estimate.x"]
+    assert float(table[-1][1]) > 0.5
+    kept = json.loads(page.evaluate("localStorage.getItem('mjsim.run.layouts')"))
+    assert len(kept["layouts"][0]["charts"][0]["fields"]) == 2
 
 
 def far_away(route):
@@ -141,21 +124,26 @@ SIZES = ((1280, 720, 150), (640, 360, 200), (390, 844, 250))
 """Of windows, the second is one of 1280 x 720 at 200 %, and the least height of a chart there [px]."""
 
 
-def test_a_chart_of_one_number_against_another_is_high_enough_to_read_at_200_percent_too(browser, folder):
-    with Studio(folder) as studio, page_at(browser, studio.url) as page:
-        page.route("**/api/recording/column*", far_away)
-        review = opened(page)
-        review.get_by_label("Kind of chart 1").select_option("xy")
-        draw(review, X)
-        draw(review, Y)
-        expect(review.locator(".plotter-xy circle")).to_have_count(1)
-        for width, height, least in SIZES:
-            page.set_viewport_size({"width": width, "height": height})
-            page.evaluate(DRAWN)
-            page.evaluate(DRAWN)
-            assert review.locator(".plotter-xy").bounding_box()["height"] >= least, width
-            across = review.locator(".plotter-xy text[text-anchor=middle]").all_text_contents()[:-2]  # without names
-            assert len(across) == len(set(across)) >= 2, width
+def numbers_at_axes_differ_far_from_the_origin_in_charts_high_enough_to_read(page):
+    page.route("**/api/recording/column*", far_away)
+    page.evaluate("localStorage.clear()")
+    page.reload()
+    review = opened(page)
+    draw(review, X)
+    chart = review.locator(".plotter-chart .run-chart canvas")
+    page.wait_for_function(f"canvas => ({LABELS_OF})(canvas).length > 1", arg=chart.element_handle())
+    labels = chart.evaluate(LABELS_OF)
+    assert len(set(labels)) == len(labels)
+    review.get_by_label("Kind of chart 1").select_option("xy")
+    draw(review, Y)
+    expect(review.locator(".plotter-xy circle")).to_have_count(1)
+    for width, height, least in SIZES:
+        page.set_viewport_size({"width": width, "height": height})
+        page.evaluate(DRAWN)
+        page.evaluate(DRAWN)
+        assert review.locator(".plotter-xy").bounding_box()["height"] >= least, width
+        across = review.locator(".plotter-xy text[text-anchor=middle]").all_text_contents()[:-2]  # without names
+        assert len(across) == len(set(across)) >= 2, width
 
 
 SWATCHES = """list => [...list.querySelectorAll("i")].map(swatch => {
@@ -178,20 +166,16 @@ def the_lines_of_errors_have_names_the_narrow_bound_before_the_wide(page, review
     assert numbers(page, chart)[0][1:] == ["error", *bounds]
 
 
-def test_curves_have_names_and_truth_estimate_and_odometry_their_own_colours(browser, folder):
-    expect.set_options(timeout=PATIENCE)
-    with Studio(folder, world="room.yaml") as studio, page_at(browser, studio.url) as page:
-        review = opened(page)
-        the_lines_of_errors_have_names_the_narrow_bound_before_the_wide(page, review)
-        for field in ("odometry.pose.position.x", "estimate.pose.position.x", "estimate.pose.position.y"):
-            draw(review, f"/scout/{field}")
-        chart = review.locator(".plotter-chart .run-chart")
-        expect(chart.locator(".run-chart-legend")).to_contain_text("estimate")
-        colors = ["odometry", "estimate", "truth"]
-        assert review.locator(".plotter-list").evaluate(SWATCHES) == colors
-        assert chart.locator(".run-chart-legend").evaluate(SWATCHES) == colors
-        page.get_by_role("button", name="Dark colours").click()
-        assert review.locator(".plotter-list").evaluate(SWATCHES) == colors
+def truth_estimate_and_odometry_have_their_own_colours(page, review):
+    for field in ("odometry.pose.position.x", "estimate.pose.position.x", "estimate.pose.position.y"):
+        draw(review, f"/scout/{field}")
+    chart = review.locator(".plotter-chart .run-chart")
+    expect(chart.locator(".run-chart-legend")).to_contain_text("estimate")
+    colors = ["odometry", "estimate", "truth"]
+    assert review.locator(".plotter-list").evaluate(SWATCHES) == colors
+    assert chart.locator(".run-chart-legend").evaluate(SWATCHES) == colors
+    page.get_by_role("button", name="Dark colours").click()
+    assert review.locator(".plotter-list").evaluate(SWATCHES) == colors
 
 
 LABELS = """() => {
@@ -213,33 +197,34 @@ LABELS = """() => {
 LABELS_OF = "canvas => [...(window.labels.get(canvas) ?? new Map()).values()]"
 
 
-def test_an_axis_names_two_numbers_at_least_so_that_its_scale_can_be_read(browser, folder):
-    with Studio(folder, world="room.yaml") as studio, page_at(browser, studio.url, own=True) as page:
-        page.add_init_script(f"({LABELS})()")
-        page.reload()
-        review = opened(page)
-        few = {}
-        for height in range(90, 150, 4):  # windows and heads of several lines make the same chart lower or higher
-            review.locator(".run-sheet").evaluate("(sheet, high) => sheet.style.height = `${high}px`", height)
-            page.evaluate(DRAWN)
-            for chart in review.locator(".run-chart").all():
-                labels = chart.locator("canvas").evaluate(LABELS_OF)
-                if len(labels) < 2:
-                    few[chart.locator("strong").inner_text(), height] = labels
-        assert few == {}
+NAMED = f"""charts => charts.map(chart => [
+  chart.querySelector("strong").innerText, ({LABELS_OF})(chart.querySelector("canvas")).length
+])"""
+"""Titles of charts, and how many numbers stand at their upright axes."""
 
 
-def test_numbers_at_an_axis_differ_far_from_the_origin(browser, tmp_path):
-    far = ROOM.replace("[-2, -2], [2, -2], [2, 2], [-2, 2]", "[8998, -2], [9002, -2], [9002, 2], [8998, 2]")
-    far = far.replace("at: [0, 0]", "at: [9000, 0]").replace("[[1, 0], [1, 1]]", "[[9001, 0], [9001, 1]]")
-    with mjsim.Simulation(mjsim.parse_world(far), seed=1) as sim:
+def an_axis_names_two_numbers_at_least_so_that_its_scale_can_be_read(page, review):
+    for height in range(90, 150, 6):  # windows and heads of several lines make the same chart lower or higher
+        review.locator(".run-sheet").evaluate("(sheet, high) => sheet.style.height = `${high}px`", height)
+        page.evaluate(DRAWN)
+        named = review.locator(".run-chart").evaluate_all(NAMED)
+        assert named
+        assert [each for each in named if each[1] < 2] == [], height
+
+
+def test_numbers_of_recordings_and_of_a_live_run_are_plotted(browser, tmp_path):
+    expect.set_options(timeout=PATIENCE)
+    (tmp_path / "room.yaml").write_text(ROOM)
+    with mjsim.Simulation(mjsim.load_world(tmp_path / "room.yaml"), seed=1) as sim:
         mjsim.run(sim, record=tmp_path / "run.mcap")
-    with Studio(tmp_path) as studio, page_at(browser, studio.url, own=True) as page:
+    track = mjsim.read_recording(tmp_path / "run.mcap").robots["scout"]
+    with Studio(tmp_path, world="room.yaml") as studio, page_at(browser, studio.url, own=True) as page:
         page.add_init_script(f"({LABELS})()")
         page.reload()
         review = opened(page)
-        draw(review, X)
-        chart = review.locator(".plotter-chart .run-chart canvas")
-        page.wait_for_function(f"canvas => ({LABELS_OF})(canvas).length > 1", arg=chart.element_handle())
-        labels = chart.evaluate(LABELS_OF)
-        assert len(set(labels)) == len(labels)
+        the_lines_of_errors_have_names_the_narrow_bound_before_the_wide(page, review)
+        an_axis_names_two_numbers_at_least_so_that_its_scale_can_be_read(page, review)
+        truth_estimate_and_odometry_have_their_own_colours(page, review)
+        layouts_that_stay_have_numbers_drawn_against_each_other(page, track)
+        numbers_of_a_live_run_are_drawn_as_they_come(page)
+        numbers_at_axes_differ_far_from_the_origin_in_charts_high_enough_to_read(page)

@@ -48,15 +48,6 @@ LATE = """() => {
 }"""
 
 
-@pytest.fixture(scope="module")
-def sheet(browser, tmp_path_factory):
-    """One page for all of these tests: each has things of its own."""
-    with sheet_of(browser, tmp_path_factory.mktemp("quick"), ROOM) as sheet:
-        sheet.page.set_viewport_size({"width": 1400, "height": 1300})  # so that each thing has its row in sight
-        sheet.page.evaluate(DRAWN)
-        yield sheet
-
-
 def row(sheet, name):
     return sheet.page.get_by_role("treeitem").filter(has_text=name).first
 
@@ -98,7 +89,7 @@ def the_keyboard_stays_where_it_was_or_goes_to_what_is_next_to_it(sheet):
     kind.select_option("picture")
 
 
-def test_what_is_drawn_fits_the_walls(sheet):
+def what_is_drawn_fits_the_walls(sheet):
     sheet.plan.focus()
     sheet.press("w")
     sheet.click(2.02, 5.08)  # on the nearest of two walls
@@ -154,17 +145,7 @@ def a_press_that_ends_outside_a_dialog_or_on_its_edge_leaves_it_open(sheet):
     expect(dialog).to_have_count(0)
 
 
-def test_fields_focus_pointer_and_dialogs_keep_what_a_quick_hand_left(sheet):
-    fields_of_several_things_say_what_differs_and_leave_it_as_it_is(sheet)
-    the_keyboard_stays_where_it_was_or_goes_to_what_is_next_to_it(sheet)
-    sheet.plan.focus()
-    sheet.press("v")
-    what_a_camera_on_an_arm_has_in_view_is_not_drawn_as_if_it_were_on_the_base(sheet)
-    a_space_bar_that_is_let_go_in_another_window_is_not_held_here(sheet)
-    a_press_that_ends_outside_a_dialog_or_on_its_edge_leaves_it_open(sheet)
-
-
-def test_names_are_followed_fit_and_are_free_before_the_last_change_is_answered(sheet):
+def names_are_followed_fit_and_are_free_before_the_last_change_is_answered(sheet):
     row(sheet, "stool").click()
     sheet.field("Name").fill("chair")
     sheet.press("Enter")
@@ -194,3 +175,18 @@ def test_names_are_followed_fit_and_are_free_before_the_last_change_is_answered(
     sheet.press("Control+d")
     sheet.reads(f"name: {LONG[:-2]}-2")  # no longer than names may be
     expect(sheet.page.locator(".problems")).to_have_text("No problems")
+
+
+def test_a_quick_hand_gets_what_was_meant(browser, tmp_path):
+    with sheet_of(browser, tmp_path, ROOM) as sheet:  # each part has things of its own
+        sheet.page.set_viewport_size({"width": 1400, "height": 1300})  # so that each thing has its row in sight
+        sheet.page.evaluate(DRAWN)
+        what_is_drawn_fits_the_walls(sheet)
+        fields_of_several_things_say_what_differs_and_leave_it_as_it_is(sheet)
+        the_keyboard_stays_where_it_was_or_goes_to_what_is_next_to_it(sheet)
+        sheet.plan.focus()
+        sheet.press("v")
+        what_a_camera_on_an_arm_has_in_view_is_not_drawn_as_if_it_were_on_the_base(sheet)
+        a_space_bar_that_is_let_go_in_another_window_is_not_held_here(sheet)
+        a_press_that_ends_outside_a_dialog_or_on_its_edge_leaves_it_open(sheet)
+        names_are_followed_fit_and_are_free_before_the_last_change_is_answered(sheet)

@@ -7,10 +7,7 @@ from playwright.sync_api import expect
 import mjsim
 from mjsim.record import same_run
 from mjsim.world import EVENT_KINDS, kind_of
-from tests.browser import browser as listener
-from tests.web.test_joints_page import keep, running
-from tests.web.test_studio_touch_page import drag, pick, until
-from tests.windows import PATIENCE
+from tests.hands import drag, keep, now, pick, running, tab, touch, until
 
 pytestmark = pytest.mark.slow
 HALL = """\
@@ -47,15 +44,13 @@ KINDS = ["move", "move", "shove", "open", "remove", "reach", "lead", "reach", "n
 
 def test_everything_done_by_hand_repeats_to_the_byte(browser, tmp_path):
     with running(browser, tmp_path, HALL, record=True) as (studio, page):
-        with listener(studio.url) as watcher:
-            first = watcher.until("tick")
-        page.get_by_role("button", name="Touch: drag").click()
+        first = now(studio)
+        touch(page, on=True)
         x, y, _ = first["hands"]["anna"]["right"]
         tool = first["robots"]["r"]["arms"]["arm"]["tool"]
         page.get_by_role("button", name="Pause", exact=True).click()
-        expect(page.locator(".run-state")).to_have_text("Paused", timeout=PATIENCE)
-        with listener(studio.url) as watcher:
-            place = watcher.until("tick")["robots"]["scout"]["truth"][:2]
+        expect(page.locator(".run-state")).to_have_text("Paused")
+        place = now(studio)["robots"]["scout"]["truth"][:2]
         until(studio, page, lambda tick: tick["robots"]["scout"]["truth"][:2] == place)
         drag(page, place, (2, 2.5))  # a robot
         done(page, 1)
@@ -72,17 +67,17 @@ def test_everything_done_by_hand_repeats_to_the_byte(browser, tmp_path):
         done(page, 5)
         drag(page, (x, y), (x + 0.1, y + 0.2))  # a hand
         done(page, 6)
-        page.get_by_role("tab", name="Joints").locator("visible=true").click()
+        tab(page, "Joints")
         page.get_by_label("swing, °").fill("60")
         page.get_by_label("swing, °").press("Enter")
         done(page, 7)
         page.locator("#view-run").get_by_label("Robot", exact=True).select_option("r")
         page.get_by_role("slider", name="joint1").fill("0.5")
         done(page, 8)
-        page.get_by_role("tab", name="Noise").locator("visible=true").click()
+        tab(page, "Noise")
         page.locator("[data-key='robots.scout.odometry.noise.turn']").press("End")
         done(page, 9)
-        page.get_by_role("tab", name="Joints").locator("visible=true").click()
+        tab(page, "Joints")
         page.get_by_role("button", name="Return swing to its signal").click()
         done(page, 10)
         page.get_by_role("button", name="Release", exact=True).click()
@@ -91,7 +86,7 @@ def test_everything_done_by_hand_repeats_to_the_byte(browser, tmp_path):
         done(page, 12)
         page.wait_for_timeout(1500)  # what was done last goes on for a while
         page.get_by_role("button", name="Stop the run").click()
-        expect(page.locator(".run-state")).to_have_text("Ended", timeout=PATIENCE)
+        expect(page.locator(".run-state")).to_have_text("Ended")
         keep(page, 12)
     (hand,) = tmp_path.glob("out/**/*.mcap")
     world = mjsim.load_world(tmp_path / "room.yaml")
@@ -107,6 +102,4 @@ def test_everything_done_by_hand_repeats_to_the_byte(browser, tmp_path):
 def done(page, count: int) -> None:
     """Wait until so many things were done by hand."""
     text = f"Keep {count} as event"
-    page.wait_for_function(
-        "text => document.querySelector('.run-keep button').textContent.startsWith(text)", arg=text, timeout=PATIENCE
-    )
+    page.wait_for_function("text => document.querySelector('.run-keep button').textContent.startsWith(text)", arg=text)

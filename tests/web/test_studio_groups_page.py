@@ -37,7 +37,7 @@ def select(sheet, *names):
         row(sheet, name).first.click(modifiers=["Control"] if index else [])
 
 
-def a_group_is_one_thing_on_the_plan_and_is_kept_in_the_text(sheet):
+def test_a_group_is_one_thing_on_the_plan_and_is_kept_in_the_text(sheet, tmp_path):
     select(sheet, "desk", "bin", "screen")
     sheet.button("Group").click()
     sheet.reads("group: group-1}   # beside the desk", "heading_deg: 0, group: group-1", "at: [3, 2], group: group-1")
@@ -66,7 +66,7 @@ def a_group_is_one_thing_on_the_plan_and_is_kept_in_the_text(sheet):
     expect(sheet.page.get_by_role("menuitemradio").filter(has_text="Ungroup 3 things")).to_be_visible()
 
 
-def a_group_turns_about_its_middle_as_if_it_were_one_thing(sheet, tmp_path):
+def test_a_group_turns_about_its_middle_as_if_it_were_one_thing(sheet, tmp_path):
     select(sheet, "desk", "bin", "screen")
     sheet.plan.focus()
     sheet.press("Control+g")
@@ -95,7 +95,7 @@ def a_group_turns_about_its_middle_as_if_it_were_one_thing(sheet, tmp_path):
     assert load_world(tmp_path / "room.yaml").beacons[0].at == (0.41, 0)
 
 
-def one_of_a_group_is_taken_alone_and_a_copy_is_a_group_of_its_own(sheet):
+def test_one_of_a_group_is_taken_alone_and_a_copy_is_a_group_of_its_own(sheet):
     select(sheet, "desk", "bin")
     sheet.plan.focus()
     sheet.press("Control+g")
@@ -118,17 +118,7 @@ def one_of_a_group_is_taken_alone_and_a_copy_is_a_group_of_its_own(sheet):
     expect(row(sheet, "group-2")).to_have_count(2)
 
 
-def what_hangs_on_a_thing_that_is_moved_too_is_not_moved_twice(sheet):
+def test_what_hangs_on_a_thing_that_is_moved_too_is_not_moved_twice(sheet):
     sheet.plan.focus()
     sheet.press("Control+a", "ArrowUp")
     sheet.reads("at: [3, 2.1]", "at: [0.41, 0], on: desk")
-
-
-def test_a_group_is_moved_turned_and_copied_as_one_thing_of_which_each_can_be_taken_alone(sheet, tmp_path):
-    what_hangs_on_a_thing_that_is_moved_too_is_not_moved_twice(sheet)
-    sheet.put(ROOM)
-    a_group_turns_about_its_middle_as_if_it_were_one_thing(sheet, tmp_path)
-    sheet.put(ROOM)
-    one_of_a_group_is_taken_alone_and_a_copy_is_a_group_of_its_own(sheet)
-    sheet.put(ROOM)
-    a_group_is_one_thing_on_the_plan_and_is_kept_in_the_text(sheet)

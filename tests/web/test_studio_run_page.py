@@ -4,6 +4,7 @@ import os
 import re
 import sys
 from contextlib import contextmanager
+from importlib import resources
 from itertools import islice
 
 import pytest
@@ -28,7 +29,7 @@ robots:
     preset: pioneer3dx
     at: [0, 0]
     odometry: {noise: {distance: 0.01, turn: 0.02}}
-    sensors: [{camera: front, width: 160, height: 120, rate_hz: 5}]
+    sensors: [{camera: front, width: 160, height: 120, rate_hz: 25}]
 run:
   seconds: 1000
   drivers:
@@ -62,12 +63,13 @@ run: {seconds: 1000}
 def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("folder")
     (place / "room.yaml").write_text(ROOM)
+    (place / "gallery.yaml").write_text(resources.files("mjsim.worlds").joinpath("gallery.yaml").read_text())
     return place
 
 
 @contextmanager
 def run_page(browser, url, **window):
-    with page_at(browser, url, **window) as page:
+    with page_at(browser, url, outside=True, **window) as page:
         page.get_by_role("tab", name="Run", exact=True).click()
         yield page
 
@@ -106,12 +108,11 @@ def wait_for_another(page: Page, view: str, before: str) -> None:
     page.wait_for_function(script, arg=[view, before], timeout=PATIENCE)
 
 
-def seen_from_outside(page: Page) -> None:
-    """Switch the view from outside on until a picture of it has come."""
-    switch = page.locator("#view-run").get_by_role("button", name="Outside")
-    switch.click()
-    picture_of(page, "outside")
-    switch.click()
+def test_the_gallery_starts_from_the_page_and_its_pictures_come(browser, folder):
+    with Studio(folder, world="gallery.yaml") as studio, run_page(browser, studio.url) as page:
+        start(page)
+        wait_for_another(page, "scout/front", picture_of(page, "scout/front"))
+        picture_of(page, "outside")
 
 
 def test_the_page_says_what_to_do_before_and_after_a_run(browser, folder):
@@ -185,7 +186,7 @@ def a_world_without_robots_is_seen_from_outside_and_its_joints_in_charts(page):
     page.get_by_role("tab", name="Run", exact=True).click()
     open_world(page, "crank.yaml")
     start(page)
-    seen_from_outside(page)
+    picture_of(page, "outside")
     expect(page.locator("#view-run .plotter-chart figcaption")).to_contain_text("q2.position", timeout=PATIENCE)
     expect(page.locator("#view-run .run-sheet > .run-chart")).to_have_count(0)
     for name in ("Depth", "Segments"):
@@ -259,8 +260,6 @@ def two_browsers_see_the_same_run_also_who_comes_late(browser, started):
 
 
 def test_a_run_is_taken_on_driven_disturbed_and_seen_by_a_second_browser(browser, started):
-    wait_for_another(started[0], "scout/front", picture_of(started[0], "scout/front"))
-    seen_from_outside(started[0])
     keys_drive_the_robot_and_letting_go_stops_it(started)
     a_slider_changes_the_noise_of_the_run_and_its_button_puts_it_back(started)
     a_single_tick_takes_the_run_on_by_one_tick_exactly(started)
@@ -277,7 +276,7 @@ def modules_of(page) -> str:
 
 def test_a_run_from_python_is_seen_alone_and_its_end_too(browser):
     world = mjsim.parse_world(ROOM)
-    with mjsim.Simulation(world) as sim, LiveView(world) as view, page_at(browser, view.url) as page:
+    with mjsim.Simulation(world) as sim, LiveView(world) as view, page_at(browser, view.url, outside=True) as page:
         for tick in islice(mjsim.ticks(sim, {"scout": mjsim.Driver()}), 5):
             view.show(tick)
         expect(page.locator(".run-time")).to_contain_text("0.16 s", timeout=PATIENCE)
@@ -285,7 +284,7 @@ def test_a_run_from_python_is_seen_alone_and_its_end_too(browser):
         expect(page.get_by_role("tab", name="Edit")).to_have_count(0)
         for name in ("Start", "Pause", "Single tick", "Stop the run", "Restart from the beginning"):
             expect(page.get_by_role("button", name=name)).to_be_hidden()
-        with page_at(browser, view.url) as late:
+        with page_at(browser, view.url, outside=True) as late:
             picture_of(late, "scout/front")
             picture_of(late, "outside")
         view.close()
@@ -305,7 +304,7 @@ def test_the_page_finds_back_to_a_server_that_was_killed(browser, folder):
         "--port",
         str(port),
     ]
-    with serving(command, folder) as (first, url), page_at(browser, url) as page:
+    with serving(command, folder) as (first, url), page_at(browser, url, outside=True) as page:
         expect(page.locator("#view-edit .plan")).to_be_visible(timeout=PATIENCE)
         page.route("**/api/schema", lambda asked: asked.abort("connectionreset"))  # it is gone meanwhile
         page.get_by_role("tab", name="Run", exact=True).click()
