@@ -57,7 +57,7 @@ def error_plot(world: World, track: Track, name: str) -> Figure:
     """Draw the errors in x, y and heading over time between their 3-sigma bounds."""
     figure, panels = sheet(3, height=7.0)
     draw_bounds(panels, track, name)
-    panels[0].set_title("Transient errors and what the estimator says of them")
+    panels[0].set_title("Errors and 3-sigma bounds")
     panels[-1].set_xlabel("time [s]")
     return figure
 

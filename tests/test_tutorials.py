@@ -1,0 +1,43 @@
+"""Each tutorial runs as its notebook in a clean folder; notebooks and pictures are those of the pages."""
+
+import json
+import runpy
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+MAKER = runpy.run_path(str(ROOT / "scripts" / "make" / "tutorials.py"))
+PAGES = sorted(MAKER["FOLDER"].glob("*.md"))
+NEEDS_NETWORK = {"ros2"}
+"""Tutorials that open sockets in a network of their own, which not every machine allows."""
+
+
+def test_there_are_as_many_as_the_list_names():
+    listed = (ROOT / "docs" / "tutorials.md").read_text(encoding="utf-8")
+    assert len(PAGES) >= 7
+    assert all(f"tutorials/{page.name}" in listed for page in PAGES)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_the_notebook_is_that_of_the_page(page):
+    made = MAKER["notebook"](page.read_text(encoding="utf-8"))
+    assert page.with_suffix(".ipynb").read_text(encoding="utf-8") == made, "run scripts/make/tutorials.py"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_the_pictures_are_those_of_the_code_of_the_page(page):
+    made, text = json.loads(MAKER["SOURCES"].read_text(encoding="utf-8")), page.read_text(encoding="utf-8")
+    assert made[page.stem] == MAKER["digest"](text), "run scripts/make/tutorials.py --pictures"
+    assert all(path.is_file() for path in MAKER["pictures"](page))
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(100)
+@pytest.mark.parametrize("page", [page for page in PAGES if page.stem not in NEEDS_NETWORK], ids=lambda page: page.stem)
+def test_the_notebook_runs_from_a_clean_folder(page, tmp_path):
+    done = MAKER["run"](page, tmp_path)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "Traceback" not in done.stdout
+    for path in MAKER["pictures"](page):
+        assert (tmp_path / path.name.removeprefix(f"{page.stem}-")).stat().st_size > 5000
