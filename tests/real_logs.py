@@ -9,8 +9,8 @@ import pytest
 from mjsim.cli import main
 from mjsim.geometry import Array, Pose, wrap_angle
 from mjsim.logs import Wishes
-from mjsim.logs.kinds import convert
-from mjsim.logs.resampling.output import recorded
+from mjsim.logs.log_kinds import convert
+from mjsim.logs.resampling.record_output import recorded
 from mjsim.record import Recording
 
 START = 1248272272.84

@@ -169,13 +169,20 @@ def test_one_class_one_name(package):
         ),
         # The studio prints its address before it loads these.
         (
-            "import mjsim.cli.studio, mjsim.web.studio; mjsim.cli.studio.opened('gallery')",
+            "import mjsim.cli.studio_command, mjsim.web.studio; mjsim.cli.studio_command.opened('gallery')",
             HEAVY - {"starlette", "uvicorn"},
         ),
         (
             # Without pictures, which the recogniser judges.
             f"from mjsim.cli import main; sys.argv = ['mjsim', 'check', '{ROOT.parent}/worlds/avoidance.yaml']; main()",
-            HEAVY | {"shapely", "mjsim.interface.values", "mjsim.mechanics", "mjsim.models.files", "mjsim.cli.runs"},
+            HEAVY
+            | {
+                "shapely",
+                "mjsim.interface.values",
+                "mjsim.mechanics",
+                "mjsim.models.model_sources",
+                "mjsim.cli.run_commands",
+            },
         ),
     ],
 )

@@ -9,10 +9,10 @@ import pytest
 
 from mjsim.errors import UsageError
 from mjsim.output import free_path, require_free
-from mjsim.output.locks import is_at, is_locked, locked_folder, try_lock
-from mjsim.output.places import create, free_paths, made_folders, numbered
+from mjsim.output.atomic import remove_leftovers, replace_file, write_new, write_whole
+from mjsim.output.file_locks import is_at, is_locked, locked_folder, try_lock
+from mjsim.output.output_places import create, free_paths, made_folders, numbered
 from mjsim.output.reserved import NewFile, move_to_free
-from mjsim.output.whole import remove_leftovers, replace_file, write_new, write_whole
 
 
 def mode(path: Path) -> int:

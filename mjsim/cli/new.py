@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from mjsim.cli.robots import (
+from mjsim.cli.robot_from import (
     DriveKind,
     Forward,
     LeftWheel,

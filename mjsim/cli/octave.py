@@ -37,7 +37,7 @@ def octave(
     if found.error is not None:
         raise ModuleFault(found.error)
     if found.driven is not None and studio:
-        from mjsim.cli.arms import drive_arm
+        from mjsim.cli.arm_command import drive_arm
 
         drive_arm(str(found.driven), None, {}, no_browser=no_browser)
     elif found.driven is not None:

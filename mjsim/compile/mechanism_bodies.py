@@ -5,8 +5,8 @@ import math
 import mujoco
 import numpy as np
 
-from mjsim.compile.parts import MATERIAL, SEEN
-from mjsim.compile.pictures import color_of
+from mjsim.compile.geom_groups import MATERIAL, SEEN
+from mjsim.compile.textures import color_of
 from mjsim.geometry import Array
 from mjsim.mechanics import Solid, is_valid, nearest_valid
 from mjsim.models import pose_keys

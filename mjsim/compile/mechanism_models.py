@@ -5,10 +5,10 @@ from functools import partial
 import mujoco
 import numpy as np
 
-from mjsim.compile.arm_models import solid_keys
+from mjsim.compile.arm_shapes import solid_keys
+from mjsim.compile.geom_groups import MATERIAL
 from mjsim.compile.models import LoadedFile, copy_geom, original, try_alone
-from mjsim.compile.parts import MATERIAL
-from mjsim.compile.pictures import add_matte
+from mjsim.compile.textures import add_matte
 from mjsim.errors import WorldError
 from mjsim.geometry import Array
 from mjsim.models import pose_keys, seen_and_touched

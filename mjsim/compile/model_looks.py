@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from mjsim.compile.geom_looks import is_flat, rgba_of, texture_of
-from mjsim.compile.pictures import add_material, color_of
+from mjsim.compile.textures import add_material, color_of
 from mjsim.interface import Picture
 from mjsim.models import UNSAID, encode_png
 

@@ -16,9 +16,9 @@ import mujoco
 import numpy as np
 
 from mjsim.compile.models import LoadedFile, add_model, original, try_alone
-from mjsim.compile.movers import add_slides
-from mjsim.compile.pictures import add_matte, color_of, tint_of
+from mjsim.compile.mover_mocap import add_slides
 from mjsim.compile.room import COLLISION, VISUAL, Covers, surface_of
+from mjsim.compile.textures import add_matte, color_of, tint_of
 from mjsim.errors import WorldError
 from mjsim.geometry import Array
 from mjsim.world import (

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mjsim.compile.arms import reached
-from mjsim.compile.mechanisms import seen_box
+from mjsim.compile.arm_bodies import reached
+from mjsim.compile.mechanism_specs import seen_box
 from mjsim.compile.room import WallBox, wall_boxes
 from mjsim.geometry import Array
 from mjsim.world import World, extent, hung, top

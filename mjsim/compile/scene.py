@@ -5,14 +5,12 @@ import math
 import mujoco
 import numpy as np
 
-from mjsim.compile.contacts import sort_contacts
-from mjsim.compile.light import add_general_light, add_lamps, divide_faces, light_pictures
-from mjsim.compile.mechanisms import add_mechanisms
+from mjsim.compile.collision_filters import sort_contacts
+from mjsim.compile.mechanism_specs import add_mechanisms
 from mjsim.compile.obstacles import add_obstacles
 from mjsim.compile.overview import OVERVIEW_FOV, overview_place, scene_bounds
-from mjsim.compile.people import add_people
+from mjsim.compile.person_bodies import add_people
 from mjsim.compile.physics import set_physics
-from mjsim.compile.pictures import add_matte
 from mjsim.compile.robots import add_robots
 from mjsim.compile.room import (
     Decor,
@@ -28,6 +26,8 @@ from mjsim.compile.room import (
     merge_furniture,
     wall_boxes,
 )
+from mjsim.compile.scene_lamps import add_general_light, add_lamps, divide_faces, light_pictures
+from mjsim.compile.textures import add_matte
 from mjsim.geometry import Array
 from mjsim.models import quaternion_of
 from mjsim.world import Camera, Robot, World, gc_paused

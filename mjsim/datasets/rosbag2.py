@@ -10,7 +10,7 @@ import numpy as np
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
-from mjsim.datasets.place import new_folders
+from mjsim.datasets.dataset_folder import new_folders
 from mjsim.datasets.recorded_robots import RecordedRobots, RecordedTick, planar_pose
 from mjsim.errors import UsageError
 from mjsim.interface import JointState

@@ -20,7 +20,7 @@ from typing import IO
 
 import numpy as np
 
-from mjsim.datasets.place import new_folders
+from mjsim.datasets.dataset_folder import new_folders
 from mjsim.datasets.recorded_robots import RecordedRobots, RecordedTick, depth_time, png_of
 from mjsim.errors import UsageError
 from mjsim.geometry import Array, Pose3

@@ -1,4 +1,4 @@
-from .control import DmEnvironment as DmEnvironment
+from .control_env import DmEnvironment as DmEnvironment
 from .gym import GymEnvironment as GymEnvironment
 from .step import Step as Step
 from .task import Task as Task

@@ -15,9 +15,9 @@ from .sight import in_field as in_field
 from .sight import name_of as name_of
 from .sight import points_on as points_on
 from .sight import view_of as view_of
-from .study import PersonStudy as PersonStudy
-from .study import SeatSetting as SeatSetting
-from .study import figures_of as figures_of
-from .study import seat_settings as seat_settings
-from .study import studies as studies
-from .write import write_ergonomics as write_ergonomics
+from .workplace_files import write_ergonomics as write_ergonomics
+from .workplace_study import PersonStudy as PersonStudy
+from .workplace_study import SeatSetting as SeatSetting
+from .workplace_study import figures_of as figures_of
+from .workplace_study import seat_settings as seat_settings
+from .workplace_study import studies as studies

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from mjsim.errors import UsageError, how_to_install
-from mjsim.exchange.brought import SCENES, Brought, Newcomer, Reading
+from mjsim.exchange.world_import import SCENES, Brought, Newcomer, Reading
 from mjsim.guarded import guarded, reader_for
 
 if TYPE_CHECKING:

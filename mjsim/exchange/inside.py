@@ -5,16 +5,16 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from mjsim.exchange.brought import Newcomer, Reading
 from mjsim.exchange.maps import claimed_size as claimed_size
 from mjsim.exchange.maps import name_of, read_grid, world_from_grid
+from mjsim.exchange.world_import import Newcomer, Reading
 from mjsim.guarded import Plain
 from mjsim.world import format_world
 
 
 def world_file(path: Path, robot: Newcomer | None, reading: Reading | None) -> Plain:
     """Return the text of a world made from a file, the lines of the report, and the files that the world names."""
-    from mjsim.exchange.bring import bring_file
+    from mjsim.exchange.import_world import bring_file
 
     brought = bring_file(path, robot=robot, reading=reading)
     return brought.text, list(brought.report), dict(brought.files)
@@ -54,7 +54,7 @@ def grid(path: Path, resolution: float | None) -> Plain:
 
 def original(path: Path, world: Path | None, reading: Reading | None) -> Plain:
     """Return the fields of a map or drawing in its original form."""
-    from mjsim.exchange.original import read_original
+    from mjsim.exchange.original_file import read_original
 
     found = _shallow(read_original(path, world=world, reading=reading))
     strokes = [_shallow(line) for line in found["strokes"]]

@@ -10,8 +10,8 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 
+from mjsim.exchange.beacon_images import BeaconFace, shown_of
 from mjsim.exchange.sdf_parts import Appearance, add_box, add_geometry, add_link, add_prism, numbers, pose_of
-from mjsim.exchange.shown import BeaconFace, shown_of
 from mjsim.geometry import Array
 from mjsim.output import write_files
 from mjsim.posture import columns_of

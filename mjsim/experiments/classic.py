@@ -10,10 +10,10 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from mjsim.errors import UsageError, did_you_mean
-from mjsim.experiments import plots
+from mjsim.experiments import experiment_plots as plots
+from mjsim.experiments.experiment_page import FILES, finished, write_page
 from mjsim.experiments.finding import Result, at_least, at_most, exactly, within
 from mjsim.experiments.offline import triangulated
-from mjsim.experiments.page import FILES, finished, write_page
 from mjsim.geometry import Array
 from mjsim.output import free_paths
 from mjsim.record import Recording, Track

@@ -1,11 +1,11 @@
+from .guarded_reader import Reader as Reader
+from .guarded_reader import guarded as guarded
+from .guarded_reader import guarded_parts as guarded_parts
+from .guarded_reader import one_reader as one_reader
+from .guarded_reader import reader_for as reader_for
 from .limits import Allowance as Allowance
 from .limits import limits_for as limits_for
-from .reader import Reader as Reader
-from .reader import guarded as guarded
-from .reader import guarded_parts as guarded_parts
-from .reader import one_reader as one_reader
-from .reader import reader_for as reader_for
-from .wire import Plain as Plain
+from .plain_values import Plain as Plain
 from .working import in_child as in_child
 from .working import missing_limits as missing_limits
 from .working import still_working as still_working

@@ -1,7 +1,7 @@
-"""The child process that decodes files of strangers; `mjsim.guarded.reader` starts it.
+"""The child process that decodes files of strangers; `mjsim.guarded.guarded_reader` starts it.
 
 Its standard input brings requests, pickled by the parent; its standard output takes back values in the form of
-`mjsim.guarded.wire`.
+`mjsim.guarded.plain_values`.
 """
 
 import gc
@@ -16,8 +16,8 @@ from typing import Any, BinaryIO
 
 from mjsim.errors import WorldError
 from mjsim.guarded.lockdown import lock_down
+from mjsim.guarded.plain_values import send
 from mjsim.guarded.request import LENGTH, OWN_ERRORS, Call, Permission
-from mjsim.guarded.wire import send
 from mjsim.guarded.working import MISSING, REPORT
 
 LONGEST_TRACEBACK = 20_000

@@ -8,8 +8,8 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.lab.design import Design
 from mjsim.lab.identify import fit
-from mjsim.lab.scene import MAX_SIMULATED, Law, ScenePlant, bound_of
-from mjsim.lab.study import theory
+from mjsim.lab.plant_scene import MAX_SIMULATED, Law, ScenePlant, bound_of
+from mjsim.lab.plant_study import theory
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -11,8 +11,8 @@ from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.lab.linear import LinearPlant
 from mjsim.lab.margins import margins_of
-from mjsim.lab.study import shown_seconds, shown_times, theory
-from mjsim.lab.tuning import RULES, first_output
+from mjsim.lab.pid_rules import RULES, first_output
+from mjsim.lab.plant_study import shown_seconds, shown_times, theory
 
 FILTER = 10.0
 """Time constant of the derivative filter of a PID: its derivative time divided by this."""

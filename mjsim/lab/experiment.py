@@ -13,9 +13,9 @@ from mjsim.lab.design import Design
 from mjsim.lab.effects import LedJoint
 from mjsim.lab.identify import Identified, Samples, fit, identified
 from mjsim.lab.linear import LinearPlant
-from mjsim.lab.recorded import recorded
-from mjsim.lab.scene import MAX_SIMULATED, ScenePlant, bound_of
-from mjsim.lab.study import Study, formula_plant, frequencies, study
+from mjsim.lab.plant_scene import MAX_SIMULATED, ScenePlant, bound_of
+from mjsim.lab.plant_study import Study, formula_plant, frequencies, study
+from mjsim.lab.recorded_plant import recorded
 from mjsim.mechanics import Chirp, TimeSignal
 from mjsim.record import Recording
 from mjsim.world import Plant, World

@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.lab.linear import LinearPlant
-from mjsim.lab.study import theory
+from mjsim.lab.plant_study import theory
 
 Complexes = NDArray[np.complex128]
 

@@ -17,11 +17,11 @@ from mjsim.geometry import Array
 from mjsim.light.baked import ALWAYS, DOOR, GENERAL, LAMP, BakedLight, LightGroup, LitSurface, linear
 from mjsim.light.crew import FEW, Crew, crew_of, processors
 from mjsim.light.emitters import DAYLIGHT, behind, inside_of, lamp_color, lamp_rectangle, window_rectangles
-from mjsim.light.geometry import OPEN, TEXEL, Atlas, atlas_of, moved_doors
-from mjsim.light.links import Links, links_of
+from mjsim.light.light_geometry import OPEN, TEXEL, Atlas, atlas_of, moved_doors
+from mjsim.light.light_rays import Light, Points, Rectangle
 from mjsim.light.probes import ProbeGrid, grid_of
-from mjsim.light.rays import Light, Points, Rectangle
 from mjsim.light.spread import ROUNDS, filled, finer, on_image
+from mjsim.light.texel_links import Links, links_of
 from mjsim.light.texels import Cells, cells_of
 from mjsim.light.work import Gathered, Surroundings, buried, gathered, lit
 from mjsim.progress import say

@@ -11,7 +11,7 @@ from queue import SimpleQueue
 from typing import IO, Any
 
 from mjsim.errors import MjsimError
-from mjsim.light.rays import Points
+from mjsim.light.light_rays import Points
 from mjsim.light.work import Surroundings, received, send
 
 PART = 8192
@@ -120,7 +120,7 @@ def _worker() -> Iterator[_Worker]:
     # Not `multiprocessing`: it would import the user's script once more. -P: files of the current folder do not
     # take the place of modules.
     process = subprocess.Popen(
-        [sys.executable, "-P", "-m", "mjsim.light.worker"],
+        [sys.executable, "-P", "-m", "mjsim.light.ray_worker"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         env={**os.environ, **ALONE},

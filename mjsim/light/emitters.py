@@ -7,7 +7,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.light.baked import linear
-from mjsim.light.rays import Points, Rectangle, Room, hemisphere, starts_of
+from mjsim.light.light_rays import Points, Rectangle, Room, hemisphere, starts_of
 from mjsim.world import Lamp, World, room_polygons
 
 LAMP_SIDE = 0.2

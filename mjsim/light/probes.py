@@ -7,8 +7,8 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.light.baked import LightProbes
 from mjsim.light.emitters import inside_of
-from mjsim.light.geometry import Atlas
-from mjsim.light.rays import Light, Numbers, Points
+from mjsim.light.light_geometry import Atlas
+from mjsim.light.light_rays import Light, Numbers, Points
 from mjsim.world import World
 
 LEVELS = (0.15, 0.65, 1.15, 1.65)

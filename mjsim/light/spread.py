@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.light.charts import Whole
-from mjsim.light.links import Links
-from mjsim.light.rays import Light
+from mjsim.light.light_rays import Light
+from mjsim.light.texel_links import Links
 from mjsim.light.texels import Cells, Texels
 
 ROUNDS = 3

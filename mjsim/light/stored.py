@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from mjsim.compile import texture_of, triangles_of
 from mjsim.light.baked import DOOR, BakedLight, LightGroup, LightProbes, LitSurface
-from mjsim.light.solids import static_geoms, texture_sample
+from mjsim.light.still_surfaces import static_geoms, texture_sample
 from mjsim.output import replace_file, try_lock, user_cache
 from mjsim.progress import say
 from mjsim.world import CloseEvent, LampEvent, OpenEvent, RemoveEvent, World, leaves

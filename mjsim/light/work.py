@@ -10,7 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.light.charts import Charts
-from mjsim.light.rays import Light, Numbers, Points, Rectangle, Room, buried_share, hemisphere, light_of, starts_of
+from mjsim.light.light_rays import (
+    Light,
+    Numbers,
+    Points,
+    Rectangle,
+    Room,
+    buried_share,
+    hemisphere,
+    light_of,
+    starts_of,
+)
 
 _LENGTH = struct.Struct("<q")
 

@@ -54,7 +54,12 @@ def import_log(
         RecordingError: The file cannot be written.
     """
     return guarded_recording(
-        "mjsim.logs.kinds:convert", source, wishes or Wishes(), record=record, progress=progress, overwrite=overwrite
+        "mjsim.logs.log_kinds:convert",
+        source,
+        wishes or Wishes(),
+        record=record,
+        progress=progress,
+        overwrite=overwrite,
     )
 
 

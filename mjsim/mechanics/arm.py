@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 
 from mjsim.geometry import Array
 from mjsim.mechanics import dynamics
+from mjsim.mechanics.arm_links import Link
 from mjsim.mechanics.chain import Chain, Posture, chain_of, posture_at, tool_jacobian
 from mjsim.mechanics.dh import Row, links_of
 from mjsim.mechanics.inverse import PoseGoals, Reached, solve
-from mjsim.mechanics.links import Link
 from mjsim.mechanics.transforms import IDENTITY, is_rigid
 
 if TYPE_CHECKING:
@@ -289,7 +289,7 @@ class Arm:
 
     def plot(self, q: ArrayLike) -> "Figure":
         """Return a picture of the arm at q, shape (n,), or at several, shape (k, n), as a matplotlib figure."""
-        from mjsim.mechanics.drawing import drawing
+        from mjsim.mechanics.arm_drawing import drawing
 
         return drawing(self.name, self.links, self._chain, self.posture(np.atleast_2d(np.asarray(q, dtype=float))))
 
@@ -301,14 +301,14 @@ class Arm:
             q: Values of the joints; the last row is drawn strongest.
             bounds: Points that the view includes, shape (m, 3) [m], such as `extent` gives; by default the arm.
         """
-        from mjsim.mechanics.drawing import draw_arm
+        from mjsim.mechanics.arm_drawing import draw_arm
 
         posture = self.posture(np.atleast_2d(np.asarray(q, dtype=float)))
         draw_arm(axes, self.links, self._chain, posture, bounds=bounds)
 
     def extent(self, q: ArrayLike) -> Array:
         """Return the points that the drawn arm goes through at q of shape (k, n), shape (m, 3) [m]."""
-        from mjsim.mechanics.drawing import extent_of
+        from mjsim.mechanics.arm_drawing import extent_of
 
         return extent_of(self.links, self._chain, self.posture(np.atleast_2d(np.asarray(q, dtype=float))))
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array
-from mjsim.mechanics.links import Link
+from mjsim.mechanics.arm_links import Link
 from mjsim.mechanics.transforms import about_z, cross, inverted
 
 

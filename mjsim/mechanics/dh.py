@@ -13,8 +13,8 @@ import numpy as np
 
 from mjsim.errors import did_you_mean
 from mjsim.geometry import Array
-from mjsim.mechanics.inertias import Solid, capsule
-from mjsim.mechanics.links import Link
+from mjsim.mechanics.arm_links import Link
+from mjsim.mechanics.link_inertias import Solid, capsule
 from mjsim.mechanics.transforms import IDENTITY, about_x, about_z, inverted
 
 CONVENTIONS = ("standard", "modified")

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjsim.geometry import Array
+from mjsim.mechanics.arm_links import Link
 from mjsim.mechanics.chain import Chain, Posture
-from mjsim.mechanics.inertias import tensor
-from mjsim.mechanics.links import Link
+from mjsim.mechanics.link_inertias import tensor
 from mjsim.mechanics.transforms import cross, skew
 
 

@@ -18,7 +18,7 @@ from mjsim.geometry import Array
 from mjsim.mechanics.transforms import cross, rotation_of
 
 if TYPE_CHECKING:  # most linkages have no curve
-    from mjsim.mechanics.curves import SpaceCurve
+    from mjsim.mechanics.space_curves import SpaceCurve
 
 GROUND = 0
 """Number of the ground among the bodies."""

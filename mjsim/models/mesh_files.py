@@ -179,7 +179,7 @@ def _part(meshes: Sequence[Any]) -> MeshPart:
     rgba, picture = _look(meshes[0])
     if picture is None:
         return _plain([mesh.triangles for mesh in meshes], rgba)
-    from mjsim.models.pixels import encode_png
+    from mjsim.models.picture_pixels import encode_png
 
     image = picture.convert("RGB")
     image.thumbnail((LONGEST_SIDE, LONGEST_SIDE))

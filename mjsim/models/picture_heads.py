@@ -3,7 +3,7 @@
 import struct
 from collections.abc import Callable, Mapping
 
-from mjsim.models.pictures import bounded_size, picture_size
+from mjsim.models.picture_sizes import bounded_size, picture_size
 
 WIDTH, HEIGHT = 256, 257
 """TIFF tags."""

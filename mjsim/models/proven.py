@@ -17,8 +17,8 @@ from typing import Any
 
 from mjsim.errors import UsageError
 from mjsim.guarded import in_child, one_reader, reader_for
+from mjsim.models.content_notes import note, noted
 from mjsim.models.mesh_files import MeshPart
-from mjsim.models.notes import note, noted
 
 TRIALS = f"{__package__}.trials"
 """Module of the functions that the child runs; it is not imported here."""

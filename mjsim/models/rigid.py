@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.models.reader import corners_of
+from mjsim.models.model_reader import corners_of
 
 SINGLE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 """Joints with one degree of freedom; ball joints and free joints are treated as rigid here."""

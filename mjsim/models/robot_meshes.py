@@ -5,8 +5,8 @@ import posixpath
 from collections.abc import Callable, Collection
 from xml.etree.ElementTree import Element, SubElement
 
-from mjsim.models.files import PlainFile
 from mjsim.models.mesh_files import MeshPart, mesh_parts, whole_mesh
+from mjsim.models.model_sources import PlainFile
 from mjsim.models.proven import guarded_parts
 
 FOREIGN_MESHES = (".dae", ".gltf", ".glb")

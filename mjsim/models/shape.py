@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.models.files import ModelFiles, Read, gather_model
+from mjsim.models.model_sources import ModelFiles, Read, gather_model
 
 if TYPE_CHECKING:
     import mujoco
 
-    from mjsim.models.whole import WholeModel
+    from mjsim.models.rigid_whole import WholeModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class ModelShape:
     @cached_property
     def whole(self) -> "WholeModel":
         """The model as one rigid body."""
-        from mjsim.models.whole import whole_of
+        from mjsim.models.rigid_whole import whole_of
 
         return whole_of(self.model, urdf=self.files.urdf)
 
@@ -72,7 +72,7 @@ def read_model(path: str, read: Read) -> ModelShape:
         ValueError: It cannot be read, or exceeds the limits of an object; the message names the file.
     """
     # MuJoCo is loaded only for worlds with models, so that others are checked and reported on without it.
-    from mjsim.models.reader import compiled, solid_parts
+    from mjsim.models.model_reader import compiled, solid_parts
 
     files = gather_model(path, read)
     model = compiled(files)

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array
-from mjsim.models.looks import hex_of
-from mjsim.models.reader import UNSAID, no_warnings
+from mjsim.models.colours import hex_of
+from mjsim.models.model_reader import UNSAID, no_warnings
 from mjsim.models.rotations import frame_at
 
 _FREE = int(mujoco.mjtJoint.mjJNT_FREE)

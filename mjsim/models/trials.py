@@ -1,11 +1,11 @@
 """Readings of models and pictures as the guarded reader tries them."""
 
-from mjsim.models.files import ModelFiles
+from mjsim.models.model_sources import ModelFiles
 
 
 def picture(data: bytes) -> str | None:
     """Return what is wrong with a picture; None if it can be read."""
-    from mjsim.models.pixels import read_picture
+    from mjsim.models.picture_pixels import read_picture
 
     try:
         read_picture(data)
@@ -27,7 +27,7 @@ def mesh(path: str, data: bytes, whole: bool) -> str | list[tuple[bytes, list[fl
 
 def model(files: ModelFiles) -> str | None:
     """Return why MuJoCo cannot read a model; None if it can."""
-    from mjsim.models.reader import compiled
+    from mjsim.models.model_reader import compiled
 
     try:
         compiled(files)

@@ -1,3 +1,6 @@
+from .behaviour_notes import notes_on as notes_on
+from .behaviour_notes import readings_needed as readings_needed
+from .behaviour_notes import unfed_modules as unfed_modules
 from .boundary import Boundary as Boundary
 from .boundary import error_text as error_text
 from .boundary import name_of as name_of
@@ -9,7 +12,6 @@ from .checks import checked_reason as checked_reason
 from .checks import checked_show as checked_show
 from .checks import checked_sightings as checked_sightings
 from .checks import kind_of as kind_of
-from .control import CheckedController as CheckedController
 from .drive import CheckedDrive as CheckedDrive
 from .given import Sealed as Sealed
 from .given import sealed_catalogue as sealed_catalogue
@@ -21,16 +23,13 @@ from .hosts import MAX_BYTES as MAX_BYTES
 from .hosts import Hosted as Hosted
 from .hosts import Key as Key
 from .hosts import Offer as Offer
-from .notes import notes_on as notes_on
-from .notes import readings_needed as readings_needed
-from .notes import unfed_modules as unfed_modules
 from .octave import TOOLBOX as TOOLBOX
 from .octave import find_octave as find_octave
 from .octave import octave_found as octave_found
-from .pictures import JudgedPicture as JudgedPicture
-from .pictures import check_pictures as check_pictures
-from .pictures import judge_images as judge_images
-from .pictures import judge_pictures as judge_pictures
+from .picture_checks import JudgedPicture as JudgedPicture
+from .picture_checks import check_pictures as check_pictures
+from .picture_checks import judge_images as judge_images
+from .picture_checks import judge_pictures as judge_pictures
 from .python import INSTALLED as INSTALLED
 from .roles import ROLES as ROLES
 from .roles import misfit as misfit
@@ -45,3 +44,4 @@ from .use import modules_of as modules_of
 from .use import offers_in as offers_in
 from .use import require_modules as require_modules
 from .use import user_files as user_files
+from .user_control import CheckedController as CheckedController

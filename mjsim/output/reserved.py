@@ -12,8 +12,8 @@ from typing import IO
 
 from mjsim.closing import Closes
 from mjsim.errors import UsageError
-from mjsim.output.locks import is_at, try_lock
-from mjsim.output.places import create, made_folders, numbered, require_free
+from mjsim.output.file_locks import is_at, try_lock
+from mjsim.output.output_places import create, made_folders, numbered, require_free
 
 _PART = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
 

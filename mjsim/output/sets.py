@@ -10,7 +10,7 @@ from hashlib import sha256
 from pathlib import Path, PurePosixPath
 
 from mjsim.errors import UsageError
-from mjsim.output.places import create, free_paths, made_folders, require_free
+from mjsim.output.output_places import create, free_paths, made_folders, require_free
 from mjsim.output.reserved import new_file, write_file
 
 LIST = ".mjsim-files.json"

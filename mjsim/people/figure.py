@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike
 from mjsim.errors import did_you_mean
 from mjsim.geometry import Array
 from mjsim.mechanics import Solid
-from mjsim.people.frame import BodyFrame, Spot, Vector3, body_frame
-from mjsim.people.joints import SIDES, Joint, joints
-from mjsim.people.masses import solids_of
+from mjsim.people.figure_frame import BodyFrame, Spot, Vector3, body_frame
+from mjsim.people.figure_joints import SIDES, Joint, joints
 from mjsim.people.measures import Measures
+from mjsim.people.segment_masses import solids_of
 
 PARENTS: Mapping[str, str | None] = {
     "pelvis": None,

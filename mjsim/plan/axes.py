@@ -8,8 +8,8 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.plan.look import INKS, Theme, blend, color, hex_of
+from mjsim.plan.plan_items import world_shapes
 from mjsim.plan.shapes import PlanItem, Words, bounds_of
-from mjsim.plan.things import world_shapes
 from mjsim.world import World
 
 if TYPE_CHECKING:

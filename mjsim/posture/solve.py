@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.posture.contacts import Contact
+from mjsim.posture.posture_contacts import Contact
 
 TOUCH = 1e-4
 """Contacts with smaller errors hold [m, rad]."""

@@ -26,7 +26,7 @@ from mjsim.world import (
 
 if TYPE_CHECKING:  # imports mink and scipy, which only seated people need
     from mjsim.people import Column, Figure
-    from mjsim.posture.sitting import Seated
+    from mjsim.posture.seated_figures import Seated
 
 FEET_AHEAD, LEAST_BELOW = 0.45, 0.25
 """Position of the feet of a seated person: forward of the hip point, and minimum height below it [m]; assumed."""
@@ -96,7 +96,7 @@ def seated(world: World, person: Person) -> "Seated":
 
 @lru_cache(maxsize=CACHED)
 def _solved(key: _Key) -> "Seated":
-    from mjsim.posture.sitting import Sitter
+    from mjsim.posture.seated_figures import Sitter
 
     return Sitter(key.figure, key.place.seating).sit(key.place.goals)
 

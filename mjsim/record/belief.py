@@ -5,7 +5,13 @@ from collections.abc import Hashable, Sequence
 
 from mjsim.interface import Shown
 from mjsim.record.drawn import show_message
-from mjsim.record.messages import innovations_message, landmarks_message, map_arrays, pose_message, sightings_message
+from mjsim.record.json_messages import (
+    innovations_message,
+    landmarks_message,
+    map_arrays,
+    pose_message,
+    sightings_message,
+)
 from mjsim.record.numbers import Message
 from mjsim.record.tick import Order
 

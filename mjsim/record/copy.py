@@ -16,7 +16,7 @@ from mjsim.output import NewFile
 from mjsim.record.container import records
 from mjsim.record.drawn import frames_message
 from mjsim.record.file import METADATA_NAME, RawMessage, encodable, parts_of
-from mjsim.record.messages import encode
+from mjsim.record.json_messages import encode
 from mjsim.record.numbers import Message as Values
 from mjsim.record.numbers import nanoseconds
 from mjsim.record.parse import unfit

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.record.joints import JointTrack
+from mjsim.record.joint_messages import JointTrack
 from mjsim.record.readings import SensorTable
 from mjsim.record.recording import Recording
 

@@ -15,9 +15,8 @@ from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import RobotInfo
 from mjsim.output import Destination
 from mjsim.record.belief import BeliefMessages
-from mjsim.record.joints import joint_messages
-from mjsim.record.mechanisms import sensor_messages
-from mjsim.record.messages import (
+from mjsim.record.joint_messages import joint_messages
+from mjsim.record.json_messages import (
     command_message,
     event_message,
     observation_message,
@@ -29,11 +28,12 @@ from mjsim.record.messages import (
     truth_message,
     world_event_message,
 )
+from mjsim.record.mechanism_messages import sensor_messages
 from mjsim.record.numbers import Message
-from mjsim.record.place import reserve
 from mjsim.record.readings import CODECS
+from mjsim.record.recording_name import reserve
+from mjsim.record.recording_writer import Batch, Writer
 from mjsim.record.tick import Order, RobotEvent, Tick
-from mjsim.record.writer import Batch, Writer
 from mjsim.world import World
 
 MAX_DELAY = 0.4

@@ -16,9 +16,9 @@ from mjsim.interface import Observation, Picture
 from mjsim.models import picture_size
 from mjsim.record.drawn import decode_picture, depth_pixels
 from mjsim.record.file import RawMessage, picture_of, raw_messages, timestamp_of
-from mjsim.record.joints import JointTrack
-from mjsim.record.mechanisms import SensorTrack
-from mjsim.record.messages import covariance_of, event_of, names_of, observation_of
+from mjsim.record.joint_messages import JointTrack
+from mjsim.record.json_messages import covariance_of, event_of, names_of, observation_of
+from mjsim.record.mechanism_messages import SensorTrack
 from mjsim.record.numbers import Message, nanoseconds
 from mjsim.record.parse import content_of, reading, value_of
 from mjsim.record.readings import CODECS

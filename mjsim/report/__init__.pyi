@@ -1,4 +1,5 @@
 from . import metrics as metrics
+from .compared_runs import compare as compare
 from .comparison import Comparison as Comparison
 from .comparison import Group as Group
 from .comparison import RunFigures as RunFigures
@@ -35,9 +36,6 @@ from .html_page import picture as picture
 from .over_time import FEW as FEW
 from .over_time import mean_of as mean_of
 from .over_time import middle_of as middle_of
-from .page import REPORT_FILES as REPORT_FILES
-from .page import robot_plots as robot_plots
-from .page import write_report as write_report
 from .paired import CONFIDENCE as CONFIDENCE
 from .paired import fewest_pairs as fewest_pairs
 from .paired import mean_interval as mean_interval
@@ -56,7 +54,9 @@ from .plots import draw_map as draw_map
 from .plots import draw_truth as draw_truth
 from .plots import scale_nees as scale_nees
 from .plots import sheet as sheet
-from .runs import compare as compare
+from .report_page import REPORT_FILES as REPORT_FILES
+from .report_page import robot_plots as robot_plots
+from .report_page import write_report as write_report
 from .statistics import Statistics as Statistics
 from .statistics import statistics as statistics
 from .statistics import statistics_file as statistics_file

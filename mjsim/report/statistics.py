@@ -10,7 +10,7 @@ import numpy as np
 from mjsim.geometry import Array, roll_and_pitch
 from mjsim.record import Recording, Track, read_recording
 from mjsim.report import metrics
-from mjsim.report.arms import arm_figures
+from mjsim.report.arm_statistics import arm_figures
 from mjsim.report.consistency import nees_figures, nis_figures, normalised_innovations, picture_share
 from mjsim.report.coverage import coverage
 from mjsim.report.swept import swept_share

@@ -8,15 +8,16 @@ from .messages import message_of as message_of
 from .messages import nanoseconds as nanoseconds
 from .messages import transforms as transforms
 from .messages import typestore as typestore
-from .names import plain_names as plain_names
 from .qos import COMMANDS as COMMANDS
 from .qos import LATCHED as LATCHED
 from .qos import RELIABLE as RELIABLE
 from .qos import SENSOR_DATA as SENSOR_DATA
 from .qos import SERVICES as SERVICES
 from .qos import Qos as Qos
-from .robot import RosRobot as RosRobot
-from .robot import RosTick as RosTick
+from .ros_names import plain_names as plain_names
+from .ros_robot import RosRobot as RosRobot
+from .ros_robot import RosTick as RosTick
+from .ros_world import RosWorld as RosWorld
 from .simulation_types import FEATURES as FEATURES
 from .simulation_types import RESULT as RESULT
 from .simulation_types import STATE as STATE
@@ -28,4 +29,3 @@ from .topics import Outgoing as Outgoing
 from .topics import RosTopic as RosTopic
 from .type_hashes import service_hash as service_hash
 from .type_hashes import type_hash as type_hash
-from .world import RosWorld as RosWorld

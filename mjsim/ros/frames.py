@@ -11,7 +11,7 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import JointState, RobotInfo, SensorInfo
-from mjsim.ros.names import plain_names
+from mjsim.ros.ros_names import plain_names
 from mjsim.world import PROXIMITY_HEIGHT, AnySensor, Robot, RobotArm, name_of, rims
 
 Poses = dict[tuple[str, str], Pose3]

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from mjsim.interface import Command, RobotInfo, WheelCommand
-from mjsim.safety.outline import is_round, rim
+from mjsim.safety.body_outline import is_round, rim
 
 GRAZING = 0.05
 """Cosine above which a contact blocks a motion; a robot may slide along an obstacle at 87 degrees."""

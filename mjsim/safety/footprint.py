@@ -7,7 +7,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.interface import RobotInfo
-from mjsim.safety.outline import is_round
+from mjsim.safety.body_outline import is_round
 
 CLEARANCE = 0.05
 """Minimum clearance of a free path [m]."""

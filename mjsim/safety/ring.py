@@ -8,9 +8,9 @@ from numpy.random import Generator
 
 from mjsim.geometry import Array, wrap_angle
 from mjsim.interface import Command, Observation, RobotInfo
+from mjsim.safety.body_outline import is_round, rim
 from mjsim.safety.footprint import CLEARANCE, TOUCHING, Footprint
 from mjsim.safety.hits import RAYS, Hits
-from mjsim.safety.outline import is_round, rim
 from mjsim.safety.trail import Trail
 
 

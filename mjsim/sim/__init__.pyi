@@ -2,10 +2,10 @@ from .bases import gear_of as gear_of
 from .gl import BACKENDS as BACKENDS
 from .gl import choose_backend as choose_backend
 from .gl import make_context as make_context
-from .hands import LedPeople as LedPeople
 from .mechanisms import Push as Push
 from .odometry import arc_end as arc_end
 from .odometry import arc_end_slopes as arc_end_slopes
+from .person_hands import LedPeople as LedPeople
 from .rendering import SEEN_FROM_OUTSIDE as SEEN_FROM_OUTSIDE
 from .rendering import Canvas as Canvas
 from .rendering import Merged as Merged

@@ -8,9 +8,9 @@ import numpy as np
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.interface import Controller, ControlLoop, RobotInfo
 from mjsim.modules import make_module
-from mjsim.sim.arms import ArmAtWork
+from mjsim.sim.arm_motion import ArmAtWork
 from mjsim.sim.bases import RunningGear
-from mjsim.sim.control import ControlActuation, DrivenPart
+from mjsim.sim.control_loop import ControlActuation, DrivenPart
 from mjsim.sim.fast_senses import FastSenses, ImuFeed, JointEncoders
 from mjsim.sim.sensors import FastDevice
 from mjsim.world import Robot, Use, World

@@ -22,7 +22,7 @@ from mjsim.interface import (
 )
 from mjsim.mechanics import JointMotion
 from mjsim.sim.actuation import Actuation, ServoActuation
-from mjsim.sim.arms import ArmAtWork
+from mjsim.sim.arm_motion import ArmAtWork
 from mjsim.sim.bases import RunningGear, balancing_info, gear_of
 from mjsim.sim.contact import Bumper
 from mjsim.sim.controls import Controls

@@ -26,6 +26,7 @@ from mjsim.interface import (
 )
 from mjsim.mechanics import JointMotion, SensorReadings
 from mjsim.sim.actuation import Actuation
+from mjsim.sim.current_noise import Tuning
 from mjsim.sim.health import Health, collected_warnings
 from mjsim.sim.mechanisms import Mechanisms
 from mjsim.sim.module_info import catalogue_of, map_of
@@ -35,7 +36,6 @@ from mjsim.sim.robot import SimulatedRobot
 from mjsim.sim.script import WorldScript
 from mjsim.sim.states import bring_up
 from mjsim.sim.streams import checked_seed
-from mjsim.sim.tuning import Tuning
 from mjsim.views import Viewed
 from mjsim.world import Looks, World, WorldEvent, event_from, load_checked, require_same_but_noise
 

@@ -1,7 +1,7 @@
 from .atlas import PartAtlas as PartAtlas
 from .atlas import read_atlas as read_atlas
+from .atlas_faces import Quad as Quad
 from .ceilings import ceiling_lamps as ceiling_lamps
-from .faces import Quad as Quad
 from .furnish import leaf_faces as leaf_faces
 from .furnish import thing_faces as thing_faces
 from .furnish import wall_faces as wall_faces

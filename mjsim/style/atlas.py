@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array
 from mjsim.models import read_picture
-from mjsim.style.faces import Quad
+from mjsim.style.atlas_faces import Quad
 from mjsim.world import BUILT, read_asset
 
 FOLDER = "style"

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 from shapely import box
 
-from mjsim.style.faces import Axes, Quad
+from mjsim.style.atlas_faces import Axes, Quad
 from mjsim.style.recipes import STYLES, StyleName
 from mjsim.world import World, room_polygons
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 from mjsim.geometry import Pose
 from mjsim.style.atlas import PartAtlas
-from mjsim.style.faces import Axes, Quad
+from mjsim.style.atlas_faces import Axes, Quad
 from mjsim.style.hanging import Hanging, overlap
-from mjsim.style.openings import opening_faces
 from mjsim.style.recipes import STYLES, RoomStyle, StyleName
 from mjsim.style.sides import Side, WallOpening, free_stretches, sides_of
-from mjsim.style.things import Things
+from mjsim.style.small_things import Things
+from mjsim.style.window_frames import opening_faces
 from mjsim.world import Hung, Leaf, World, hung, room_polygons
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from mjsim.style.atlas import PartAtlas
-from mjsim.style.faces import Quad, Range
+from mjsim.style.atlas_faces import Quad, Range
 from mjsim.style.recipes import WallItem
 from mjsim.style.sides import Rectangle, Side
 

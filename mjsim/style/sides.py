@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.style.faces import Axes
+from mjsim.style.atlas_faces import Axes
 from mjsim.world import Opening, World, footprint, hung, room_polygons, solid_pieces, stays, top
 
 if TYPE_CHECKING:

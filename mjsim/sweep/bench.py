@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from mjsim.modules import INSTALLED
-from mjsim.sweep.plan import Job
+from mjsim.sweep.sweep_plan import Job
 from mjsim.world import load_world, with_settings
 
 if TYPE_CHECKING:

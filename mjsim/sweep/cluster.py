@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 from mjsim.errors import MjsimError, UsageError, how_to_install
 from mjsim.sweep.bundle import Bundle
-from mjsim.sweep.plan import Job
 from mjsim.sweep.store import Store, versions
-from mjsim.sweep.worker import Outcome, died, run_job
+from mjsim.sweep.sweep_plan import Job
+from mjsim.sweep.sweep_worker import Outcome, died, run_job
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Self
 
 from mjsim.sweep.bench import THREADS
-from mjsim.sweep.plan import Job
 from mjsim.sweep.store import Store
-from mjsim.sweep.worker import Outcome, died, run_job
+from mjsim.sweep.sweep_plan import Job
+from mjsim.sweep.sweep_worker import Outcome, died, run_job
 
 MAX_DEATHS = 3
 """Maximum number of attempts at a run whose process dies."""

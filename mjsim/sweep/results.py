@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mjsim.sweep.plan import SweepPlan
+from mjsim.sweep.seed_means import INTERVAL, summary_of, summary_rows
 from mjsim.sweep.store import Store
-from mjsim.sweep.summary import INTERVAL, summary_of, summary_rows
-from mjsim.sweep.table import csv_text, no_nees, parquet, rows_of
-from mjsim.sweep.worker import Outcome
+from mjsim.sweep.sweep_plan import SweepPlan
+from mjsim.sweep.sweep_table import csv_text, no_nees, parquet, rows_of
+from mjsim.sweep.sweep_worker import Outcome
 from mjsim.views import Viewed
 
 KEY_FIGURES = {
@@ -56,7 +56,7 @@ def write_results(
     Raises:
         UsageError: A file cannot be written.
     """
-    from mjsim.sweep.plots import plots
+    from mjsim.sweep.sweep_plots import plots
 
     rows = rows_of(plan, outcomes, robots)
     summary = summary_of(plan, rows, no_nees=no_nees(outcomes))

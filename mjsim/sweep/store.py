@@ -12,8 +12,8 @@ from typing import Any
 from mjsim.errors import UsageError
 from mjsim.output import locked_folder, remove_leftovers, replace_file, require_free
 from mjsim.sweep.bundle import Bundle
-from mjsim.sweep.plan import Job, SweepPlan
-from mjsim.sweep.worker import Outcome
+from mjsim.sweep.sweep_plan import Job, SweepPlan
+from mjsim.sweep.sweep_worker import Outcome
 
 FORMAT = 1
 VERSIONED = ("mjsim", "mujoco", "numpy", "scipy", "opencv-python-headless")

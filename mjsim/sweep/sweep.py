@@ -14,10 +14,10 @@ from mjsim.progress import say
 from mjsim.report import require_formats
 from mjsim.sweep.bundle import bundle_of
 from mjsim.sweep.cluster import run_on_cluster
-from mjsim.sweep.plan import SweepPlan
 from mjsim.sweep.pool import run_on_processes, usable_cores
 from mjsim.sweep.results import Sweep, write_results
 from mjsim.sweep.store import Store
+from mjsim.sweep.sweep_plan import SweepPlan
 from mjsim.world import World, with_settings
 
 

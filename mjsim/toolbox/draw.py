@@ -12,7 +12,7 @@ from mjsim.geometry import Array
 from mjsim.mechanics import Arm
 from mjsim.toolbox.calls import FigureCall
 from mjsim.toolbox.marks import properties_of
-from mjsim.toolbox.robots import arm_of
+from mjsim.toolbox.script_arms import arm_of
 
 ORDER = ("#0072bd", "#d95319", "#edb120", "#7e2f8e", "#77ac30", "#4dbeee", "#a2142f")
 """Colours of successive lines, as MATLAB has them."""

@@ -119,7 +119,7 @@ def _drawn_files(calls: Sequence[Any]) -> tuple[dict[str, bytes], list[str], str
     from matplotlib import rc_context
 
     from mjsim.toolbox.draw import ScriptFigures
-    from mjsim.toolbox.functions import FUNCTIONS
+    from mjsim.toolbox.drawing_functions import FUNCTIONS
 
     drawn, notes = ScriptFigures(), []
     files: dict[str, bytes] = {}
@@ -203,7 +203,7 @@ def _arm_file(drawn: "ScriptFigures") -> str:
     """Return the table of the driven arm as a file that `mjsim arm` reads."""
     import json
 
-    from mjsim.toolbox.robots import arm_rows
+    from mjsim.toolbox.script_arms import arm_rows
 
     assert drawn.driven is not None
     rows, convention = arm_rows(drawn.driven)

@@ -1,4 +1,5 @@
-from .beside import draw_beside as draw_beside
+from .diagram_drawing import body_outlines as body_outlines
+from .diagram_drawing import posed as posed
 from .film import frame_rows as frame_rows
 from .film import frames_between as frames_between
 from .film import make_video as make_video
@@ -8,8 +9,7 @@ from .ink import INK as INK
 from .ink import PAPER as PAPER
 from .ink import Letters as Letters
 from .instant import write_instant as write_instant
-from .mechanisms import body_outlines as body_outlines
-from .mechanisms import posed as posed
+from .original_beside import draw_beside as draw_beside
 from .sheet import Labels as Labels
 from .sheet import draw_world as draw_world
 from .still import portrait as portrait

@@ -7,12 +7,12 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.interface import Picture
+from mjsim.video.diagram_drawing import body_outlines, curves, distances, draw_mechanism, joint_words, posed
 from mjsim.video.ink import INK, MUTED, PAPER, SEMIBOLD, Letters
-from mjsim.video.layout import HEIGHT, WIDTH
-from mjsim.video.mechanisms import body_outlines, curves, distances, draw_mechanism, joint_words, posed
-from mjsim.video.names import write_words
 from mjsim.video.paper import Paper, px
-from mjsim.video.plan import draw_scale_bar
+from mjsim.video.picture_layout import HEIGHT, WIDTH
+from mjsim.video.placed_names import write_words
+from mjsim.video.plan_parts import draw_scale_bar
 from mjsim.video.view import PlanView
 from mjsim.world import Mechanism, World
 

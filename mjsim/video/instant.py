@@ -10,9 +10,9 @@ from mjsim.geometry import Array
 from mjsim.output import require_free, write_file
 from mjsim.plan import PlanItem, SvgPlan, Theme, Words, bounds_of, pdf_plan, world_words
 from mjsim.record import Recording, Track
+from mjsim.video.diagram_drawing import body_outlines, posed
 from mjsim.video.film import display_of
 from mjsim.video.ink import encoded_picture
-from mjsim.video.mechanisms import body_outlines, posed
 from mjsim.video.moment import Moment, moments
 from mjsim.video.state import LIFTED, PlanState
 from mjsim.video.views import composed_picture, first_robot, plan_picture

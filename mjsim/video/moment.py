@@ -10,7 +10,7 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.interface import Picture, Shown, Sighting
 from mjsim.record import Recording, Tick
-from mjsim.video.scans import newest_points, recorded_points
+from mjsim.video.beam_points import newest_points, recorded_points
 from mjsim.world import Looks
 
 

@@ -10,14 +10,14 @@ from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.output import require_free
 from mjsim.plan import Words, world_shapes, world_words
+from mjsim.video.diagram_drawing import draw_mechanism, posed
 from mjsim.video.diagrams import diagrams_page
-from mjsim.video.figures import people_page
 from mjsim.video.ink import INK, MUTED, PAPER, SEMIBOLD
 from mjsim.video.legend import draw_legend
-from mjsim.video.mechanisms import draw_mechanism, posed
-from mjsim.video.names import MAX_NAMES, size_of, write_words
 from mjsim.video.paper import Paper, blank, px, write_sheet
-from mjsim.video.plan import draw_grid, world_bounds
+from mjsim.video.people_figures import people_page
+from mjsim.video.placed_names import MAX_NAMES, size_of, write_words
+from mjsim.video.plan_parts import draw_grid, world_bounds
 from mjsim.video.view import PlanView, format_metres, round_step
 from mjsim.world import World
 

@@ -9,7 +9,7 @@ from mjsim.geometry import Array, Pose, ellipse_points
 from mjsim.plan import PlanItem, arm_shapes, placed_at, start_of, world_shapes
 from mjsim.sim import LedPeople
 from mjsim.video.moment import Moment
-from mjsim.video.shown import shown_items
+from mjsim.video.shown_marks import shown_items
 from mjsim.world import View, World, first_looks
 
 OF_ROBOTS = ("robot", "heading", "link", "tool")

@@ -7,7 +7,7 @@ from mjsim.interface import Picture
 from mjsim.output import require_free
 from mjsim.sim import SEEN_FROM_OUTSIDE, Onlooker, Playback, Simulation
 from mjsim.video.ink import write_picture
-from mjsim.video.layout import HEIGHT, WIDTH
+from mjsim.video.picture_layout import HEIGHT, WIDTH
 from mjsim.world import Camera, World
 
 OVERVIEW, CHASE = "overview", "chase"

@@ -11,9 +11,9 @@ from mjsim.interface import Picture
 from mjsim.record import Recording, logged_cameras
 from mjsim.sim import SEEN_FROM_OUTSIDE, Playback
 from mjsim.video.diagrams import DiagramFrame, some_of
-from mjsim.video.frame import Frame, PlanFrame
-from mjsim.video.layout import HEIGHT, WIDTH
+from mjsim.video.film_frame import Frame, PlanFrame
 from mjsim.video.moment import moments
+from mjsim.video.picture_layout import HEIGHT, WIDTH
 from mjsim.world import Camera, View
 
 DIAGRAMS = "diagrams"

@@ -45,7 +45,7 @@ SECONDS, LONGEST, MEGABYTES = 20.0, 600.0, 1000.0
 REUSED = 1000
 """Inputs read by one child."""
 ENDS = ("accepted", "refused", "ended by limit", "signals", "tracebacks")
-CONVERT, SENT = "mjsim.logs.kinds:convert", "mjsim.logs.importing:sent"
+CONVERT, SENT = "mjsim.logs.log_kinds:convert", "mjsim.logs.importing:sent"
 LIMITS, SIGNALS = (
     ("it took longer", "it needs more than"),
     ("its reader crashed", "its reader ended", "no valid answer"),

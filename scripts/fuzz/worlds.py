@@ -276,7 +276,7 @@ def serve_atheris(arguments: list[str]) -> None:
     import atheris
 
     with atheris.instrument_imports(include=["mjsim.world", "ruamel.yaml"], enable_loader_override=False):
-        import mjsim.world.read.reader  # noqa: F401  # already imported ones are instrumented below
+        import mjsim.world.read.world_reader  # noqa: F401  # already imported ones are instrumented below
     for module in [name for name in sys.modules if name.startswith("mjsim.world")]:
         for value in list(vars(sys.modules[module]).values()):
             if callable(value) and getattr(value, "__module__", None) == module and hasattr(value, "__code__"):

@@ -9,7 +9,7 @@ from pathlib import Path
 from PIL import Image
 
 from mjsim.exchange import Reading, read_grid, read_original, with_robot, world_from_dxf, world_from_map
-from mjsim.exchange.bring import plan_of
+from mjsim.exchange.import_world import plan_of
 from mjsim.video import draw_beside
 from mjsim.world import World
 

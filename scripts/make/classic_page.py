@@ -6,7 +6,7 @@ import textwrap
 from pathlib import Path
 
 from mjsim.experiments import Result, run_experiments
-from mjsim.experiments.page import number, verdict
+from mjsim.experiments.experiment_page import number, verdict
 
 ROOT = Path(__file__).resolve().parents[2]
 HEAD = """\

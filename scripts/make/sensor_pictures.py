@@ -14,9 +14,9 @@ from mjsim.interface import CameraFrame, Picture, Scan
 from mjsim.plan import PlanItem, placed_at, world_shapes
 from mjsim.run import drivers_of
 from mjsim.video import PAPER, Letters
+from mjsim.video.beam_points import scan_points
 from mjsim.video.paper import Paper
-from mjsim.video.plan import floor_color
-from mjsim.video.scans import scan_points
+from mjsim.video.plan_parts import floor_color
 from mjsim.video.view import PlanView
 
 ROOT = Path(__file__).resolve().parents[2]

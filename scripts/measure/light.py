@@ -24,7 +24,7 @@ from mjsim.compile import compile_world, compiled, texture_of
 from mjsim.light import DOOR, GENERAL, BakedLight, bake, coded
 from mjsim.light.bake import sources_of
 from mjsim.light.emitters import SKY, window_rectangles
-from mjsim.light.geometry import atlas_of
+from mjsim.light.light_geometry import atlas_of
 from mjsim.light.stored import key_of, store, stored
 from mjsim.output import user_cache
 from mjsim.sim import Canvas, Renderer

@@ -25,7 +25,7 @@ CASES = {
     "address of the studio": (
         sys.executable,
         "-c",
-        "import mjsim.cli.studio as s, mjsim.web.studio; s.opened('gallery')",
+        "import mjsim.cli.studio_command as s, mjsim.web.studio; s.opened('gallery')",
     ),
 }
 MOST = {"import mjsim": 3.0, "mjsim --help": 3.5, "mjsim check gallery": 3.5, "address of the studio": 5.5}

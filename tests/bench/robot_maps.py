@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from mjsim.exchange.maps.pixels import Cells
+from mjsim.exchange.maps.map_pixels import Cells
 from mjsim.geometry import Pose
 from mjsim.world import Grid, World, grid_of
 

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from mjsim.cli import arguments, ergonomics, logs, page, program
+from mjsim.cli import arguments, ergonomics, logs, page_access, program
 from mjsim.cli.new import _estimator
 from mjsim.errors import UsageError
 from mjsim.logs.calibration import Calibration, MotionCalibration, SightingCalibration
@@ -119,15 +119,15 @@ def test_a_screen_is_one_of_two_variables(monkeypatch, name):
         monkeypatch.delenv(each, raising=False)
     if name is not None:
         monkeypatch.setenv(name, ":0")
-    assert page.has_screen() == (name is not None)
+    assert page_access.has_screen() == (name is not None)
     monkeypatch.setattr("sys.platform", "darwin")
-    assert page.has_screen()
+    assert page_access.has_screen()
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGUSR1"), reason="a signal of Unix")
 def test_a_signal_prints_another_address_only_while_a_page_is_served(capsys):
     before = signal.getsignal(signal.SIGUSR1)
-    with page.addresses_on_signal(lambda: "http://here"):
+    with page_access.addresses_on_signal(lambda: "http://here"):
         os.kill(os.getpid(), signal.SIGUSR1)
         err, until = "", time.monotonic() + 5.0
         while not err and time.monotonic() < until:
@@ -135,7 +135,7 @@ def test_a_signal_prints_another_address_only_while_a_page_is_served(capsys):
             err = capsys.readouterr().err
     assert "address for another browser, works once: http://here" in err
     assert signal.getsignal(signal.SIGUSR1) is before
-    assert f"kill -USR1 {os.getpid()}" in page.how_to_get_another()
+    assert f"kill -USR1 {os.getpid()}" in page_access.how_to_get_another()
 
 
 def test_other_errors_of_the_system_than_those_of_the_output_are_bugs():

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mjsim.bench.rooms import cast, forwarded, look_from
 from mjsim.compile import compile_world
-from mjsim.compile.room.solids import Faces, Prisms, visible_faces
+from mjsim.compile.room.prisms import Faces, Prisms, visible_faces
 from mjsim.compile.room.walls import WallBox, wall_boxes
 from mjsim.sim import Renderer
 from mjsim.world import Wall, World, parse_world

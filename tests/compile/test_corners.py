@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from mjsim.bench.rooms import cast, forwarded
 from mjsim.compile import compile_world
-from mjsim.compile.room.solids import Faces, Prisms, visible_faces
+from mjsim.compile.room.prisms import Faces, Prisms, visible_faces
 from mjsim.compile.room.walls import wall_boxes
 from mjsim.geometry import Pose
 from mjsim.interface import Command
 from mjsim.sim import Simulation
 from mjsim.world import Opening, Robot, Wall, World, parse_world, segments, solid, solid_pieces
-from mjsim.world.plan.corners import TOUCH
+from mjsim.world.plan.wall_corners import TOUCH
 
 Points = list[tuple[float, float]]
 COLORS = ("#e8e4da", "#a0b0c0", "#804020")

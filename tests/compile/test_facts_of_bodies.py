@@ -6,9 +6,9 @@ import pytest
 import shapely
 
 from mjsim.compile import compile_world
-from mjsim.compile.bodies import _outline_moments
+from mjsim.compile.geom_groups import DECOR
 from mjsim.compile.mujoco_model import compiled
-from mjsim.compile.parts import DECOR
+from mjsim.compile.robot_shapes import _outline_moments
 from mjsim.world import parse_world
 
 DRIVEN = """mjsim: 1

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from mjsim.compile import compile_world
-from mjsim.compile.light import dim_light, general_light, lamp_lights, lamps_drawn
 from mjsim.compile.model_looks import LookOf
 from mjsim.compile.mujoco_model import compiled
-from mjsim.compile.pictures import add_matte
 from mjsim.compile.robots.stability import drives, likely_cause
+from mjsim.compile.scene_lamps import dim_light, general_light, lamp_lights, lamps_drawn
+from mjsim.compile.textures import add_matte
 from mjsim.compile.usd import _plainly_named
 from mjsim.exchange import RobotOptions
-from mjsim.exchange.robots.frame import find_stand
-from mjsim.exchange.robots.gear import find_gear
+from mjsim.exchange.robots.driven_wheels import find_gear
 from mjsim.exchange.robots.preset import first_plan, preset_text, wheels_by_name
+from mjsim.exchange.robots.robot_frame import find_stand
 from mjsim.models import anatomy_of, gather_robot
 from mjsim.world import Source, parse_world
 from tests.exchange.odd_robots import on_casters, on_mecanum, on_three, rover, tricycle

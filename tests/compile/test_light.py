@@ -6,7 +6,7 @@ import pytest
 
 from mjsim.bench.rooms import forwarded, look_from
 from mjsim.compile import compile_world
-from mjsim.compile.light import divided
+from mjsim.compile.scene_lamps import divided
 from mjsim.sim import Renderer
 from mjsim.world import parse_world
 

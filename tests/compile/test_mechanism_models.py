@@ -9,7 +9,7 @@ import pytest
 import mjsim
 from mjsim.compile import check_models
 from mjsim.errors import WorldError
-from mjsim.record.writer import named_files
+from mjsim.record.recording_writer import named_files
 
 LEVER = """
 <mujoco><worldbody><body name="lever" pos="0.1 0.2 0.3" euler="20 30 40">

@@ -17,7 +17,7 @@ from evo.tools import file_interface
 
 import mjsim
 from mjsim.datasets import export_carmen, export_euroc, export_rosbag2, export_tum_rgbd
-from mjsim.datasets.euroc import tables_of
+from mjsim.datasets.euroc_out import tables_of
 from mjsim.datasets.recorded_robots import RecordedRobots, RecordedTick
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, Pose3

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from mjsim.datasets.euroc import export_euroc
+from mjsim.datasets.euroc_out import export_euroc
 from mjsim.datasets.recorded_robots import RecordedRobots, planar_pose, pose_in_space
 
 ROBOT = "7.tip-top"

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from mjsim.datasets.euroc import _camera_yaml, _imu_yaml
+from mjsim.datasets.euroc_out import _camera_yaml, _imu_yaml
 from mjsim.errors import UsageError
 from mjsim.interface import Intrinsics, SensorInfo
 

@@ -11,10 +11,10 @@ from PIL import Image
 
 from mjsim.errors import UsageError
 from mjsim.exchange import Reading, bring_file
-from mjsim.exchange.bring import bring_drawing, bring_map
-from mjsim.exchange.maps.grid import read_grid
+from mjsim.exchange.import_world import bring_drawing, bring_map
+from mjsim.exchange.maps.grid_files import read_grid
 from mjsim.exchange.maps.maps import world_from_grid
-from mjsim.exchange.place import with_robot
+from mjsim.exchange.start_place import with_robot
 from mjsim.geometry import Pose
 from mjsim.world import Grid
 

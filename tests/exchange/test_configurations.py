@@ -8,9 +8,9 @@ from scipy.io import savemat
 
 import mjsim
 from mjsim.errors import UsageError
-from mjsim.exchange.bring import bring_file
-from mjsim.exchange.brought import Newcomer, Reading
+from mjsim.exchange.import_world import bring_file
 from mjsim.exchange.matlab.matlab_text import read_assignments
+from mjsim.exchange.world_import import Newcomer, Reading
 
 CORNERS = np.array([[0.0, 0, 10, 10, 0], [0, 8, 8, 0, 0]])
 BEACONS = np.array([[9.9, 4.0, 0.1], [4.0, 7.9, 4.0], [np.pi, -np.pi / 2, 0.0], [1, 2, 0]])

@@ -9,8 +9,7 @@ from ruamel.yaml import YAML
 from mjsim.errors import UsageError
 from mjsim.exchange import RobotOptions
 from mjsim.exchange.robots import likely, slip
-from mjsim.exchange.robots.frame import Stand, find_stand
-from mjsim.exchange.robots.gear import Gear, find_gear
+from mjsim.exchange.robots.driven_wheels import Gear, find_gear
 from mjsim.exchange.robots.mounts import SensorMount
 from mjsim.exchange.robots.preset import (
     first_plan,
@@ -22,6 +21,7 @@ from mjsim.exchange.robots.preset import (
     wheelbase_of,
     wheels_by_name,
 )
+from mjsim.exchange.robots.robot_frame import Stand, find_stand
 from mjsim.exchange.robots.rounds import Round
 from mjsim.exchange.robots.steering import steering_limit
 from mjsim.geometry import wrap_angle

@@ -13,7 +13,7 @@ from mjsim.algorithms.waypoints import Waypoints
 from mjsim.bench.robot_maps import mapped, mapped_with_pose
 from mjsim.exchange import with_robot, world_from_map, write_map
 from mjsim.exchange.maps import fidelity
-from mjsim.exchange.maps.grid import read_grid, write_grid
+from mjsim.exchange.maps.grid_files import read_grid, write_grid
 from mjsim.world import World, check_world, load_world, solid
 
 WORLDS = Path(__file__).parents[2] / "worlds"

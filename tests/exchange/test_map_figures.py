@@ -13,9 +13,9 @@ from mjsim.bench.robot_maps import Noise, mapped
 from mjsim.cli import main
 from mjsim.errors import UsageError
 from mjsim.exchange import read_grid, world_from_map
-from mjsim.exchange.bring import bring_map
+from mjsim.exchange.import_world import bring_map
 from mjsim.exchange.maps import fidelity
-from mjsim.exchange.maps.grid import write_grid
+from mjsim.exchange.maps.grid_files import write_grid
 from mjsim.exchange.maps.maps import WALL_HEIGHT, specks, world_from_grid
 from mjsim.geometry import Pose
 from mjsim.record import read_recording

@@ -13,12 +13,12 @@ from PIL import Image
 
 from mjsim.errors import UsageError
 from mjsim.exchange import with_robot, world_from_map, write_map
-from mjsim.exchange.brought import Newcomer
 from mjsim.exchange.maps import fidelity
-from mjsim.exchange.maps.grid import read_grid, write_grid
+from mjsim.exchange.maps.grid_files import read_grid, write_grid
 from mjsim.exchange.maps.maps import world_from_grid
 from mjsim.exchange.maps.trace import rectangles_for
-from mjsim.exchange.place import with_newcomer, without_route
+from mjsim.exchange.start_place import with_newcomer, without_route
+from mjsim.exchange.world_import import Newcomer
 from mjsim.geometry import Pose
 from mjsim.world import (
     BoxObstacle,

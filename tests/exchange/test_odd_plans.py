@@ -11,7 +11,7 @@ from ezdxf.render.mesh import MeshBuilder
 
 from mjsim.errors import UsageError
 from mjsim.exchange import Reading
-from mjsim.exchange.bring import plan_of
+from mjsim.exchange.import_world import plan_of
 from mjsim.world import solid
 from tests.exchange.odd_plans import DOORS, dxf, faces, leaves, outlines, panes, thickness_at, walls
 

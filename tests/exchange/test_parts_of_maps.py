@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from mjsim.exchange.maps.pixels import claimed_pixels, gray_of
-from mjsim.exchange.maps.shapes import Bar, bar_between, cells_in, fitted_bar, fitted_disc, fitted_rectangle
+from mjsim.exchange.maps.cell_shapes import Bar, bar_between, cells_in, fitted_bar, fitted_disc, fitted_rectangle
+from mjsim.exchange.maps.map_pixels import claimed_pixels, gray_of
 from mjsim.exchange.maps.tidy import tidied
 from mjsim.geometry import Pose
 from mjsim.world import Grid

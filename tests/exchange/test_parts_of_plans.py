@@ -7,7 +7,7 @@ import pytest
 
 from mjsim.errors import UsageError
 from mjsim.exchange.drawings.drawing import Drawing, Line
-from mjsim.exchange.drawings.openings import Hole, doors_and_windows, lines_through, with_openings
+from mjsim.exchange.drawings.drawn_openings import Hole, doors_and_windows, lines_through, with_openings
 from mjsim.exchange.drawings.plan_in import read_plan
 from mjsim.exchange.drawings.sorting import (
     by_pen,
@@ -19,8 +19,8 @@ from mjsim.exchange.drawings.sorting import (
 )
 from mjsim.exchange.drawings.strokes import Pieces, split
 from mjsim.exchange.drawings.symbols import with_symbols, without_leaves
-from mjsim.exchange.maps.shapes import Bar
-from mjsim.exchange.text import world_text
+from mjsim.exchange.maps.cell_shapes import Bar
+from mjsim.exchange.world_comment import world_text
 from mjsim.world import Beacon, Wall, World, parse_world
 
 

@@ -8,11 +8,11 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from mjsim.exchange.scenes.build import build_world
-from mjsim.exchange.scenes.meshes import boxed, parts_of
 from mjsim.exchange.scenes.model_text import model_files
+from mjsim.exchange.scenes.scene_meshes import boxed, parts_of
+from mjsim.exchange.scenes.scene_solids import Light, Scene, SceneSolid, SceneThing
+from mjsim.exchange.scenes.scene_walls import walls_of
 from mjsim.exchange.scenes.shells import traced
-from mjsim.exchange.scenes.solids import Light, Scene, SceneSolid, SceneThing
-from mjsim.exchange.scenes.walls import walls_of
 from mjsim.mechanics import rotation_of
 from mjsim.world import BoxObstacle, CylinderObstacle, SphereObstacle
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from mjsim.exchange import write_sdf
-from mjsim.exchange.drawings.faces import merged, paired
 from mjsim.exchange.drawings.strokes import Pieces, arc_through, is_door_arc, patterned, runs, split
-from mjsim.exchange.maps.corners import runs_of
-from mjsim.exchange.maps.shapes import Bar, bar_between
+from mjsim.exchange.drawings.wall_faces import merged, paired
+from mjsim.exchange.maps.cell_shapes import Bar, bar_between
+from mjsim.exchange.maps.joined_walls import runs_of
 from mjsim.models import any_picture_size
-from mjsim.models.pictures import orientation
+from mjsim.models.picture_sizes import orientation
 from mjsim.world import parse_world
 
 

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from mjsim.models.xacro.budget import STEPS, TooLargeError, XacroBudget, XacroError, size_of, weight_of
-from mjsim.models.xacro.functions import BINARY, METHODS, SUBSTITUTED, known_names
 from mjsim.models.xacro.scope import Scope
+from mjsim.models.xacro.xacro_functions import BINARY, METHODS, SUBSTITUTED, known_names
 
 
 @pytest.mark.parametrize(

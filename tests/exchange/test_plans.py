@@ -13,8 +13,8 @@ from shapely import affinity, box
 
 from mjsim.errors import UsageError
 from mjsim.exchange import Reading, read_original, world_from_dxf, world_from_svg
-from mjsim.exchange.bring import plan_of
 from mjsim.exchange.drawings.plan_in import FloorPlan
+from mjsim.exchange.import_world import plan_of
 from mjsim.video import draw_beside
 from mjsim.world import World, check_world, solid
 

@@ -9,7 +9,7 @@ import pytest
 
 from mjsim.errors import UsageError
 from mjsim.exchange import RobotOptions
-from mjsim.exchange.robots.gear import Gear, find_gear
+from mjsim.exchange.robots.driven_wheels import Gear, find_gear
 from mjsim.exchange.robots.preset import stated_speed
 from mjsim.interface import Command
 from mjsim.models import anatomy_of, gather_robot

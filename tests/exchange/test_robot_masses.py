@@ -7,10 +7,10 @@ import pytest
 
 import mjsim
 from mjsim.exchange import RobotOptions, bring_robot
-from mjsim.exchange.robots.frame import find_stand
-from mjsim.exchange.robots.gear import find_gear
+from mjsim.exchange.robots.driven_wheels import find_gear
 from mjsim.exchange.robots.omni import without_rollers
 from mjsim.exchange.robots.preset import first_plan, preset_text
+from mjsim.exchange.robots.robot_frame import find_stand
 from mjsim.models import anatomy_of, gather_robot
 from tests.exchange.bringing import brought
 from tests.exchange.odd_robots import joint, on_mecanum, on_three, robot, tyre

@@ -6,11 +6,11 @@ import pytest
 
 from mjsim import UsageError
 from mjsim.exchange import RobotOptions, bring_robot
-from mjsim.exchange.robots.bring import moved_sideways
-from mjsim.exchange.robots.frame import find_stand
-from mjsim.exchange.robots.gear import find_gear
+from mjsim.exchange.robots.driven_wheels import find_gear
+from mjsim.exchange.robots.import_robot import moved_sideways
 from mjsim.exchange.robots.mounts import find_mounts
 from mjsim.exchange.robots.preset import Plan, first_plan, speed_source
+from mjsim.exchange.robots.robot_frame import find_stand
 from mjsim.models import anatomy_of, gather_robot
 from tests.exchange.odd_robots import box, joint, robot, tyre
 

@@ -9,10 +9,10 @@ import pytest
 import shapely
 
 from mjsim.errors import UsageError, WorldError
-from mjsim.exchange.bring import bring_file
-from mjsim.exchange.brought import Brought, Newcomer, Reading
+from mjsim.exchange.import_world import bring_file
+from mjsim.exchange.scenes.scene_solids import MOST_SOLIDS, Scene, SceneSolid, SceneThing
 from mjsim.exchange.scenes.sdf_in import read_sdf
-from mjsim.exchange.scenes.solids import MOST_SOLIDS, Scene, SceneSolid, SceneThing
+from mjsim.exchange.world_import import Brought, Newcomer, Reading
 from mjsim.world import CylinderObstacle, ModelObstacle, Source, World, parse_world, solid
 from tests.exchange.bringing import typed
 

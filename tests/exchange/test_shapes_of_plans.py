@@ -9,14 +9,14 @@ from scipy.io import savemat
 
 from mjsim.errors import UsageError
 from mjsim.exchange import Reading, read_original
-from mjsim.exchange.drawings.curves import curves_of, walls_of, without_curves
+from mjsim.exchange.drawings.curved_walls import curves_of, walls_of, without_curves
 from mjsim.exchange.drawings.drawing import Drawing, Line, corner_and_scale
 from mjsim.exchange.drawings.ribbons import ribbons_of, without_ribbons
 from mjsim.exchange.drawings.strokes import split
 from mjsim.exchange.drawings.united import is_compact, united
-from mjsim.exchange.maps.shapes import Bar
+from mjsim.exchange.maps.cell_shapes import Bar
 from mjsim.exchange.matlab.landmarks import LandmarkMap, read_landmarks, world_from_landmarks
-from mjsim.exchange.original import read_original as read_here
+from mjsim.exchange.original_file import read_original as read_here
 
 
 def arc(radius: float, first: float, sweep: float, *, middle: tuple[float, float] = (1.0, 2.0)) -> np.ndarray:

@@ -6,12 +6,12 @@ import pytest
 
 from mjsim import UsageError
 from mjsim.exchange import RobotOptions
-from mjsim.exchange.robots.frame import find_stand
-from mjsim.exchange.robots.gear import Gear, find_gear
+from mjsim.exchange.robots.driven_wheels import Gear, find_gear
 from mjsim.exchange.robots.listing import kept
 from mjsim.exchange.robots.mounts import find_mounts
 from mjsim.exchange.robots.preset import Plan, first_plan, max_speed, preset_turn
-from mjsim.exchange.robots.source import RobotSource
+from mjsim.exchange.robots.robot_frame import find_stand
+from mjsim.exchange.robots.robot_source import RobotSource
 from mjsim.exchange.robots.steering import steering_limit
 from mjsim.inventory import FileItem, inventory
 from mjsim.models import RobotFiles, anatomy_of, drives_in_parameters, gather_robot

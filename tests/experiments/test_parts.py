@@ -9,10 +9,10 @@ import pytest
 from scipy import stats
 
 from mjsim.errors import UsageError
-from mjsim.experiments import classic, plots, run_experiments
+from mjsim.experiments import classic, experiment_plots, run_experiments
+from mjsim.experiments.experiment_page import lines, number, write_page
 from mjsim.experiments.finding import Plot, Result, at_least, at_most, exactly, within
 from mjsim.experiments.offline import Fixes, _bearing_error, _position
-from mjsim.experiments.page import lines, number, write_page
 from mjsim.interface import Sighting
 from mjsim.record import Landmarks, RobotEvent, Track
 from mjsim.world import parse_world
@@ -31,7 +31,7 @@ HALF = WORLD.walls[0].thickness / 2
 def drawn(monkeypatch):
     """The figures that were drawn, in order; as files they are empty."""
     found = []
-    monkeypatch.setattr(plots, "png_of", lambda figure: found.append(figure) or b"")
+    monkeypatch.setattr(experiment_plots, "png_of", lambda figure: found.append(figure) or b"")
     return found
 
 
@@ -370,7 +370,7 @@ def test_an_interrupted_page_has_what_was_done_and_is_finished_by_the_same_comma
 def test_each_experiment_has_its_evaluation(monkeypatch):
     asked = []
     monkeypatch.setattr(classic, "repeated", lambda world, runs: asked.append((world, runs)) or walks(rows=40))
-    monkeypatch.setattr(plots, "png_of", lambda _: b"")
+    monkeypatch.setattr(experiment_plots, "png_of", lambda _: b"")
     run = recording(np.zeros((60, 3)))
     assert classic.EXPERIMENTS["odometry"](run).name == "odometry"
     assert asked == [(WORLD, 20)]

@@ -2,11 +2,11 @@
 
 import pytest
 
-from mjsim.guarded import reader
+from mjsim.guarded import guarded_reader
 
 
 @pytest.fixture(autouse=True)
 def own_children():
-    token = reader._SHARED.set(None)
+    token = guarded_reader._SHARED.set(None)
     yield
-    reader._SHARED.reset(token)
+    guarded_reader._SHARED.reset(token)

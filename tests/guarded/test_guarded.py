@@ -14,7 +14,7 @@ import pytest
 from mjsim.errors import RecordingError, UsageError, WorldError
 from mjsim.guarded import Reader, guarded, guarded_parts
 from mjsim.guarded.limits import Allowance, limits_for
-from mjsim.guarded.wire import HEADS, WireError, receive
+from mjsim.guarded.plain_values import HEADS, WireError, receive
 from tests.children import child
 from tests.guarded import decoders
 
@@ -83,7 +83,7 @@ def test_a_crash_is_one_line_and_the_next_file_is_read(reader):
 
 @pytest.mark.parametrize("function", ["hang", "turn"])
 def test_what_never_ends_is_ended(function, monkeypatch):
-    monkeypatch.setattr("mjsim.guarded.reader.limits_for", lambda size: Allowance(seconds=0.51))
+    monkeypatch.setattr("mjsim.guarded.guarded_reader.limits_for", lambda size: Allowance(seconds=0.51))
     with Reader(f"{HERE}:same") as reader:
         reader.call(f"{HERE}:same", 1, about="x")
         before = time.monotonic()
@@ -92,7 +92,7 @@ def test_what_never_ends_is_ended(function, monkeypatch):
 
 
 def test_parts_that_stop_coming_are_ended(monkeypatch):
-    monkeypatch.setattr("mjsim.guarded.reader.limits_for", lambda size: Allowance(seconds=0.5))
+    monkeypatch.setattr("mjsim.guarded.guarded_reader.limits_for", lambda size: Allowance(seconds=0.5))
     with pytest.raises(UsageError, match="longer than"):
         list(guarded_parts(f"{HERE}:slow_parts", 0.2, about="x"))
 
@@ -134,7 +134,7 @@ def test_a_caller_that_knows_better_says_what_to_do(reader):
 
 
 def test_who_goes_on_for_longer_says_so(monkeypatch):
-    monkeypatch.setattr("mjsim.guarded.reader.limits_for", lambda size: Allowance(seconds=1.0))
+    monkeypatch.setattr("mjsim.guarded.guarded_reader.limits_for", lambda size: Allowance(seconds=1.0))
     with Reader(f"{HERE}:same") as reader:
         assert reader.call(f"{HERE}:work", 4, 0.4, about="x") == 4
 

@@ -18,9 +18,9 @@ from mjsim.guarded.child import answers_to
 from mjsim.guarded.landlock import read_only
 from mjsim.guarded.limits import Allowance, limits_for
 from mjsim.guarded.lockdown import LIBRARIES, memory_limits
+from mjsim.guarded.plain_values import HEADS, WireError, receive, send
 from mjsim.guarded.request import Call
 from mjsim.guarded.seccomp import program, refuse_calls
-from mjsim.guarded.wire import HEADS, WireError, receive, send
 from mjsim.guarded.working import MISSING, REPORT, in_child, missing_limits, still_working
 
 

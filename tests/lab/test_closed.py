@@ -8,7 +8,7 @@ import pytest
 import mjsim
 from mjsim.lab import ScenePlant, experiment, lead_design, placed_design
 from mjsim.lab.closed import closed_loop
-from mjsim.lab.page import figures_of, page_files
+from mjsim.lab.plant_page import figures_of, page_files
 
 POLE = """
 mjsim: 1

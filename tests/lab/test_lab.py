@@ -14,7 +14,7 @@ from mjsim.cli.program import main
 from mjsim.errors import UsageError
 from mjsim.lab import LinearPlant, experiment, fit, lead_design, lqr_design, pid_design, placed_design, write_lab
 from mjsim.lab.identify import Samples, identified
-from mjsim.lab.plots import poles_plot
+from mjsim.lab.plant_plots import poles_plot
 
 WORLD = """
 mjsim: 1

@@ -8,7 +8,7 @@ import mjsim
 from mjsim.lab import Study, experiment
 from mjsim.lab.locus import RootLocus, root_locus
 from mjsim.lab.margins import margins_of
-from mjsim.lab.page import figures_of
+from mjsim.lab.plant_page import figures_of
 
 LOOPS = {
     "three": ([6], [1, 6, 11, 6]),

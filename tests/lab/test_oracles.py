@@ -13,7 +13,7 @@ from mjsim.lab.effects import ForceEffect, LedJoint, led
 from mjsim.lab.identify import Samples, identified
 from mjsim.lab.linear import LinearPlant, minimal_states, slope
 from mjsim.lab.margins import margins_of
-from mjsim.lab.study import formula_plant, frequencies, shown_seconds, shown_times, study
+from mjsim.lab.plant_study import formula_plant, frequencies, shown_seconds, shown_times, study
 from mjsim.world import parse_world
 
 FORCE = ForceEffect(unit="N", ctrl=np.zeros(0), applied=np.zeros(3))

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import mjsim
-from mjsim.lab import experiment, lqr_design, pid_design, plots
+from mjsim.lab import experiment, lqr_design, pid_design, plant_plots
 from mjsim.lab.closed import ClosedLoop
 from mjsim.lab.experiment import _nearest
 from mjsim.lab.identify import Samples
-from mjsim.lab.page import _blocks, complex_text, figures_of, page_files
+from mjsim.lab.plant_page import _blocks, complex_text, figures_of, page_files
 from mjsim.report import html_page, picture
 
 WORLD = mjsim.parse_world("""
@@ -98,7 +98,7 @@ def test_figures_of_a_plant_are_numbers(full, third):
 
 def test_responses_are_drawn_beside_those_of_the_nonlinear_plant(full):
     time, linear = np.arange(3.0), np.array([[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]])
-    figure = plots.response_plot("T", time, linear, ["a [m]", "b"], ("other", (time, -linear)), ("none", None))
+    figure = plant_plots.response_plot("T", time, linear, ["a [m]", "b"], ("other", (time, -linear)), ("none", None))
     above, below = figure.axes
     assert figure.get_figheight() == pytest.approx(5.8)
     for axes, row in ((above, 0), (below, 1)):
@@ -111,17 +111,17 @@ def test_responses_are_drawn_beside_those_of_the_nonlinear_plant(full):
         "b",
         "time [s]",
     )
-    drawn = plots.design_plot(full.designs[0], full.closed[0], ["y"], amplitude=2.0).axes[0]
+    drawn = plant_plots.design_plot(full.designs[0], full.closed[0], ["y"], amplitude=2.0).axes[0]
     np.testing.assert_allclose(lines(drawn)["linear"][:, 1], 2.0 * full.designs[0].step[0])
     np.testing.assert_allclose(lines(drawn)["with dry friction"][:, 1], 0.7 * full.closed[0].step[0])
     assert drawn.get_title(loc="left").startswith("Closed loop, a step of 2: LQR")
-    assert set(lines(plots.design_plot(full.designs[1], None, ["y"], amplitude=1.0).axes[0])) == {"linear"}
+    assert set(lines(plant_plots.design_plot(full.designs[1], None, ["y"], amplitude=1.0).axes[0])) == {"linear"}
 
 
 def test_bode_nyquist_and_nichols_are_those_of_the_transfer_function(third):
     study = third.study
     exact = 6 / ((1j * study.omega + 1) * (1j * study.omega + 2) * (1j * study.omega + 3))
-    gain, phase = plots.bode_plot(study).axes
+    gain, phase = plant_plots.bode_plot(study).axes
     np.testing.assert_allclose(gain.lines[0].get_ydata(), 20 * np.log10(np.abs(exact)), atol=1e-6)
     np.testing.assert_allclose(phase.lines[0].get_ydata(), np.degrees(np.unwrap(np.angle(exact))), atol=1e-5)
     assert [text.get_text() for text in gain.get_legend().get_texts()] == ["gain margin 20 dB at 3.32 rad/s"]
@@ -132,7 +132,7 @@ def test_bode_nyquist_and_nichols_are_those_of_the_transfer_function(third):
         "frequency [rad/s]",
     )
     assert gain.get_title(loc="left") == "Bode: u to y"
-    nyquist, nichols = plots.nyquist_plot(study).axes
+    nyquist, nichols = plant_plots.nyquist_plot(study).axes
     curve, mirrored, critical = (np.column_stack(line.get_data()) for line in nyquist.lines)
     np.testing.assert_allclose(curve, np.column_stack([exact.real, exact.imag]), atol=1e-9)
     np.testing.assert_allclose(mirrored, np.column_stack([exact.real, -exact.imag]), atol=1e-9)
@@ -145,7 +145,7 @@ def test_bode_nyquist_and_nichols_are_those_of_the_transfer_function(third):
 
 
 def test_poles_are_drawn_with_the_lines_of_equal_damping(third):
-    plane, locus = plots.poles_plot(third.study).axes
+    plane, locus = plant_plots.poles_plot(third.study).axes
     np.testing.assert_allclose(lines(plane)["poles"], [[-3, 0], [-2, 0], [-1, 0]], atol=1e-9)
     assert plane.get_xlim() == pytest.approx((-3.9, 3.9))
     # The locus shows its crossing at sqrt(11).
@@ -163,7 +163,7 @@ def test_poles_are_drawn_with_the_lines_of_equal_damping(third):
 
 
 def test_what_was_identified_is_drawn_beside_what_was_measured(full):
-    above, below = plots.identified_plot(full.identified, ["y [m]"]).axes
+    above, below = plant_plots.identified_plot(full.identified, ["y [m]"]).axes
     samples = full.identified.samples
     np.testing.assert_allclose(above.lines[0].get_ydata(), samples.inputs)
     assert above.lines[0].get_drawstyle() == "steps-post"
@@ -176,7 +176,7 @@ def test_what_was_identified_is_drawn_beside_what_was_measured(full):
 
 
 def test_files_of_a_plant_are_page_numbers_plots_and_tables(third, monkeypatch):
-    monkeypatch.setattr("mjsim.lab.page.png_of", lambda figure: figure.axes[0].get_title(loc="left").encode())
+    monkeypatch.setattr("mjsim.lab.plant_page.png_of", lambda figure: figure.axes[0].get_title(loc="left").encode())
     files = page_files(third)
     assert set(files) == {
         *(f"third.{end}" for end in ("html", "json")),

@@ -15,8 +15,8 @@ from mjsim.lab.closed import closed_loop
 from mjsim.lab.design import Design
 from mjsim.lab.effects import ForceEffect, LedJoint
 from mjsim.lab.experiment import plants_of
-from mjsim.lab.parts import part_of, working_point
-from mjsim.lab.recorded import recorded
+from mjsim.lab.plant_parts import part_of, working_point
+from mjsim.lab.recorded_plant import recorded
 from mjsim.record import JointTrack
 from mjsim.world import Plant
 from tests.lab.test_parts import DOUBLE, THIRD, WORLD
@@ -272,7 +272,7 @@ def test_a_scene_is_linearised_simulated_and_identified():
 
 
 def test_a_turned_base_is_identified_as_one_that_heads_along_x():
-    from mjsim.lab.recorded import _turn_back
+    from mjsim.lab.recorded_plant import _turn_back
 
     half = 0.35
     poses = np.array([[1.0, 2.0, 0.1, math.cos(half), 0.0, 0.0, math.sin(half)]] * 2)

@@ -10,11 +10,11 @@ from scipy.spatial import cKDTree
 from mjsim.compile import compile_world, compiled
 from mjsim.light.charts import charts_of
 from mjsim.light.emitters import behind, inside_of, window_rectangles
-from mjsim.light.geometry import OPEN, atlas_of, moved_doors
-from mjsim.light.links import links_of
+from mjsim.light.light_geometry import OPEN, atlas_of, moved_doors
+from mjsim.light.light_rays import PORTAL, Room, hemisphere
 from mjsim.light.probes import ProbeGrid, grid_of
-from mjsim.light.rays import PORTAL, Room, hemisphere
 from mjsim.light.spread import filled, finer
+from mjsim.light.texel_links import links_of
 from mjsim.light.texels import cells_of, texels_of
 from mjsim.light.work import Surroundings, gathered
 from mjsim.world import parse_world

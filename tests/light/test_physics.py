@@ -6,7 +6,7 @@ import pytest
 from mjsim.compile import compile_world, compiled
 from mjsim.light import GENERAL, LAMP, BakedLight, bake
 from mjsim.light.charts import LONGEST
-from mjsim.light.geometry import atlas_of
+from mjsim.light.light_geometry import atlas_of
 from mjsim.world import parse_world
 
 BLACK = """mjsim: 1

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mjsim.light.emitters import lamp_color, lamp_rectangle, sky_share
-from mjsim.light.rays import Points, Rectangle, Room, buried_share, hemisphere, light_of, uniform
+from mjsim.light.light_rays import Points, Rectangle, Room, buried_share, hemisphere, light_of, uniform
 from mjsim.light.work import Surroundings, lit, received, send, serve
 from mjsim.world import Lamp
 

@@ -14,7 +14,7 @@ from mjsim.logs.bags.bag_order import set_backs
 from mjsim.logs.bags.bag_pictures import _picture, shown_depth
 from mjsim.logs.formats.carmen import _Found, _take
 from mjsim.logs.formats.mrclam import _number, _numbers
-from mjsim.logs.resampling.merge import (
+from mjsim.logs.resampling.resample import (
     MotionNoise,
     motions,
     restarts_of,

@@ -7,9 +7,9 @@ from mjsim.errors import RecordingError, UsageError
 from mjsim.logs import data_sets
 from mjsim.logs.importing import limits_of as limits_of_log
 from mjsim.logs.importing import put_together
-from mjsim.logs.resampling.merge import MotionNoise
 from mjsim.logs.resampling.origin import near_origin
-from mjsim.logs.resampling.output import Output, SentFile
+from mjsim.logs.resampling.record_output import Output, SentFile
+from mjsim.logs.resampling.resample import MotionNoise
 from mjsim.logs.resampling.robot_log import RobotLog
 from mjsim.logs.resampling.ticks import cut, name_from
 

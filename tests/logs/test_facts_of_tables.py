@@ -12,7 +12,7 @@ from mjsim.logs import Wishes, calibration, write_log
 from mjsim.logs.calibration import Calibration, MotionCalibration, SightingCalibration, noise_text
 from mjsim.logs.formats.columns import is_description, read_columns
 from mjsim.logs.observed import _cameras
-from mjsim.logs.resampling.merge import MotionNoise
+from mjsim.logs.resampling.resample import MotionNoise
 from tests.logs.test_tables import LOG, MARKS, write_tables
 
 SCAN = "{file: scan.csv, time: t, ranges: r_, from_deg: 0, step_deg: 1, range: [0.1, 8]}"

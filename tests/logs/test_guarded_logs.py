@@ -13,10 +13,10 @@ import mjsim
 from mjsim.errors import MjsimError, UsageError
 from mjsim.guarded import Reader
 from mjsim.logs.files.csv_table import read_csv
-from mjsim.logs.files.table import read_table
-from mjsim.logs.files.text import lines_of
+from mjsim.logs.files.number_table import read_table
+from mjsim.logs.files.text_lines import lines_of
 from mjsim.logs.importing import limits_of, put_together
-from mjsim.logs.resampling.output import Output
+from mjsim.logs.resampling.record_output import Output
 from mjsim.logs.resampling.wishes import Wishes
 from mjsim.record import reserve_whole
 from tests.logs import hostile
@@ -83,7 +83,7 @@ SLOW = {
 
 @pytest.fixture(scope="module")
 def child(tmp_path_factory):
-    with Reader("mjsim.logs.kinds:convert", folders=[tmp_path_factory.getbasetemp()], scratch=True) as reader:
+    with Reader("mjsim.logs.log_kinds:convert", folders=[tmp_path_factory.getbasetemp()], scratch=True) as reader:
         yield reader
 
 
@@ -92,7 +92,7 @@ def child(tmp_path_factory):
 )
 def test_a_log_made_to_harm_is_one_line_or_comes_in_without_its_claims(name, child, tmp_path):
     path, said = hostile.HOSTILE[name](tmp_path), ""
-    arguments = "mjsim.logs.importing:sent", "mjsim.logs.kinds:convert", path, Wishes(), ""
+    arguments = "mjsim.logs.importing:sent", "mjsim.logs.log_kinds:convert", path, Wishes(), ""
     try:
         for _ in child.parts(*arguments, about=path, limits=limits_of(path)):
             pass
@@ -163,7 +163,7 @@ def test_a_recording_that_grows_without_end_is_refused(place, tmp_path):
 
 @pytest.mark.parametrize("suffix", [".gz", ".xz", ".bz2"])
 def test_a_text_that_unpacks_to_too_much_is_refused_and_a_long_one_is_read(suffix, tmp_path, monkeypatch):
-    monkeypatch.setattr("mjsim.logs.files.text.UNPACKED", 1 << 20)
+    monkeypatch.setattr("mjsim.logs.files.text_lines.UNPACKED", 1 << 20)
     path = hostile.packed(tmp_path / f"run.log{suffix}", bytes(4095) + b"\n", 3)
     with pytest.raises(UsageError, match="unpacks to more than 20 times its size; unpack it yourself"):
         list(lines_of(path))

@@ -8,7 +8,7 @@ import pytest
 from mjsim.logs.bags.bag_contents import Contents
 from mjsim.logs.bags.bag_file import Bag
 from mjsim.logs.bags.bag_topics import robots_of
-from mjsim.logs.resampling.readings import InertialTable, sensors_of, stamps_of
+from mjsim.logs.resampling.timed_readings import InertialTable, sensors_of, stamps_of
 from tests.bags import START, new_bag
 from tests.real_logs import imported
 

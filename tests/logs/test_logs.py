@@ -14,7 +14,7 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Pose, places_at, wrap_angle, wrap_angles
 from mjsim.logs import Wishes
 from mjsim.logs.files.antenna import car_poses
-from mjsim.logs.resampling.merge import MotionNoise, motions
+from mjsim.logs.resampling.resample import MotionNoise, motions
 from mjsim.report import statistics
 from tests.real_logs import (
     CAR,

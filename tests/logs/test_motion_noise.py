@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mjsim.logs.resampling.merge import (
+from mjsim.logs.resampling.resample import (
     GAP,
     PIVOT,
     STEPS,

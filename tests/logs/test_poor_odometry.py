@@ -7,7 +7,7 @@ import pytest
 
 import mjsim
 from mjsim.geometry import Pose, Pose3
-from mjsim.logs.resampling.merge import MotionNoise, motions, track_of
+from mjsim.logs.resampling.resample import MotionNoise, motions, track_of
 from tests.bags import START, new_bag
 from tests.real_logs import run_command
 

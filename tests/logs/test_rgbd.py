@@ -11,7 +11,7 @@ from mjsim.datasets import export_euroc, export_tum_rgbd
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose3
 from mjsim.logs.formats.rgbd import read_rgbd
-from mjsim.logs.resampling.readings import partners
+from mjsim.logs.resampling.timed_readings import partners
 from mjsim.record import LoggedPictures
 from tests.real_logs import imported
 

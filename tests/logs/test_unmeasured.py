@@ -11,7 +11,7 @@ from rosbags.typesys import Stores, get_typestore
 from mjsim.datasets import export_euroc, export_rosbag2, export_tum_rgbd
 from mjsim.geometry import Pose, Pose3
 from mjsim.logs.bags.bag_messages import imu_of
-from mjsim.logs.resampling.merge import joined, restarts_of
+from mjsim.logs.resampling.resample import joined, restarts_of
 from tests.bags import START, Bag, new_bag
 from tests.real_logs import imported
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from mjsim.mechanics import Arm, capsule, nearest_valid
-from mjsim.mechanics.inertias import Solid, tensor
+from mjsim.mechanics.link_inertias import Solid, tensor
 
 
 def test_degrees_and_millimetres_mean_the_same_as_radians_and_metres():

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from mjsim.models import line_and_column, line_of, names_in
-from mjsim.models.files import ModelFiles
-from mjsim.models.inertias import mend_inertias, mend_weightless, mended, number_of
-from mjsim.models.robots.places import PlacedError, element_of, numbered, plainly, starts
+from mjsim.models.inertia_repair import mend_inertias, mend_weightless, mended, number_of
+from mjsim.models.model_sources import ModelFiles
+from mjsim.models.robots.xml_positions import PlacedError, element_of, numbered, plainly, starts
 from mjsim.models.trials import model as model_fault
 from mjsim.models.trials import picture as picture_fault
 from tests.models.small_files import GOOD, SHAPE, link, urdf

@@ -10,11 +10,11 @@ import pytest
 from mjsim.models import gather_robot
 from mjsim.models.arms.arm_motors import motors_of
 from mjsim.models.arms.arm_tree import carried_by, chain_to, tree_of
-from mjsim.models.files import gather_model
+from mjsim.models.model_sources import gather_model
 from mjsim.models.robots.mjcf_scenes import without_mjcf_rails, without_scenery
-from mjsim.models.robots.places import PlacedError
 from mjsim.models.robots.robot_files import robot_text, without_shapes
 from mjsim.models.robots.urdf_joints import freed_wheels, joint_speeds, without_rails
+from mjsim.models.robots.xml_positions import PlacedError
 from tests.models.small_files import GOOD, SHAPE, binary, link, urdf
 
 ARM = """<mujoco><worldbody><body name="foot"><geom size=".1"/><body name="one"><joint name="a"/><geom size=".1"/>

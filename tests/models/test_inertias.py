@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from mjsim.models.inertias import mend_inertias
+from mjsim.models.inertia_repair import mend_inertias
 
 LINK = """<robot name="r"><link name="base"/><link name="part"><inertial><mass value="0.003"/>
 <inertia ixx="{}" iyy="{}" izz="{}" ixy="0" ixz="0" iyz="0"/></inertial></link>

@@ -12,7 +12,7 @@ import mjsim
 from mjsim.compile import check_models, compile_world, export_scene
 from mjsim.errors import UsageError, WorldError
 from mjsim.models import encode_png, gather_model
-from mjsim.models.reader import compiled, solid_parts
+from mjsim.models.model_reader import compiled, solid_parts
 from mjsim.world import (
     check_world,
     footprint,

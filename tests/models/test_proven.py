@@ -12,8 +12,7 @@ import pytest
 from mjsim.compile import compile_world
 from mjsim.errors import UsageError, WorldError
 from mjsim.exchange import write_sdf
-from mjsim.models import notes as notes_of
-from mjsim.models import proven
+from mjsim.models import content_notes, proven
 from mjsim.sim.module_info import catalogue_of
 from mjsim.world import Source, parse_world
 
@@ -61,7 +60,7 @@ def test_a_picture_is_read_again_by_other_code(tmp_path, notes, monkeypatch):
 
 def test_the_notes_of_the_user_are_not_those_of_the_tests(monkeypatch):
     monkeypatch.undo()
-    assert not notes_of.folder().is_relative_to(Path.home())
+    assert not content_notes.folder().is_relative_to(Path.home())
 
 
 def test_a_model_is_read_once_per_content(tmp_path, notes):
@@ -129,7 +128,7 @@ def test_a_cache_that_cannot_be_written_is_none(tmp_path):
 
 
 def test_notes_are_bounded(tmp_path, notes, monkeypatch):
-    monkeypatch.setattr(notes_of, "MOST_NOTES", 3)
+    monkeypatch.setattr(content_notes, "MOST_NOTES", 3)
     for color in range(5):
         world_with(tmp_path, png(color))
     assert len(list(notes.iterdir())) <= 3

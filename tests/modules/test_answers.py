@@ -5,7 +5,7 @@ import pytest
 
 from mjsim.interface import Numbers, Observation, Odometry, WheelCommand
 from mjsim.modules.covariances import Unfit
-from mjsim.modules.foreign.answers import NO_STRUCT, command_of, estimate_of, sightings_of, torques_of
+from mjsim.modules.foreign.module_answers import NO_STRUCT, command_of, estimate_of, sightings_of, torques_of
 
 NUMBERS = Numbers(("lion", "owl"))
 SEEN = Observation(time=2.5, dt=0.04, odometry=Odometry(0.0, 0.0, 0.0, covariance=np.eye(3)))

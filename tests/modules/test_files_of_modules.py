@@ -3,8 +3,8 @@
 import pytest
 
 from mjsim.errors import UsageError
-from mjsim.modules.python import files
-from mjsim.modules.python.files import python_files
+from mjsim.modules.python import needed_files
+from mjsim.modules.python.needed_files import python_files
 from mjsim.world import Source, Use
 
 FILES = {
@@ -48,6 +48,6 @@ def test_imports_are_followed_and_keep_their_places(source):
 
 @pytest.mark.parametrize(("limit", "value"), [("MAX_FILES", 3), ("MAX_TOTAL", 30)])
 def test_more_files_than_a_run_should_need_are_refused(source, monkeypatch, limit, value):
-    monkeypatch.setattr(files, limit, value)
+    monkeypatch.setattr(needed_files, limit, value)
     with pytest.raises(UsageError, match=r"modules of 'world\.yaml' have over"):
         python_files([USE], source)

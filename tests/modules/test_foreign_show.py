@@ -11,7 +11,7 @@ import mjsim
 from mjsim.errors import ModuleFault
 from mjsim.interface import ShownGrid, ShownLines, ShownPoints, ShownText
 from mjsim.modules.covariances import Unfit
-from mjsim.modules.foreign.shown import shown_of
+from mjsim.modules.foreign.shown_values import shown_of
 from mjsim.world import Source, parse_world
 
 DOCS = Path(__file__).parents[2] / "docs"

@@ -9,7 +9,7 @@ import mjsim
 from mjsim.algorithms.beacon_vision import picture_quality
 from mjsim.bench.odd_pictures import drawing, odd_pictures, png
 from mjsim.cli import main
-from mjsim.modules import check_pictures, judge_images, judge_pictures, pictures
+from mjsim.modules import check_pictures, judge_images, judge_pictures, picture_checks
 from mjsim.web.worlds.parsed import parsed
 from mjsim.world import Source, World, load_world, parse_world
 
@@ -129,17 +129,17 @@ def test_a_fainter_picture_must_be_nearer():
 
 def test_pictures_that_were_judged_before_are_not_judged_again(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    pictures._cached.cache_clear()
+    picture_checks._cached.cache_clear()
     world = room("name: a, image: good0.png, width: 0.6", files=GOOD)
     judged = judge_pictures(world)
     (note,) = (each for each in tmp_path.rglob("read/*") if each.stat().st_size)
-    pictures._cached.cache_clear()
+    picture_checks._cached.cache_clear()
     with monkeypatch.context() as patch:
         patch.setattr(picture_quality, "picture_qualities", None)
         assert judge_pictures(world) == judged
     for damaged in (b"", b"[]", b'{"a": 1}', b'{"a": [1, null, null]}'):
         note.write_bytes(damaged)
-        pictures._cached.cache_clear()
+        picture_checks._cached.cache_clear()
         assert judge_pictures(world) == judged
 
 

@@ -1,6 +1,6 @@
 """A recording keeps the pictures that its world names."""
 
-from mjsim.record.writer import named_pictures
+from mjsim.record.recording_writer import named_pictures
 from mjsim.world import parse_world
 
 WORLD = """

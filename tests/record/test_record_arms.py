@@ -12,7 +12,7 @@ import mjsim
 from mjsim.errors import RecordingError
 from mjsim.geometry import Pose3
 from mjsim.record import export_csv, export_mat, export_npz
-from mjsim.record.joints import KEYS
+from mjsim.record.joint_messages import KEYS
 from mjsim.report import write_report
 from mjsim.report.arm_plots import drive_plots
 from mjsim.run import drivers_of
@@ -103,7 +103,7 @@ def test_the_report_says_how_far_joints_were_from_their_goals_and_draws_them(mad
 
 def test_plots_hold_the_recorded_numbers(made):
     from mjsim.report.arm_plots import arm_plots
-    from mjsim.report.arms import slides_of
+    from mjsim.report.arm_statistics import slides_of
 
     run, _ = made
     track = run.joints["r/small"]

@@ -137,10 +137,10 @@ def test_lengths_that_say_more_than_the_file_has_end_it_and_ask_for_no_memory(go
 def test_many_ticks_times_many_names_are_refused_before_the_arrays_are_made(
     parts: Parts, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
-    from mjsim.record import reader
+    from mjsim.record import recording_reader
 
-    monkeypatch.setattr(reader, "LEAST_MEMORY", 0)
-    monkeypatch.setattr(reader, "MEMORY_GROWTH", 1)
+    monkeypatch.setattr(recording_reader, "LEAST_MEMORY", 0)
+    monkeypatch.setattr(recording_reader, "MEMORY_GROWTH", 1)
     many = [f"l{number}" for number in range(2000)]
 
     def grow(content: Content) -> None:

@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from mjsim.record import Recording, read_recording
 from mjsim.record.drawn.map import prism
-from mjsim.record.drawn.scene import quaternion
+from mjsim.record.drawn.scene_messages import quaternion
 from tests.record_ticks import CAMERA, hand_made_ticks, record
 
 

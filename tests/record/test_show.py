@@ -15,7 +15,7 @@ from mjsim.geometry import Pose
 from mjsim.interface import Estimate, ShownGrid, ShownLines, ShownPoints, ShownText
 from mjsim.modules.checks import checked_estimate
 from mjsim.modules.covariances import Unfit
-from mjsim.record.drawn.shown import grid_png, show_message, shown_of
+from mjsim.record.drawn.shown_entities import grid_png, show_message, shown_of
 
 CELLS = np.array([[0.0, 0.5, 1.0], [np.nan, 1.0, 0.25]])
 SHOWN = (

@@ -12,8 +12,8 @@ from mjsim.report.comparison import Compared, Comparison, Group, Series, Spread
 from mjsim.report.figures import FIGURES
 from mjsim.report.html_page import Heading
 from mjsim.report.over_time import mean_of, middle_of, on_one_clock, shared_seed
-from mjsim.report.page import _arm_blocks, _times
 from mjsim.report.paired import Difference
+from mjsim.report.report_page import _arm_blocks, _times
 from tests.report.test_plots import WORLD, lines, text
 
 

@@ -10,9 +10,9 @@ from scipy import stats
 from mjsim.geometry import wrap_angle
 from mjsim.record import JointTrack, Landmarks, RobotEvent, SensorTrack, Track
 from mjsim.report import arm_plots, mechanism_plots, plots
-from mjsim.report.arms import arm_figures
+from mjsim.report.arm_statistics import arm_figures
 from mjsim.report.labels import setting_labels
-from mjsim.report.page import _page
+from mjsim.report.report_page import _page
 from mjsim.world import parse_world
 
 N = 90

@@ -17,7 +17,7 @@ from mjsim.env import GymEnvironment, Task
 from mjsim.interface import Numbers, doubles_of, json_line, observation_tree, retimed
 from mjsim.record import export_csv, export_npz
 from mjsim.ros.messages import bytes_of, message_of
-from mjsim.ros.robot import RosRobot, RosTick
+from mjsim.ros.ros_robot import RosRobot, RosTick
 from mjsim.sim.sensors.compass import SmoothField
 from mjsim.world import parse_world
 

@@ -11,7 +11,7 @@ from mjsim.geometry import Pose
 from mjsim.interface import Command, JointGoal
 from mjsim.record import export_csv, read_recording, same_run
 from mjsim.report import statistics, statistics_file
-from mjsim.report.page import _page
+from mjsim.report.report_page import _page
 from mjsim.run import Driver, run, ticks
 from mjsim.sim import Playback, Simulation
 from mjsim.world import LightEvent, MoveEvent, RemoveEvent, check_world, parse_world

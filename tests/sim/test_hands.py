@@ -12,7 +12,7 @@ import mjsim
 from mjsim.errors import UsageError, WorldError
 from mjsim.posture import from_above
 from mjsim.sim import StillScene
-from mjsim.sim.hands import LedPeople
+from mjsim.sim.person_hands import LedPeople
 from mjsim.world import HandLed, ReachEvent, ReleaseEvent, check_world, event_text, looks_after
 
 ROOM = """

@@ -13,7 +13,7 @@ from mjsim.errors import UsageError
 from mjsim.mechanics import followed
 from mjsim.record import same_run
 from mjsim.session import keep_events
-from mjsim.sim.mechanisms.holds import STIFFNESS, STRONGEST
+from mjsim.sim.mechanisms.hand_forces import STIFFNESS, STRONGEST
 from mjsim.world import check_world, led_joints
 
 PATIENCE = 60.0

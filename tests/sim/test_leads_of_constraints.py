@@ -9,7 +9,7 @@ import mjsim
 from mjsim.errors import UsageError
 from mjsim.record import same_run
 from mjsim.session import keep_events
-from mjsim.sim.mechanisms.holds import STIFFNESS
+from mjsim.sim.mechanisms.hand_forces import STIFFNESS
 from mjsim.world import led_joints
 
 GRAVITY = 9.81

@@ -5,8 +5,8 @@ import math
 import mujoco
 import pytest
 
-from mjsim.compile.joints import add_joint, add_motor
-from mjsim.sim.script.joints import Joints
+from mjsim.compile.joint_motors import add_joint, add_motor
+from mjsim.sim.script.scripted_joints import Joints
 from mjsim.world import MotorJoint
 
 DRAWER = MotorJoint(

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from mjsim.compile import compile_world
-from mjsim.sim.rays.rays import SOLID, Fan
+from mjsim.sim.rays.ray_fan import SOLID, Fan
 from mjsim.world import parse_world
 
 ROBOTS = {

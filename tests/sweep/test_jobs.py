@@ -13,12 +13,12 @@ import pytest
 
 from mjsim.errors import MjsimError, PhysicsFault, UsageError
 from mjsim.modules import INSTALLED
-from mjsim.sweep import SweepPlan, pool, worker
+from mjsim.sweep import SweepPlan, pool, sweep_worker
 from mjsim.sweep.bench import KeptSimulation, own_modules, seed_the_rest
-from mjsim.sweep.plan import Job
 from mjsim.sweep.pool import run_on_processes, usable_cores
 from mjsim.sweep.store import Store
 from mjsim.sweep.sweep import run_plan, sweep
+from mjsim.sweep.sweep_plan import Job
 from mjsim.world import parse_world
 from tests.sweep.test_parts import PLAN, ROOM, STAND, TURN, job
 
@@ -195,8 +195,8 @@ def test_a_world_without_robots_is_no_sweep(tmp_path):
 
 def test_a_job_gives_figures_series_and_times_and_a_fault_is_an_outcome(room, tmp_path, monkeypatch):
     kept = KeptSimulation()
-    monkeypatch.setattr(worker, "settle", lambda: None)  # it limits the threads of the whole process
-    monkeypatch.setattr(worker, "bench", lambda: kept)
+    monkeypatch.setattr(sweep_worker, "settle", lambda: None)  # it limits the threads of the whole process
+    monkeypatch.setattr(sweep_worker, "bench", lambda: kept)
     told = pool._work(room, job(case=3, seed=9), Store(tmp_path, keep=False))
     assert (told["case"], told["seed"], told["error"]) == (3, 9, None)
     assert told["robots"]["scout"]["odometry_error_m"]["rmse"] >= 0.0
@@ -209,8 +209,8 @@ def test_a_job_gives_figures_series_and_times_and_a_fault_is_an_outcome(room, tm
     def falls(*_, **__):
         raise PhysicsFault("it fell at 0.04 s")
 
-    monkeypatch.setattr(worker, "run", falls)
-    lost = worker.run_job(room, job(seed=2), record=tmp_path / "r.mcap", pictures=False)
+    monkeypatch.setattr(sweep_worker, "run", falls)
+    lost = sweep_worker.run_job(room, job(seed=2), record=tmp_path / "r.mcap", pictures=False)
     assert (lost["error"], lost["robots"]) == ("it fell at 0.04 s", {})
     assert lost["clock"]["total_seconds"] > 0.0
     kept.clear()
@@ -261,7 +261,7 @@ def test_a_job_whose_process_dies_is_tried_three_times(tmp_path, monkeypatch):
     jobs = [job(seed=seed) for seed in range(1, 5)]
     found = dict(run_on_processes(tmp_path, jobs, Store(tmp_path, keep=False), workers=2))
     assert {one.seed: outcome for one, outcome in found.items()} == {
-        1: {"seed": 1}, 2: {"seed": 2}, 3: worker.died(jobs[2], 3), 4: {"seed": 4},
+        1: {"seed": 1}, 2: {"seed": 2}, 3: sweep_worker.died(jobs[2], 3), 4: {"seed": 4},
     }  # fmt: skip
     assert [workers.asked.count(seed) for seed in range(1, 5)] == [1, 2, 3, 1]
     assert workers.alive == 0
@@ -274,7 +274,7 @@ def test_outcomes_that_are_there_are_not_run_again_and_deaths_are_not_kept(tmp_p
         begun.extend(one.seed for one in jobs)
         assert (world_file.name, workers) == ("world.yaml", 3)
         for one in jobs:
-            yield one, worker.died(one, 3) if one.seed == 2 else worker.empty_outcome(one, error="it fell")
+            yield one, sweep_worker.died(one, 3) if one.seed == 2 else sweep_worker.empty_outcome(one, error="it fell")
 
     monkeypatch.setattr(sys.modules[run_plan.__module__], "run_on_processes", coming)
     plan = SweepPlan(seeds=(1, 2, 3), settings={})

@@ -9,11 +9,11 @@ from scipy import stats
 
 from mjsim.plan import GROUPS
 from mjsim.sweep import SweepPlan
-from mjsim.sweep.plan import Job
-from mjsim.sweep.plots import error_plot, nees_plot, plots, settings_plot
 from mjsim.sweep.results import write_results
 from mjsim.sweep.store import Store
-from mjsim.sweep.worker import empty_outcome
+from mjsim.sweep.sweep_plan import Job
+from mjsim.sweep.sweep_plots import error_plot, nees_plot, plots, settings_plot
+from mjsim.sweep.sweep_worker import empty_outcome
 
 TURN = "robots.scout.odometry.noise.turn"
 PLAN = SweepPlan(seeds=(4, 7), settings={TURN: (0.01, 0.04), "run.seconds": (5,)})

@@ -11,9 +11,9 @@ from mjsim.errors import UsageError
 from mjsim.report import RunFigures, compare_tables, largest, mean_interval
 from mjsim.sweep import SweepPlan, parse_seeds, parse_settings
 from mjsim.sweep.bundle import bundle_of
+from mjsim.sweep.seed_means import interval_of_mean
 from mjsim.sweep.store import Store
-from mjsim.sweep.summary import interval_of_mean
-from mjsim.sweep.table import parquet, rows_of
+from mjsim.sweep.sweep_table import parquet, rows_of
 
 ROOM = """
 mjsim: 1

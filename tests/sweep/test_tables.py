@@ -13,12 +13,12 @@ from scipy import stats
 from mjsim.geometry import wrap_angle
 from mjsim.report import mean_of, middle_of
 from mjsim.sweep import SweepPlan
-from mjsim.sweep.plan import Job
-from mjsim.sweep.plots import error_plot, nees_plot
 from mjsim.sweep.results import _clock, key_lines
-from mjsim.sweep.summary import distribution, summary_of, summary_rows
-from mjsim.sweep.table import csv_text, figure_names, no_nees, rows_of
-from mjsim.sweep.worker import MAX_POINTS, _series, died, empty_outcome
+from mjsim.sweep.seed_means import distribution, summary_of, summary_rows
+from mjsim.sweep.sweep_plan import Job
+from mjsim.sweep.sweep_plots import error_plot, nees_plot
+from mjsim.sweep.sweep_table import csv_text, figure_names, no_nees, rows_of
+from mjsim.sweep.sweep_worker import MAX_POINTS, _series, died, empty_outcome
 
 PLAN = SweepPlan(seeds=(4, 7), settings={"run.speed": (1, 2)})
 

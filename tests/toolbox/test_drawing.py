@@ -4,7 +4,7 @@ import numpy as np
 
 from mjsim.toolbox.calls import FigureCall
 from mjsim.toolbox.draw import ScriptFigures
-from mjsim.toolbox.functions import FUNCTIONS
+from mjsim.toolbox.drawing_functions import FUNCTIONS
 
 ROW = np.array([[1.0, 2.0, 4.0]])
 TWO = np.array([[2.0]])

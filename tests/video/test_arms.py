@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mjsim.plan.things import outline, shadows
+from mjsim.plan.plan_items import outline, shadows
 from mjsim.video import PAPER, Letters, draw_world
 from mjsim.video.paper import Paper
-from mjsim.video.plan import world_bounds
+from mjsim.video.plan_parts import world_bounds
 from mjsim.video.state import PlanState
 from mjsim.video.view import PlanView
 from mjsim.world import View, parse_world

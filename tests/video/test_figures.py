@@ -5,7 +5,7 @@ import pytest
 
 from mjsim.posture import poses_of, seated
 from mjsim.video import draw_world
-from mjsim.video.figures import person_view
+from mjsim.video.people_figures import person_view
 from mjsim.world import look_beside, look_over, parse_world
 
 STANDING = """mjsim: 1

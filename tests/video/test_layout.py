@@ -6,7 +6,7 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
-from mjsim.video.layout import GAP, HEAD, HEIGHT, MARGIN, WIDTH, arrange
+from mjsim.video.picture_layout import GAP, HEAD, HEIGHT, MARGIN, WIDTH, arrange
 
 RIGHT, BOTTOM = WIDTH - MARGIN, HEIGHT - MARGIN
 

@@ -11,10 +11,10 @@ from mjsim.compile import compile_world, overview_of
 from mjsim.plan import blend, parse_color
 from mjsim.sim import Onlooker
 from mjsim.video import draw_world
+from mjsim.video.diagram_drawing import body_outlines, distances, posed
 from mjsim.video.diagrams import DiagramFrame, best_look
 from mjsim.video.ink import ESTIMATE, INK, PAPER
 from mjsim.video.joint_symbols import SYMBOLS, draw_joint
-from mjsim.video.mechanisms import body_outlines, distances, posed
 from mjsim.video.paper import blank
 from mjsim.video.view import PlanView
 from mjsim.world.items.mechanisms.joint_kinds import JOINTS

@@ -16,11 +16,11 @@ import pytest
 
 from mjsim.geometry import Pose
 from mjsim.plan import PlanItem, SvgPlan, bounds_of, world_shapes, world_words
-from mjsim.video.beside import draw_beside
 from mjsim.video.diagrams import DiagramFrame, diagrams_page
-from mjsim.video.figures import people_page
-from mjsim.video.frame import Frame, PlanFrame, draw_seen
+from mjsim.video.film_frame import Frame, PlanFrame, draw_seen
 from mjsim.video.ink import Letters
+from mjsim.video.original_beside import draw_beside
+from mjsim.video.people_figures import people_page
 from mjsim.video.sheet import draw_world
 from mjsim.world import Looks, View, load_world, parse_world
 from tests.video.test_video_frame import NOW

@@ -11,8 +11,8 @@ from mjsim.errors import UsageError
 from mjsim.plan import Words, arc, color, leaf_path
 from mjsim.video import INK, draw_world, take_picture
 from mjsim.video.ink import BEACON
-from mjsim.video.names import write_words
 from mjsim.video.paper import DPI, blank, px
+from mjsim.video.placed_names import write_words
 from mjsim.video.sheet import A4, scale_for
 from mjsim.video.view import PlanView
 from mjsim.world import leaves, parse_world

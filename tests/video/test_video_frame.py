@@ -8,11 +8,11 @@ import pytest
 from mjsim.errors import UsageError
 from mjsim.interface import Sighting
 from mjsim.video import Letters
-from mjsim.video.frame import Frame, PlanFrame, draw_seen
+from mjsim.video.film_frame import Frame, PlanFrame, draw_seen
 from mjsim.video.ink import ESTIMATE, MUTED, ODOMETRY, SEEN, TRUTH
-from mjsim.video.layout import HEIGHT, MARGIN, WIDTH, arrange
 from mjsim.video.moment import Moment
-from mjsim.video.plan import world_bounds
+from mjsim.video.picture_layout import HEIGHT, MARGIN, WIDTH, arrange
+from mjsim.video.plan_parts import world_bounds
 from mjsim.video.view import PlanView
 from mjsim.world import Looks, View, parse_world
 

@@ -8,10 +8,10 @@ from mjsim.plan import PlanItem
 from mjsim.run import Driver, run
 from mjsim.sim import Simulation
 from mjsim.video import PAPER, Letters
+from mjsim.video.beam_points import recorded_points
 from mjsim.video.ink import SCANNED
 from mjsim.video.moment import moments
 from mjsim.video.paper import Paper
-from mjsim.video.scans import recorded_points
 from mjsim.video.view import PlanView
 from mjsim.world import parse_world, solid
 

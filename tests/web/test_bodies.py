@@ -4,7 +4,7 @@ import asyncio
 
 import pytest
 
-from mjsim.web.server.bodies import SMALL, Bodies
+from mjsim.web.server.request_bodies import SMALL, Bodies
 from tests.loops import in_a_loop
 
 

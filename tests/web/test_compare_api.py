@@ -12,8 +12,8 @@ from mjsim.report import compare, comparison_csv, mean_rows, metrics
 from mjsim.web.review.comparing import compared_json
 from mjsim.web.review.review_api import ReviewApi
 from mjsim.web.server.server import Server
-from mjsim.web.worlds.files import listed
 from mjsim.web.worlds.folder import Folder
+from mjsim.web.worlds.world_files import listed
 
 ROOM = """
 mjsim: 1

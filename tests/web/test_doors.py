@@ -17,9 +17,9 @@ from mjsim.web.server.connections import (
     _upgrade_headers,
 )
 from mjsim.web.server.entrance import Entrance
-from mjsim.web.server.keys import LIFETIME, SHORTEST, Keys
 from mjsim.web.server.local import HEADERS, SameOrigin
 from mjsim.web.server.peer import peer_of
+from mjsim.web.server.session_keys import LIFETIME, SHORTEST, Keys
 from mjsim.web.server.token_penalty import AT_ONCE, FORGIVEN, MAX_PEERS, Penalty, delay
 from tests.loops import in_a_loop
 

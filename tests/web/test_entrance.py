@@ -14,7 +14,7 @@ from websockets.sync.client import connect
 from mjsim.bench.entering import client_of, cookie_of, socket_of
 from mjsim.errors import UsageError
 from mjsim.web import LiveView
-from mjsim.web.server.keys import LIFETIME, MAX_PASSES, MAX_SESSIONS, Keys
+from mjsim.web.server.session_keys import LIFETIME, MAX_PASSES, MAX_SESSIONS, Keys
 from mjsim.web.server.token_penalty import AT_ONCE, FIRST, LONGEST, Penalty, delay
 from mjsim.web.studio import Studio
 from mjsim.world import parse_world

@@ -11,7 +11,7 @@ import pytest
 
 from mjsim.bench.entering import client_of
 from mjsim.cli import main
-from mjsim.cli.page import read_token
+from mjsim.cli.page_access import read_token
 from mjsim.errors import UsageError
 from mjsim.web.studio import Studio
 from tests.children import child

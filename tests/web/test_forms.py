@@ -15,12 +15,12 @@ from mjsim.web.run.history import plain, track_json
 from mjsim.web.run.shots import depth_shown, instance_colour
 from mjsim.web.run.showing import shown_json
 from mjsim.web.server.answers import RefusedError
-from mjsim.web.worlds.files import new_world, read_world, source_of, stamp_of
 from mjsim.web.worlds.folder import Folder
-from mjsim.web.worlds.looks import look_at
 from mjsim.web.worlds.mechanism_poses import moved, sliders, start_values
-from mjsim.web.worlds.pictures import LARGEST, _plain, _within, bring_picture, decoded, encoded, small_picture
-from mjsim.web.worlds.shipped import SHIPPED, is_shipped, shipped
+from mjsim.web.worlds.shipped_parts import SHIPPED, is_shipped, shipped
+from mjsim.web.worlds.uploaded_pictures import LARGEST, _plain, _within, bring_picture, decoded, encoded, small_picture
+from mjsim.web.worlds.viewpoints import look_at
+from mjsim.web.worlds.world_files import new_world, read_world, source_of, stamp_of
 from mjsim.world import parse_world
 
 

@@ -13,7 +13,7 @@ from mjsim.web.edit.edit_api import EditApi
 from mjsim.web.run.current_run import FAREWELL
 from mjsim.web.run.run_api import RunApi
 from mjsim.web.worlds.items import scene_of, world_values
-from mjsim.web.worlds.modules import KINDS, PREFERRED, modules_in
+from mjsim.web.worlds.offered_modules import KINDS, PREFERRED, modules_in
 from mjsim.web.worlds.trust import Trust
 from mjsim.world import parse_world
 from tests.loops import in_a_loop
@@ -313,7 +313,7 @@ def test_modules_are_offered_by_role_the_preferred_first_with_what_they_need_and
 
 
 def test_where_all_files_are_executable_only_those_that_start_as_programs_are_offered(folder, monkeypatch):
-    monkeypatch.setattr("mjsim.web.worlds.modules.shipped_modules", tuple)
+    monkeypatch.setattr("mjsim.web.worlds.offered_modules.shipped_modules", tuple)
     heads = {
         "slam": b"\x7fELF",
         "slam.py": b"#!/usr/bin/env python3\n",

@@ -180,7 +180,7 @@ def test_files_that_a_text_names_are_those_that_look_like_files():
 
 
 def test_a_change_on_disk_is_told_once_it_has_settled_and_once_only(folder, tmp_path):
-    from mjsim.web.worlds.files import stamp_of
+    from mjsim.web.worlds.world_files import stamp_of
 
     world, code = folder.root / "room.yaml", folder.root / "go.py"
     code.write_text("x = 1\n")

@@ -9,7 +9,7 @@ import pytest
 from websockets.exceptions import InvalidStatus
 
 from mjsim.bench.entering import client_of
-from mjsim.output.whole import LEFT_BEHIND, NEW
+from mjsim.output.atomic import LEFT_BEHIND, NEW
 from mjsim.web.studio import Studio
 from mjsim.web.worlds.drafts import MAX_DRAFTS, OLDEST, Drafts, drafts_folder
 from mjsim.web.worlds.folder import Folder

@@ -12,7 +12,7 @@ import mjsim
 from mjsim.bench.entering import client_of
 from mjsim.web import Studio
 from mjsim.web.worlds.items import scene_of
-from mjsim.web.worlds.modules import KINDS
+from mjsim.web.worlds.offered_modules import KINDS
 from mjsim.world import wall_polygons
 
 PATIENCE = 60.0

@@ -12,7 +12,7 @@ from mjsim.bench.odd_pictures import odd_pictures
 from mjsim.models import read_picture
 from mjsim.video import take_picture
 from mjsim.web import Studio
-from mjsim.web.worlds.pictures import encoded
+from mjsim.web.worlds.uploaded_pictures import encoded
 from tests.asking import told
 from tests.web.test_studio_edit import ROOM
 

@@ -20,7 +20,7 @@ from mjsim.web import Studio
 from mjsim.web.server.answers import MAX_JSON
 from mjsim.web.server.local import HEADERS
 from mjsim.web.worlds.folder import Folder
-from mjsim.web.worlds.pictures import LARGEST, MAX_BYTES
+from mjsim.web.worlds.uploaded_pictures import LARGEST, MAX_BYTES
 
 pytestmark = pytest.mark.slow  # Each starts a server.
 

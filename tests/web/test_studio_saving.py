@@ -15,7 +15,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 
 from mjsim.closing import join
-from mjsim.output.whole import LEFT_BEHIND, write_new, write_whole
+from mjsim.output.atomic import LEFT_BEHIND, write_new, write_whole
 from tests.asking import ROOM, told
 from tests.browser import browser
 from tests.children import completed
@@ -92,7 +92,7 @@ REFUSED = """
     import os, sys
     from pathlib import Path
     from mjsim.web.server.answers import RefusedError
-    from mjsim.web.worlds.files import read_world, save_world
+    from mjsim.web.worlds.world_files import read_world, save_world
     from mjsim.web.worlds.folder import Folder
 
     folder = Folder(Path(sys.argv[1]))
@@ -135,7 +135,7 @@ FULL = """
     import os, sys
     from pathlib import Path
     from mjsim.web.server.answers import RefusedError
-    from mjsim.web.worlds.files import save_world, stamp_of
+    from mjsim.web.worlds.world_files import save_world, stamp_of
     from mjsim.web.worlds.folder import Folder
 
     place = Path(sys.argv[1])

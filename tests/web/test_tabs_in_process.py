@@ -5,8 +5,8 @@ from functools import partial
 
 import pytest
 
-from mjsim.web.worlds.files import read_world
 from mjsim.web.worlds.tabs import Tabs
+from mjsim.web.worlds.world_files import read_world
 from tests.loops import in_a_loop
 from tests.web.in_process import OTHER, ROOM, TAB, Page, asked, folder_in
 

@@ -13,7 +13,7 @@ import pytest
 from mjsim.errors import WorldError
 from mjsim.modules import load_runnable
 from mjsim.world import World, parse_world
-from mjsim.world.ground import words
+from mjsim.world.ground import pydantic_words
 from tests.world.malformed import TEXTS
 
 LIMIT = 2.0
@@ -138,7 +138,7 @@ def test_every_pattern_of_the_language_is_put_into_words():
     # One without words ended in a KeyError.
     patterns = re.findall(r'"pattern": ("(?:[^"\\]|\\.)*")', json.dumps(World.model_json_schema()))
     assert len(patterns) > 5
-    assert {json.loads(pattern) for pattern in patterns} <= set(words._PATTERNS)
+    assert {json.loads(pattern) for pattern in patterns} <= set(pydantic_words._PATTERNS)
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mjsim.video.plan import world_bounds
+from mjsim.video.plan_parts import world_bounds
 from mjsim.world import extent, parse_world, route_of
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import mjsim
 from mjsim.cli import main
-from mjsim.cli.studio import opened
+from mjsim.cli.studio_command import opened
 from mjsim.world import shipped_worlds, world_path
 from tests.children import completed
 

@@ -1,9 +1,9 @@
 from .carriers import carrier_of as carrier_of
 from .carriers import robot_from_carrier as robot_from_carrier
-from .robots import add_robots as add_robots
-from .robots import check_robots as check_robots
-from .sensors import robot_from_sensor as robot_from_sensor
-from .sensors import robot_from_view as robot_from_view
+from .robot_bodies import add_robots as add_robots
+from .robot_bodies import check_robots as check_robots
+from .sensor_bodies import robot_from_sensor as robot_from_sensor
+from .sensor_bodies import robot_from_view as robot_from_view
 from .stability import likely_cause as likely_cause
 from .wheels import LAG as LAG
 from .wheels import RESPONSE as RESPONSE

@@ -14,13 +14,13 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from mjsim.compile.bodies import BUMPER_FRICTION, TOUCHED
-from mjsim.compile.joints import lock
+from mjsim.compile.geom_groups import DARK, DECOR, FITTINGS, RUNNING_GEAR, SEEN
+from mjsim.compile.joint_motors import lock
 from mjsim.compile.models import LoadedFile, copy_geom
-from mjsim.compile.parts import DARK, DECOR, FITTINGS, RUNNING_GEAR, SEEN
+from mjsim.compile.robot_shapes import BUMPER_FRICTION, TOUCHED
 from mjsim.compile.robots.own_parts import exclude_parts
 from mjsim.compile.robots.running_gear import add_motor
-from mjsim.compile.robots.sensors import HOUSING_MARGIN
+from mjsim.compile.robots.sensor_bodies import HOUSING_MARGIN
 from mjsim.compile.robots.wheels import (
     FREE_INERTIA,
     SAGS,

@@ -2,7 +2,7 @@
 
 import mujoco
 
-from mjsim.compile.parts import DECOR, RUNNING_GEAR, SEEN
+from mjsim.compile.geom_groups import DECOR, RUNNING_GEAR, SEEN
 from mjsim.geometry import Array
 from mjsim.models import no_warnings, spec_of
 from mjsim.world import ModelBody

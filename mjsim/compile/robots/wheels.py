@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from mjsim.compile.parts import DARK, RUNNING_GEAR, make_decor
+from mjsim.compile.geom_groups import DARK, RUNNING_GEAR, make_decor
 
 RESPONSE = 0.1
 """Time constant of the wheels' velocity servos of a differential drive, with the load of the robot's mass [s]."""

@@ -12,9 +12,9 @@ from functools import cache
 import mujoco
 import numpy as np
 
-from mjsim.compile.pictures import LONGEST_BEACON_SIDE, add_material, color_of, marker_picture
-from mjsim.compile.room.solids import Face
+from mjsim.compile.room.prisms import Face
 from mjsim.compile.room.walls import UNDIVIDED, VISUAL, WallBox, add_mesh_geom
+from mjsim.compile.textures import LONGEST_BEACON_SIDE, add_material, color_of, marker_picture
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Picture

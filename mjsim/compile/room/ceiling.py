@@ -3,9 +3,9 @@
 import mujoco
 import numpy as np
 
-from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, color_of, tint_of
-from mjsim.compile.room.solids import Face
+from mjsim.compile.room.prisms import Face
 from mjsim.compile.room.walls import WallBox, add_mesh_geom
+from mjsim.compile.textures import LONGEST_TILE_SIDE, add_material, color_of, tint_of
 from mjsim.geometry import Array
 from mjsim.models import bounded
 from mjsim.style import SURFACES

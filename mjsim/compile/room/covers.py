@@ -10,9 +10,9 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
-from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material
 from mjsim.compile.room.triangles import Triangles, joined, shape_triangles
 from mjsim.compile.room.unrolling import unrolled
+from mjsim.compile.textures import LONGEST_TILE_SIDE, add_material
 from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.models import bounded

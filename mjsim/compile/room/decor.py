@@ -9,8 +9,8 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
-from mjsim.compile.pictures import add_material
 from mjsim.compile.room.walls import VISUAL
+from mjsim.compile.textures import add_material
 from mjsim.style import PartAtlas, Quad, StyleName, ceiling_lamps, leaf_faces, read_atlas, thing_faces, wall_faces
 from mjsim.world import THICKNESS, World, item_names, leaves
 

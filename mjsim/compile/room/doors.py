@@ -8,9 +8,9 @@ import math
 
 import mujoco
 
-from mjsim.compile.joints import add_joint, add_motor
-from mjsim.compile.parts import DARK, SEEN, make_decor
-from mjsim.compile.pictures import color_of
+from mjsim.compile.geom_groups import DARK, SEEN, make_decor
+from mjsim.compile.joint_motors import add_joint, add_motor
+from mjsim.compile.textures import color_of
 from mjsim.world import THICKNESS, Leaf, World, leaves
 
 GAP = 0.006

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material
 from mjsim.compile.room.triangles import Triangles
+from mjsim.compile.textures import LONGEST_TILE_SIDE, add_material
 from mjsim.geometry import Array
 from mjsim.models import bounded
 from mjsim.world import World

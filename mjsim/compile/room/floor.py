@@ -5,8 +5,8 @@ import math
 import mujoco
 import numpy as np
 
-from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, color_of, tint_of
 from mjsim.compile.room.walls import COLLISION, UNDIVIDED, VISUAL
+from mjsim.compile.textures import LONGEST_TILE_SIDE, add_material, color_of, tint_of
 from mjsim.geometry import Array
 from mjsim.models import bounded
 from mjsim.style import SURFACES

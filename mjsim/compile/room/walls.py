@@ -11,9 +11,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, color_of, tint_of
-from mjsim.compile.room.solids import Face, Faces, Prisms, visible_faces
+from mjsim.compile.room.prisms import Face, Faces, Prisms, visible_faces
 from mjsim.compile.room.unrolling import metric_places, unrolled
+from mjsim.compile.textures import LONGEST_TILE_SIDE, add_material, color_of, tint_of
 from mjsim.geometry import Array
 from mjsim.models import bounded
 from mjsim.style import SURFACES

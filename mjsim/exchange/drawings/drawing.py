@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjsim.errors import UsageError
-from mjsim.exchange.drawings.roles import Role
+from mjsim.exchange.drawings.layer_roles import Role
 from mjsim.exchange.maps import DIGITS, WALL_HEIGHT, distinct
 from mjsim.geometry import Array
 from mjsim.world import Wall

@@ -16,8 +16,8 @@ from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
 from mjsim.exchange.drawings.drawing import BOW, MAX_BYTES, MAX_CORNERS, Drawing, Line, require_near
 from mjsim.exchange.drawings.dxf_tags import with_subclasses
+from mjsim.exchange.drawings.layer_roles import Role, role_of
 from mjsim.exchange.drawings.plan_in import MOSTLY
-from mjsim.exchange.drawings.roles import Role, role_of
 from mjsim.exchange.drawings.sorting import length_of_lines
 from mjsim.exchange.drawings.tried import tried
 from mjsim.geometry import Array

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mjsim.exchange.drawings.drawing import Line
-from mjsim.exchange.drawings.faces import continued, merged, paired
 from mjsim.exchange.drawings.strokes import Pieces, split
 from mjsim.exchange.drawings.united import SLENDER, is_compact, united
+from mjsim.exchange.drawings.wall_faces import continued, merged, paired
 from mjsim.exchange.maps import Bar, fitted_rectangle
 from mjsim.geometry import Array
 from mjsim.world import Wall, World, solid

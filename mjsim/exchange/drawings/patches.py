@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mjsim.exchange.drawings.drawing import Line
-from mjsim.exchange.drawings.openings import NARROWEST, Hole
+from mjsim.exchange.drawings.drawn_openings import NARROWEST, Hole
 from mjsim.exchange.maps import Bar
 from mjsim.geometry import Array
 

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from mjsim.errors import UsageError
-from mjsim.exchange.drawings.curves import Curve, curves_of, walls_of, without_curves
+from mjsim.exchange.drawings.curved_walls import Curve, curves_of, walls_of, without_curves
 from mjsim.exchange.drawings.drawing import (
     MAX_CORNERS,
     Drawing,
@@ -19,7 +19,7 @@ from mjsim.exchange.drawings.drawing import (
     joined,
     wall_along,
 )
-from mjsim.exchange.drawings.faces import Paired, continued, merged, paired, sides_of_rooms
+from mjsim.exchange.drawings.drawn_openings import WIDEST, Hole, doors_and_windows, lines_through, with_openings
 from mjsim.exchange.drawings.filled import DARK, bars_of_filled, rest_of_filled
 from mjsim.exchange.drawings.furnishing import (
     HEIGHT,
@@ -31,10 +31,9 @@ from mjsim.exchange.drawings.furnishing import (
     thing_of,
     with_parts,
 )
-from mjsim.exchange.drawings.openings import WIDEST, Hole, doors_and_windows, lines_through, with_openings
+from mjsim.exchange.drawings.layer_roles import Role
 from mjsim.exchange.drawings.patches import painted_over
 from mjsim.exchange.drawings.ribbons import Ribbon, ribbons_of, without_ribbons
-from mjsim.exchange.drawings.roles import Role
 from mjsim.exchange.drawings.sorting import (
     Pens,
     SortedLines,
@@ -48,6 +47,7 @@ from mjsim.exchange.drawings.sorting import (
 )
 from mjsim.exchange.drawings.strokes import LEAF, Arc, Pieces, patterned, split
 from mjsim.exchange.drawings.symbols import PANES, with_symbols, without_jambs, without_leaves
+from mjsim.exchange.drawings.wall_faces import Paired, continued, merged, paired, sides_of_rooms
 from mjsim.exchange.maps import DIGITS, WALL_HEIGHT, Bar, distinct, runs_of
 from mjsim.geometry import Array
 from mjsim.world import Wall, World, solid

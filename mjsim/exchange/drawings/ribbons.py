@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjsim.exchange.drawings.curves import Curve
+from mjsim.exchange.drawings.curved_walls import Curve
 from mjsim.exchange.drawings.drawing import BOW as CURVED
-from mjsim.exchange.drawings.faces import FARTHEST, NEAREST
 from mjsim.exchange.drawings.strokes import Pieces, runs
+from mjsim.exchange.drawings.wall_faces import FARTHEST, NEAREST
 from mjsim.exchange.maps import DIGITS, WALL_HEIGHT, Cells, distinct
 from mjsim.geometry import Array
 from mjsim.world import Wall

@@ -9,11 +9,11 @@ import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.exchange.drawings.drawing import THINNEST, Line
-from mjsim.exchange.drawings.faces import TOUCHING, merged, paired, sides_of_rooms
 from mjsim.exchange.drawings.filled import DARK, NARROW
 from mjsim.exchange.drawings.sheet_frame import without_frames, without_outliers
 from mjsim.exchange.drawings.strokes import split
 from mjsim.exchange.drawings.united import SLENDER
+from mjsim.exchange.drawings.wall_faces import TOUCHING, merged, paired, sides_of_rooms
 from mjsim.exchange.maps import Bar, fitted_rectangle
 from mjsim.geometry import Array
 

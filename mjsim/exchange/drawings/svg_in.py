@@ -15,8 +15,8 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
 from mjsim.exchange.drawings.drawing import BOW, MAX_BYTES, MAX_CORNERS, Drawing, Line, require_near
+from mjsim.exchange.drawings.layer_roles import Role, role_of
 from mjsim.exchange.drawings.paint import darkness_of, opacity_of, share_of
-from mjsim.exchange.drawings.roles import Role, role_of
 from mjsim.exchange.drawings.svg_tree import METRES, SHAPES, length_of, made_plain, tag_of
 from mjsim.exchange.drawings.tried import tried
 from mjsim.geometry import Array

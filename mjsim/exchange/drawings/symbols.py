@@ -8,7 +8,7 @@ import numpy as np
 
 from mjsim.exchange.drawings.drawing import Line
 from mjsim.exchange.drawings.furnishing import TOUCHING, touching
-from mjsim.exchange.drawings.roles import Role
+from mjsim.exchange.drawings.layer_roles import Role
 from mjsim.exchange.drawings.strokes import LEAF, Arc, Pieces, split
 from mjsim.exchange.maps import Cells
 from mjsim.geometry import Array

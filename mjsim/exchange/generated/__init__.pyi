@@ -5,5 +5,5 @@ from .clutter import clutter_size as clutter_size
 from .clutter import clutter_world as clutter_world
 from .maze import maze_size as maze_size
 from .maze import maze_world as maze_world
-from .template import TEMPLATES as TEMPLATES
-from .template import template_text as template_text
+from .shipped_template import TEMPLATES as TEMPLATES
+from .shipped_template import template_text as template_text

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.errors import UsageError
-from mjsim.exchange.maps.pixels import Cells
+from mjsim.exchange.maps.map_pixels import Cells
 from mjsim.world import Grid
 
 REACHES = (4, 2, 1)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjsim.exchange.maps.pixels import Cells
+from mjsim.exchange.maps.map_pixels import Cells
 from mjsim.geometry import Array
 from mjsim.world import Grid, World, cells_of, solid
 

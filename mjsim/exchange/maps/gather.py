@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mjsim.exchange.maps.shapes import Bar
+from mjsim.exchange.maps.cell_shapes import Bar
 from mjsim.geometry import Array
 
 COVERED = 0.4

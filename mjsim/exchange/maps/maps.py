@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from mjsim.exchange.maps.cleaning import without_specks
-from mjsim.exchange.maps.corners import runs_of
+from mjsim.exchange.maps.joined_walls import runs_of
 from mjsim.exchange.maps.trace import trace
 from mjsim.geometry import Array
 from mjsim.world import BoxObstacle, CylinderObstacle, Grid, Wall, World, solid

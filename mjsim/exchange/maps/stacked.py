@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mjsim.exchange.maps.pixels import Cells
-from mjsim.exchange.maps.shapes import Bar, cells_in
+from mjsim.exchange.maps.cell_shapes import Bar, cells_in
+from mjsim.exchange.maps.map_pixels import Cells
 from mjsim.geometry import Array
 
 ALONG = 0.15

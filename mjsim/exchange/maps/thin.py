@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 
-from mjsim.exchange.maps.pixels import Cells
+from mjsim.exchange.maps.map_pixels import Cells
 from mjsim.geometry import Array
 
 BEND = 1.5

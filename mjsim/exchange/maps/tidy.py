@@ -3,7 +3,7 @@
 import numpy as np
 
 from mjsim.errors import UsageError
-from mjsim.exchange.maps.pixels import Cells
+from mjsim.exchange.maps.map_pixels import Cells
 from mjsim.world import Grid
 
 CRACK = 0.05

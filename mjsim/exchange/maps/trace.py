@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjsim.errors import UsageError
+from mjsim.exchange.maps.cell_shapes import Bar, Disc, cells_in, fitted_bar, fitted_disc
 from mjsim.exchange.maps.cleaning import has_lone_things, without_specks
 from mjsim.exchange.maps.gather import gathered
-from mjsim.exchange.maps.pixels import Cells
-from mjsim.exchange.maps.shapes import Bar, Disc, cells_in, fitted_bar, fitted_disc
+from mjsim.exchange.maps.map_pixels import Cells
 from mjsim.exchange.maps.stacked import unstacked
 from mjsim.exchange.maps.strips import along_walls
 from mjsim.exchange.maps.thin import lines, thinned

@@ -16,10 +16,10 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
 from mjsim.exchange.matlab.equipment import Equipment, equipment_of
+from mjsim.exchange.matlab.matlab_tables import Entry, Tables
 from mjsim.exchange.matlab.matlab_text import read_assignments
-from mjsim.exchange.matlab.tables import Entry, Tables
-from mjsim.exchange.place import ODOMETRY_NOISE, ROBOT, WAYPOINTS
 from mjsim.exchange.preset_files import inhabited, robot_of
+from mjsim.exchange.start_place import ODOMETRY_NOISE, ROBOT, WAYPOINTS
 from mjsim.geometry import Array
 from mjsim.world import Beacon, Modules, Robot, Run, Source, Use, Wall, World, has_asset
 

@@ -1,3 +1,3 @@
-from .bring import bring_robot as bring_robot
-from .brought import BroughtRobot as BroughtRobot
-from .brought import RobotOptions as RobotOptions
+from .import_robot import bring_robot as bring_robot
+from .robot_import import BroughtRobot as BroughtRobot
+from .robot_import import RobotOptions as RobotOptions

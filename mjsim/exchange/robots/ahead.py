@@ -6,8 +6,8 @@ import re
 import numpy as np
 
 from mjsim.errors import UsageError
-from mjsim.exchange.robots.brought import RobotOptions
 from mjsim.exchange.robots.omni import PARALLEL
+from mjsim.exchange.robots.robot_import import RobotOptions
 from mjsim.geometry import Array
 from mjsim.models import Anatomy
 

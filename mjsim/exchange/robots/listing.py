@@ -3,11 +3,11 @@
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from mjsim.exchange.robots.frame import Stand
-from mjsim.exchange.robots.gear import Gear
+from mjsim.exchange.robots.driven_wheels import Gear
 from mjsim.exchange.robots.mounts import SensorMount
 from mjsim.exchange.robots.preset import Plan, max_speed, preset_turn, speed_source, stated_speed
-from mjsim.exchange.robots.source import RobotSource
+from mjsim.exchange.robots.robot_frame import Stand
+from mjsim.exchange.robots.robot_source import RobotSource
 from mjsim.inventory import Fate, FileItem
 from mjsim.models import Anatomy, RobotFiles
 

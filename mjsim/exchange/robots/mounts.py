@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mjsim.exchange.robots.frame import Stand
+from mjsim.exchange.robots.robot_frame import Stand
 from mjsim.geometry import Array
 from mjsim.inventory import Fate, FileItem
 from mjsim.mechanics import placed

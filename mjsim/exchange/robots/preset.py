@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mjsim.exchange.robots.frame import Stand
-from mjsim.exchange.robots.gear import Gear
+from mjsim.exchange.robots.driven_wheels import Gear
 from mjsim.exchange.robots.mounts import SensorMount
+from mjsim.exchange.robots.robot_frame import Stand
 from mjsim.exchange.robots.rounds import Round
 from mjsim.exchange.robots.steering import steering_limit
 from mjsim.models import PLACEHOLDERS

@@ -1,2 +1,2 @@
-from .bring import bring_scene as bring_scene
-from .bring import is_scene as is_scene
+from .import_scene import bring_scene as bring_scene
+from .import_scene import is_scene as is_scene

@@ -13,9 +13,9 @@ from pydantic import ValidationError
 
 from mjsim.exchange.maps import DIGITS
 from mjsim.exchange.scenes.model_text import model_files
+from mjsim.exchange.scenes.scene_solids import Scene, SceneSolid, SceneThing
+from mjsim.exchange.scenes.scene_walls import walls_of
 from mjsim.exchange.scenes.shells import traced
-from mjsim.exchange.scenes.solids import Scene, SceneSolid, SceneThing
-from mjsim.exchange.scenes.walls import walls_of
 from mjsim.geometry import Array
 from mjsim.inventory import Fate
 from mjsim.world import BoxObstacle, CylinderObstacle, Lamp, ModelObstacle, Source, SphereObstacle, Wall, World

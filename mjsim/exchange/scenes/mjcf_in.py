@@ -6,9 +6,9 @@ from pathlib import Path
 
 from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
-from mjsim.exchange.scenes.meshes import boxed
+from mjsim.exchange.scenes.scene_meshes import boxed
+from mjsim.exchange.scenes.scene_solids import Light, Scene, SceneSolid, SceneThing
 from mjsim.exchange.scenes.sdf_files import MAX_XML
-from mjsim.exchange.scenes.solids import Light, Scene, SceneSolid, SceneThing
 from mjsim.inventory import Fate
 from mjsim.models import SceneBody, SceneGeom, read_mjcf_scene
 

@@ -6,7 +6,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 import numpy as np
 
 from mjsim.exchange.drawings import Indices
-from mjsim.exchange.scenes.solids import SceneSolid
+from mjsim.exchange.scenes.scene_solids import SceneSolid
 from mjsim.geometry import Array
 from mjsim.models import pose_keys
 

@@ -13,9 +13,9 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from mjsim.errors import UsageError
-from mjsim.exchange.scenes.meshes import MeshFiles
+from mjsim.exchange.scenes.scene_meshes import MeshFiles
+from mjsim.exchange.scenes.scene_solids import Light, Scene, SceneSolid, SceneThing
 from mjsim.exchange.scenes.sdf_files import Folders
-from mjsim.exchange.scenes.solids import Light, Scene, SceneSolid, SceneThing
 from mjsim.geometry import Array
 from mjsim.inventory import Fate
 from mjsim.models import SdfFrames, color_of, floats, mesh_of, sizes_of

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from mjsim.exchange.maps import world_from_grid
-from mjsim.exchange.scenes.solids import SceneSolid
+from mjsim.exchange.scenes.scene_solids import SceneSolid
 from mjsim.geometry import Array, Pose
 from mjsim.world import BoxObstacle, CylinderObstacle, Grid, Wall
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from mjsim.errors import LONGEST_MESSAGE, UsageError, did_you_mean
 from mjsim.geometry import Array, headings
-from mjsim.logs.files.table import UNIT, is_number
-from mjsim.logs.files.text import LARGEST, left_out_cut, lines_of
+from mjsim.logs.files.number_table import UNIT, is_number
+from mjsim.logs.files.text_lines import LARGEST, left_out_cut, lines_of
 
 DECIMAL = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
 """A number with a decimal comma."""

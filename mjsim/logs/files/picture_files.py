@@ -11,7 +11,7 @@ from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Intrinsics
 from mjsim.logs.files.png_sums import require_sound
-from mjsim.logs.files.text import left_out_cut, lies_in, lines_of
+from mjsim.logs.files.text_lines import left_out_cut, lies_in, lines_of
 from mjsim.logs.resampling import DamagedReadingError, rising
 from mjsim.models import any_picture_size
 from mjsim.record import LoggedFrame, filed_frame

@@ -11,12 +11,12 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.geometry import Array, Pose, Pose3, places_at, poses_at
 from mjsim.interface import PointCloud, Scan
-from mjsim.logs.resampling.merge import MotionNoise, continuous
 from mjsim.logs.resampling.origin import near_origin
-from mjsim.logs.resampling.output import Output
-from mjsim.logs.resampling.readings import sensors_of, stamps_of
+from mjsim.logs.resampling.record_output import Output
+from mjsim.logs.resampling.resample import MotionNoise, continuous
 from mjsim.logs.resampling.robot_log import NO_ODOMETRY, RESTARTS, RobotLog, write_robot_logs
 from mjsim.logs.resampling.ticks import cut, generated_world, name_from
+from mjsim.logs.resampling.timed_readings import sensors_of, stamps_of
 from mjsim.logs.resampling.wishes import Wishes
 from mjsim.record import LoggedCamera
 from mjsim.world import World

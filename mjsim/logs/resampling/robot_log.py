@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose3, places_at, poses_at
 from mjsim.interface import Command, ImuReading, Observation, Odometry, PointCloud, Scan, Sighting, retimed
-from mjsim.logs.resampling.merge import MotionNoise, motions, track_motions, unknown_motion
 from mjsim.logs.resampling.noise_file import UNBIASED, Bias, bias_note
-from mjsim.logs.resampling.output import Output
-from mjsim.logs.resampling.readings import Damage, DamagedReadingError, Readings, stamps_of
+from mjsim.logs.resampling.record_output import Output
+from mjsim.logs.resampling.resample import MotionNoise, motions, track_motions, unknown_motion
 from mjsim.logs.resampling.ticks import write_ticks
+from mjsim.logs.resampling.timed_readings import Damage, DamagedReadingError, Readings, stamps_of
 from mjsim.record import LoggedCamera, LoggedFrame
 from mjsim.world import World
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array, wrap_angles
-from mjsim.logs.resampling.merge import LEAST_JUMP, joined
+from mjsim.logs.resampling.resample import LEAST_JUMP, joined
 
 LEAST, PAUSE = 2.0, 3600.0
 """Times of one log may go back by up to this, as its messages are delayed by different amounts, and on by this [s]."""

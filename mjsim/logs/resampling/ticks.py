@@ -12,8 +12,8 @@ import numpy as np
 from mjsim.errors import LONGEST_MESSAGE, UsageError, WorldError
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import Command, Observation
-from mjsim.logs.resampling.output import Output
-from mjsim.logs.resampling.readings import Damage
+from mjsim.logs.resampling.record_output import Output
+from mjsim.logs.resampling.timed_readings import Damage
 from mjsim.record import (
     LOGGED_CAMERAS,
     LoggedCamera,

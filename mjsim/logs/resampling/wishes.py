@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from mjsim.logs.resampling.merge import MotionNoise
 from mjsim.logs.resampling.noise_file import UNBIASED, Bias, read_noise
+from mjsim.logs.resampling.resample import MotionNoise
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

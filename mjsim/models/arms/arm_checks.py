@@ -4,8 +4,8 @@ import math
 import re
 from xml.etree import ElementTree
 
-from mjsim.models.files import Element
-from mjsim.models.inertias import mend_inertias
+from mjsim.models.inertia_repair import mend_inertias
+from mjsim.models.model_sources import Element
 from mjsim.models.xml_text import RefusedXmlError, checked_xml
 
 FEATHER = 1e-12

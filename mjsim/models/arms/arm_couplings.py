@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import mujoco
 
-from mjsim.models.files import Element
-from mjsim.models.inertias import number_of
+from mjsim.models.inertia_repair import number_of
+from mjsim.models.model_sources import Element
 
 
 @dataclass(frozen=True, slots=True)

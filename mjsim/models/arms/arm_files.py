@@ -21,9 +21,9 @@ from mjsim.models.arms.arm_couplings import JointCoupling, coupled, equalities, 
 from mjsim.models.arms.arm_motors import Motors, motors_of
 from mjsim.models.arms.arm_tree import ArmTree, carried_by, chain_to, tree_of
 from mjsim.models.arms.arm_xacro import expanded
-from mjsim.models.files import ROBOT, Element, Gatherer, ModelFiles, Read
+from mjsim.models.model_reader import compiled
+from mjsim.models.model_sources import ROBOT, Element, Gatherer, ModelFiles, Read
 from mjsim.models.proven import one_trial_child
-from mjsim.models.reader import compiled
 from mjsim.models.rigid import weighed
 from mjsim.models.robot_meshes import PlainMeshes, without_shapes
 from mjsim.models.rotations import frame_at

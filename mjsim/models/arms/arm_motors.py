@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from mjsim.models.files import Element
+from mjsim.models.model_sources import Element
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,11 +8,11 @@ from .drive_tags import PLACEHOLDERS as PLACEHOLDERS
 from .drive_tags import SaidDrive as SaidDrive
 from .drive_tags import drives_in_parameters as drives_in_parameters
 from .drive_tags import said_about as said_about
-from .places import PlacedError as PlacedError
-from .places import line_and_column as line_and_column
-from .places import line_of as line_of
-from .places import names_in as names_in
 from .robot_files import RobotFiles as RobotFiles
 from .robot_files import gather_robot as gather_robot
 from .robot_files import robot_text as robot_text
 from .said_sensors import SaidSensor as SaidSensor
+from .xml_positions import PlacedError as PlacedError
+from .xml_positions import line_and_column as line_and_column
+from .xml_positions import line_of as line_of
+from .xml_positions import names_in as names_in

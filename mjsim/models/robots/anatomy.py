@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.models.reader import seen_and_touched
+from mjsim.models.model_reader import seen_and_touched
 from mjsim.models.rigid import SINGLE, AtRest, at_rest
 from mjsim.models.robots.robot_files import RobotFiles
 

@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from typing import Any
 
-from mjsim.models.files import Element
-from mjsim.models.inertias import number_of
+from mjsim.models.inertia_repair import number_of
+from mjsim.models.model_sources import Element
 
 PLACEHOLDERS = (0.0, 1.0)
 """Limits of a wheel's speed that exporters and templates write where they know none [rad/s]."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from mjsim.models.files import Element
+from mjsim.models.model_sources import Element
 
 FEWEST_HINGES = 2
 """Minimum number of hinges of a robot: those of its wheels."""

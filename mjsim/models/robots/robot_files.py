@@ -14,17 +14,17 @@ import mujoco
 import numpy as np
 
 from mjsim.inventory import Fate, FileItem
-from mjsim.models.files import ROBOT, Element, Gatherer, ModelFiles, Read
-from mjsim.models.inertias import mend_inertias, mend_weightless
+from mjsim.models.inertia_repair import mend_inertias, mend_weightless
 from mjsim.models.mesh_files import is_small_stl, whole_mesh
-from mjsim.models.reader import compiled
+from mjsim.models.model_reader import compiled
+from mjsim.models.model_sources import ROBOT, Element, Gatherer, ModelFiles, Read
 from mjsim.models.robot_meshes import PlainMeshes, without_shapes
 from mjsim.models.robots.drive_tags import SaidDrive, drives_in_tags
 from mjsim.models.robots.mjcf_scenes import without_mjcf_rails, without_scenery
-from mjsim.models.robots.places import ElementOrigin, PlacedError, element_of, numbered, plainly, starts
 from mjsim.models.robots.said_sensors import SaidSensor, said_sensors
 from mjsim.models.robots.scales import mend_scales, mend_sizes
 from mjsim.models.robots.urdf_joints import freed_wheels, joint_speeds, without_limits, without_rails
+from mjsim.models.robots.xml_positions import ElementOrigin, PlacedError, element_of, numbered, plainly, starts
 
 MAX_RETRIES = 64
 """Maximum number of meshes of a robot that MuJoCo may reject."""

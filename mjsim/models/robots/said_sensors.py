@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from mjsim.models.files import Element
-from mjsim.models.inertias import number_of
+from mjsim.models.inertia_repair import number_of
+from mjsim.models.model_sources import Element
 
 KINDS = {"ray": "lidar", "lidar": "lidar", "camera": "camera", "depth": "camera", "imu": "imu"}
 """Words in Gazebo's types of sensors, and what they are here; other types keep their names."""

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from xml.etree.ElementTree import Element
 
-from mjsim.models.inertias import number_of
+from mjsim.models.inertia_repair import number_of
 
 AXES = 3
 THIN = 1e-3

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
-from mjsim.models.files import Element
-from mjsim.models.inertias import number_of
+from mjsim.models.inertia_repair import number_of
+from mjsim.models.model_sources import Element
 
 FEWEST_WHEELS = 2
 """Minimum number of wheels of a robot."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
-from mjsim.models.looks import color_of
+from mjsim.models.colours import color_of
 from mjsim.models.rotations import pose_keys
 from mjsim.models.sdf.sdf_frames import SdfFrames, floats
 from mjsim.models.sdf.sdf_shapes import mesh_of, sizes_of

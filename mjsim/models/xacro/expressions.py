@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TypeAlias
 
 from mjsim.models.xacro.budget import TooLargeError, Value, XacroBudget, XacroError, likely, weight_of
-from mjsim.models.xacro.functions import BINARY, COMPARISONS, METHODS, UNARY, Function, Module
 from mjsim.models.xacro.scope import Scope
+from mjsim.models.xacro.xacro_functions import BINARY, COMPARISONS, METHODS, UNARY, Function, Module
 from mjsim.syntax import parse_python
 
 LONGEST = 4000

@@ -5,9 +5,9 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from mjsim.errors import UsageError, printable
-from mjsim.models.xacro.expand import DEEPEST, Expander, Files
 from mjsim.models.xacro.nodes import XacroNode, nodes_of, written
 from mjsim.models.xacro.substitution import Given
+from mjsim.models.xacro.xacro_expand import DEEPEST, Expander, Files
 from mjsim.models.xml_text import RefusedXmlError, checked_xml
 
 MAX_BYTES = 8_000_000

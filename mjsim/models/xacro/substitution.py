@@ -8,8 +8,8 @@ from typing import Any
 
 from mjsim.models.xacro.budget import Value, XacroBudget, XacroError, likely
 from mjsim.models.xacro.expressions import evaluated
-from mjsim.models.xacro.functions import SUBSTITUTED
 from mjsim.models.xacro.scope import Scope
+from mjsim.models.xacro.xacro_functions import SUBSTITUTED
 
 PACKAGE = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
 """Names of ROS packages."""

@@ -27,9 +27,9 @@ from mjsim.interface import (
     octave_names,
     robot_tree,
 )
-from mjsim.modules.foreign.answers import FIELDS, Answer, command_of, estimate_of, sightings_of, torques_of
-from mjsim.modules.foreign.process import Ended
-from mjsim.modules.foreign.shown import shown_of
+from mjsim.modules.foreign.module_answers import FIELDS, Answer, command_of, estimate_of, sightings_of, torques_of
+from mjsim.modules.foreign.module_process import Ended
+from mjsim.modules.foreign.shown_values import shown_of
 from mjsim.modules.hosts import Failed, Hosted
 
 

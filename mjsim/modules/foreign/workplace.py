@@ -6,7 +6,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from mjsim.modules.foreign.keys import elsewhere_in
+from mjsim.modules.foreign.reserved_keys import elsewhere_in
 from mjsim.modules.hosts import Failed, Host, folder_of, read_admitted, read_code
 from mjsim.world import Source, Use
 

@@ -1,1 +1,1 @@
-from .host import ProgramHost as ProgramHost
+from .program_host import ProgramHost as ProgramHost

@@ -1,2 +1,2 @@
-from .files import INSTALLED as INSTALLED
-from .host import PythonHost as PythonHost
+from .needed_files import INSTALLED as INSTALLED
+from .python_host import PythonHost as PythonHost

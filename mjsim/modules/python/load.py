@@ -10,8 +10,8 @@ from typing import Any
 from mjsim.errors import ModuleFault, UsageError, did_you_mean
 from mjsim.modules.boundary import end_copy, error_text, fault_of
 from mjsim.modules.hosts import beside
-from mjsim.modules.python.beside import Beside, importer_of
 from mjsim.modules.python.find import parts_of
+from mjsim.modules.python.user_files import Beside, importer_of
 from mjsim.modules.roles import misfit
 from mjsim.world import Source, Use
 

@@ -1,4 +1,3 @@
-from .grid import grid_message as grid_message
 from .logged_frame import FORMS as FORMS
 from .logged_frame import LoggedFrame as LoggedFrame
 from .logged_frame import decode_picture as decode_picture
@@ -12,12 +11,13 @@ from .logged_frame import picture_file_message as picture_file_message
 from .logged_frame import require_size as require_size
 from .map import looks_update as looks_update
 from .map import map_update as map_update
-from .scene import calibration_message as calibration_message
-from .scene import frames_message as frames_message
-from .scene import laser_message as laser_message
-from .scene import mount as mount
-from .scene import stamp as stamp
-from .shown import SHOW as SHOW
-from .shown import grid_png as grid_png
-from .shown import show_message as show_message
-from .shown import shown_of as shown_of
+from .map_grid import grid_message as grid_message
+from .scene_messages import calibration_message as calibration_message
+from .scene_messages import frames_message as frames_message
+from .scene_messages import laser_message as laser_message
+from .scene_messages import mount as mount
+from .scene_messages import stamp as stamp
+from .shown_entities import SHOW as SHOW
+from .shown_entities import grid_png as grid_png
+from .shown_entities import show_message as show_message
+from .shown_entities import shown_of as shown_of

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame, Intrinsics, Picture
 from mjsim.models import any_picture_size
-from mjsim.record.drawn.scene import picture_message, stamp
+from mjsim.record.drawn.scene_messages import picture_message, stamp
 from mjsim.record.file import parts_of
 
 FORMS = {b"\xff\xd8": "jpeg", b"\x89P": "png"}

@@ -25,7 +25,7 @@ from mjsim.geometry import Array, Pose
 from mjsim.models import shown_size
 from mjsim.plan import INKS
 from mjsim.posture import columns_of
-from mjsim.record.drawn.scene import stamp
+from mjsim.record.drawn.scene_messages import stamp
 from mjsim.world import (
     Beacon,
     Hung,

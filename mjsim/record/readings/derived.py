@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from mjsim.geometry import Array
 from mjsim.interface import Form, FormField, Observation, ReadingType, RobotInfo, all_fields, form_fields
 from mjsim.record.readings.codec import Box, Codec, Given, SensorTable, by_name
-from mjsim.record.readings.wire import wire_of
+from mjsim.record.readings.reading_json import wire_of
 from mjsim.world import SENSOR_KINDS, AnySensor, World, name_of
 
 REQUIRED = ("odometry", "sightings", "proximity", "bump", "cameras")

@@ -1,2 +1,2 @@
-from .led import Mechanisms as Mechanisms
+from .prescribed import Mechanisms as Mechanisms
 from .pushes import Push as Push

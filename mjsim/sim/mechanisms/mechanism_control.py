@@ -9,7 +9,7 @@ from mjsim.geometry import Pose
 from mjsim.interface import Command, ControlLoop, JointGoal, RobotInfo
 from mjsim.mechanics import Constant, TimeSignal
 from mjsim.modules import Hosted, make_module
-from mjsim.sim.control import ControlActuation, DrivenPart
+from mjsim.sim.control_loop import ControlActuation, DrivenPart
 from mjsim.sim.fast_senses import FastSenses, ImuFeed, JointEncoders
 from mjsim.sim.streams import stream
 from mjsim.world import Control, ForceActuator, Mechanism, TorqueActuator, World

@@ -1,4 +1,4 @@
 from .batch_rays import BatchRays as BatchRays
 from .proximity import ProximityRing as ProximityRing
-from .rays import HIDDEN as HIDDEN
-from .rays import Rays as Rays
+from .ray_fan import HIDDEN as HIDDEN
+from .ray_fan import Rays as Rays

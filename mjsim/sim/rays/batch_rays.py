@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array
 from mjsim.sim.rays.embree import Standing, has_embree, is_clear
-from mjsim.sim.rays.rays import SOLID, RayHits, Rays
+from mjsim.sim.rays.ray_fan import SOLID, RayHits, Rays
 
 TINY = 1e-12
 """Least component of a ray perpendicular to a face that it runs along."""

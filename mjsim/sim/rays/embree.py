@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array
-from mjsim.sim.rays.rays import RayHits
+from mjsim.sim.rays.ray_fan import RayHits
 
 WIDE = 2000.0
 """Half the side of an infinite floor [m]."""

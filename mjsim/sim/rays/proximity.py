@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.sim.rays.rays import Fan
+from mjsim.sim.rays.ray_fan import Fan
 from mjsim.world import PROXIMITY_HEIGHT, Robot, rims
 
 RAYS = 16

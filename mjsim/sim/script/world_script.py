@@ -11,10 +11,10 @@ import mujoco
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array, Pose
 from mjsim.sim.actuation import Actuation
-from mjsim.sim.arms import ArmAtWork
-from mjsim.sim.script.joints import Joints
-from mjsim.sim.script.movers import Movers
+from mjsim.sim.arm_motion import ArmAtWork
+from mjsim.sim.script.mover_motion import Movers
 from mjsim.sim.script.placing import heading_of, held_by, put_down
+from mjsim.sim.script.scripted_joints import Joints
 from mjsim.sim.script.shoves import Shoves
 from mjsim.sim.states import Scenery
 from mjsim.sim.streams import stream

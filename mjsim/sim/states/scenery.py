@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.compile import GHOST, dim_lamp, dim_light, lamp_names
-from mjsim.sim.hands import LedHands
+from mjsim.sim.person_hands import LedHands
 from mjsim.sim.rendering import UNSEEN, Merged
 from mjsim.world import Looks, ReachEvent, World, WorldEvent, first_looks, item_names
 

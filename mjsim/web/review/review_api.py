@@ -23,7 +23,7 @@ from mjsim.web.review.comparing import compared, compared_json, first_recording,
 from mjsim.web.review.fields import column_json, fields_json
 from mjsim.web.review.films import Films
 from mjsim.web.review.open_recordings import Opened, Shelf
-from mjsim.web.review.recorded import Recorded, plan_of
+from mjsim.web.review.recordings_list import Recorded, plan_of
 from mjsim.web.review.reviewing import WHOLE, default_film, recording_json, row_at, row_json
 from mjsim.web.run import Scene, TickNews
 from mjsim.web.server import HEADERS, Ask, RefusedError, answer_get, answered, posted, refusal

@@ -10,8 +10,8 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 
 from mjsim.errors import MjsimError
-from mjsim.web.server.bodies import Bodies
 from mjsim.web.server.local import HEADERS
+from mjsim.web.server.request_bodies import Bodies
 
 MAX_JSON = 12_000_000
 """Maximum size of a request [bytes]: the text of a world and the requested changes."""

@@ -10,7 +10,7 @@ from html import escape
 from pathlib import Path
 
 from mjsim.closing import Closes, join
-from mjsim.web.server.keys import LIFETIME
+from mjsim.web.server.session_keys import LIFETIME
 
 _REDIRECT = """<!doctype html>
 <meta charset="utf-8">

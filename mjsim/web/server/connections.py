@@ -16,7 +16,7 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from websockets.exceptions import HeaderLineTooLong, RequestLineTooLong, TooManyHeaders
 from websockets.frames import CloseCode, Frame
 
-from mjsim.web.server.bodies import Bodies
+from mjsim.web.server.request_bodies import Bodies
 
 SWEEP = 0.5
 """Interval between checks of the connections [s]."""

@@ -11,9 +11,9 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from mjsim.web.server.answers import RefusedError, read_body
 from mjsim.web.server.connections import COOKIE, Visitor
 from mjsim.web.server.entrance_pages import LOGIN_HEADERS, WELCOME_HEADERS, login_page, welcome_page
-from mjsim.web.server.keys import Keys
 from mjsim.web.server.local import HEADERS
 from mjsim.web.server.peer import peer_of
+from mjsim.web.server.session_keys import Keys
 from mjsim.web.server.token_penalty import Penalty
 
 PARAMETER = "token"

@@ -22,8 +22,8 @@ from mjsim.web.server.answers import answer_get
 from mjsim.web.server.browser import BrowserOpener
 from mjsim.web.server.connections import Connections, HttpConnection, Limits, WebSocketConnection
 from mjsim.web.server.entrance import PARAMETER, Entrance
-from mjsim.web.server.keys import LIFETIME, Keys, Pass
 from mjsim.web.server.local import LOOPBACK, SameOrigin, is_loopback, listen
+from mjsim.web.server.session_keys import LIFETIME, Keys, Pass
 
 LONGEST_MESSAGE = 8_000_000
 """Maximum size of a WebSocket message from a browser [bytes]: the text of a world."""

@@ -17,7 +17,7 @@ from mjsim.output import LEFT_BEHIND, is_locked, remove_leftovers, replace_file,
 from mjsim.web.server import RefusedError
 from mjsim.web.worlds.folder import Folder
 from mjsim.web.worlds.items import Json
-from mjsim.web.worlds.shipped import SHIPPED
+from mjsim.web.worlds.shipped_parts import SHIPPED
 from mjsim.world import MAX_BYTES, too_large
 
 TAB = re.compile(r"[0-9a-f]{16}")

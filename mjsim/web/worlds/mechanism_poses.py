@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 
 from mjsim.geometry import Array, Pose
 from mjsim.video import body_outlines, posed
-from mjsim.web.worlds.looks import ABOVE, KeyChange
+from mjsim.web.worlds.viewpoints import ABOVE, KeyChange
 from mjsim.world import Mechanism, carried_body, free_columns, pulled_values, restarted, shows_motion
 
 Json = dict[str, object]

@@ -9,7 +9,7 @@ import numpy as np
 from mjsim.errors import did_you_mean
 from mjsim.geometry import Array
 from mjsim.people import SIDES
-from mjsim.web.worlds.looks import KeyChange
+from mjsim.web.worlds.viewpoints import KeyChange
 from mjsim.world import Person
 
 Json = dict[str, Any]

@@ -14,11 +14,11 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from mjsim.errors import MjsimError
 from mjsim.web.server import Ask, RefusedError, answer_get, posted
 from mjsim.web.worlds.drafts import ID, TAB, Drafts
-from mjsim.web.worlds.files import read_world
 from mjsim.web.worlds.folder import LONGEST, Folder
 from mjsim.web.worlds.items import Json
-from mjsim.web.worlds.shipped import SHIPPED
+from mjsim.web.worlds.shipped_parts import SHIPPED
 from mjsim.web.worlds.watch import MAX_FILES, DiskWatch
+from mjsim.web.worlds.world_files import read_world
 
 PERIOD = 0.5
 """Interval between checks of the disk while a page is open [s]."""

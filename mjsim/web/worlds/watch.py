@@ -9,9 +9,9 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from mjsim.web.worlds.files import source_of, stamp_of
 from mjsim.web.worlds.folder import Folder
 from mjsim.web.worlds.items import Json
+from mjsim.web.worlds.world_files import source_of, stamp_of
 from mjsim.world import MAX_BYTES
 
 MAX_FILES = 1000

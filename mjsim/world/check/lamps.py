@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mjsim.world.check.standing import SPARE, Finding, Solids, pair
+from mjsim.world.check.overlaps import SPARE, Finding, Solids, pair
 from mjsim.world.items import World
 
 

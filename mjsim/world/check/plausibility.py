@@ -9,10 +9,10 @@ import numpy as np
 
 from mjsim.errors import Problem, UsageError
 from mjsim.world.check.lamps import hidden_lamps
-from mjsim.world.check.leading import misled_joints
-from mjsim.world.check.movers import misled
-from mjsim.world.check.reaching import beyond_reach
-from mjsim.world.check.standing import SPARE, Finding, Solids, called, disc, pair
+from mjsim.world.check.lead_checks import misled_joints
+from mjsim.world.check.mover_checks import misled
+from mjsim.world.check.overlaps import SPARE, Finding, Solids, called, disc, pair
+from mjsim.world.check.reach_checks import beyond_reach
 from mjsim.world.items import NoiseEvent, Robot, Wall, World, sensors, with_noise
 from mjsim.world.plan import Hung, hung
 from mjsim.world.yaml import problems_at

@@ -7,7 +7,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.mechanics import Apart, Linear, Rows, jacobian
-from mjsim.world.check.standing import Finding
+from mjsim.world.check.overlaps import Finding
 from mjsim.world.items import Assembly, Mechanism, World, mass_matrix
 
 GROWTH = 1.001

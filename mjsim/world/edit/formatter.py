@@ -8,7 +8,7 @@ from pydantic import BaseModel
 
 from mjsim.errors import Problem, UsageError, WorldError
 from mjsim.output import write_whole
-from mjsim.world.edit.layout import FIRST, WIDTH
+from mjsim.world.edit.yaml_layout import FIRST, WIDTH
 from mjsim.world.files import world_path
 from mjsim.world.ground import models_at
 from mjsim.world.items import World

@@ -5,8 +5,8 @@ from dataclasses import replace
 from typing import Any
 
 from mjsim.world.edit.edited_text import EditedText, same
-from mjsim.world.edit.layout import escaped
 from mjsim.world.edit.text_place import Path, UnwritableError
+from mjsim.world.edit.yaml_layout import escaped
 from mjsim.world.language import OPEN, Value, expand, names_in
 from mjsim.world.yaml import Node
 

@@ -5,7 +5,7 @@ import re
 from decimal import Decimal
 from typing import Any
 
-from mjsim.world.edit.layout import WIDTH
+from mjsim.world.edit.yaml_layout import WIDTH
 from mjsim.world.yaml import plain_value
 
 _PLAIN = re.compile(r"[A-Za-z_./][\w./+-]*(:[\w./+-]+)*", re.ASCII)

@@ -8,7 +8,7 @@ from typing import Any
 
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
-from mjsim.world.edit.layout import styled
+from mjsim.world.edit.yaml_layout import styled
 from mjsim.world.items import SENSOR_KINDS
 from mjsim.world.language import OPEN
 from mjsim.world.yaml import Node

@@ -1,3 +1,8 @@
+from .appearance import HandLed as HandLed
+from .appearance import HandMotion as HandMotion
+from .appearance import Looks as Looks
+from .appearance import first_looks as first_looks
+from .appearance import looks_after as looks_after
 from .arms import DhRow as DhRow
 from .arms import DhTable as DhTable
 from .arms import RobotArm as RobotArm
@@ -13,7 +18,8 @@ from .bodies import NoBody as NoBody
 from .bodies import Part as Part
 from .bodies import PolygonBody as PolygonBody
 from .bodies import rims as rims
-from .consistency import misfits as misfits
+from .changed_values import with_parts as with_parts
+from .changed_values import with_values as with_values
 from .drives import CORNERS as CORNERS
 from .drives import OMNI3_BEARINGS as OMNI3_BEARINGS
 from .drives import AckermannDrive as AckermannDrive
@@ -37,12 +43,6 @@ from .drives import TricycleDrive as TricycleDrive
 from .drives import UserDrive as UserDrive
 from .drives import Wheel as Wheel
 from .drives import WheelOdometry as WheelOdometry
-from .light import Lamp as Lamp
-from .looks import HandLed as HandLed
-from .looks import HandMotion as HandMotion
-from .looks import Looks as Looks
-from .looks import first_looks as first_looks
-from .looks import looks_after as looks_after
 from .markers import QUIET as QUIET
 from .markers import modules_across as modules_across
 from .markers import printed_share as printed_share
@@ -86,6 +86,7 @@ from .presets import is_preset_file as is_preset_file
 from .presets import preset_names as preset_names
 from .radio import Radio as Radio
 from .robots import Robot as Robot
+from .room_lamps import Lamp as Lamp
 from .running import Control as Control
 from .running import Modules as Modules
 from .running import Run as Run
@@ -161,6 +162,5 @@ from .timeline import single_targets as single_targets
 from .timeline import table_files as table_files
 from .timeline import with_target as with_target
 from .underfoot import height_under as height_under
-from .values import with_parts as with_parts
-from .values import with_values as with_values
 from .world import World as World
+from .world_consistency import misfits as misfits

@@ -13,7 +13,7 @@ from mjsim.geometry import Array
 from mjsim.world.files import BUILT, Source, read_asset
 from mjsim.world.ground import Color, Degrees, Metres, Model, ModelPath, Name, Point3, RollPitchYaw, fault
 from mjsim.world.items.arm_models import arm_of, faulty_joint
-from mjsim.world.items.shipped import shipped_keys, shipped_names
+from mjsim.world.items.shipped_presets import shipped_keys, shipped_names
 
 if TYPE_CHECKING:  # Imported again where it is used, so that worlds that do not need it load faster.
     from mjsim.mechanics import Arm

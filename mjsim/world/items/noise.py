@@ -9,8 +9,8 @@ from pydantic import BaseModel
 
 from mjsim.errors import UsageError
 from mjsim.world.ground import Slider, description_of
+from mjsim.world.items.changed_values import called, with_values
 from mjsim.world.items.sensing import SENSOR_KINDS, Depth, name_of
-from mjsim.world.items.values import called, with_values
 from mjsim.world.items.world import World
 
 NOISE: Mapping[str, tuple[str, ...]] = {

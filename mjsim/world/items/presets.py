@@ -7,7 +7,7 @@ from typing import Any
 from mjsim.errors import did_you_mean
 from mjsim.world.files import Source, read_asset
 from mjsim.world.items.bodies import SHAPES
-from mjsim.world.items.shipped import shipped_keys, shipped_names
+from mjsim.world.items.shipped_presets import shipped_keys, shipped_names
 from mjsim.world.yaml import read_text
 
 _OTHER_SHAPES = ("box", "polygon", "model")

@@ -9,17 +9,17 @@ from mjsim.views import Viewed
 from mjsim.world.files import BUILT, Source, check_picture
 from mjsim.world.files import read_asset as read_named_asset
 from mjsim.world.ground import Model, Name, fault
-from mjsim.world.items.consistency import NAMED, misfits
-from mjsim.world.items.light import Brightness, Lamp
 from mjsim.world.items.mechanisms import Mechanism
 from mjsim.world.items.people import Person
 from mjsim.world.items.plants import Plant
 from mjsim.world.items.radio import Radio
 from mjsim.world.items.robots import Robot
+from mjsim.world.items.room_lamps import Brightness, Lamp
 from mjsim.world.items.running import Run
 from mjsim.world.items.structure import Ceiling, Floor, Wall
 from mjsim.world.items.things import Beacon, Obstacle
 from mjsim.world.items.underfoot import floors
+from mjsim.world.items.world_consistency import NAMED, misfits
 
 if TYPE_CHECKING:
     import numpy as np

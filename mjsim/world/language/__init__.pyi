@@ -1,9 +1,9 @@
 from .arithmetic import Value as Value
-from .expand import expand as expand
-from .expand import needs_expansion as needs_expansion
-from .merge import OPEN as OPEN
+from .expand_worlds import expand as expand
+from .expand_worlds import needs_expansion as needs_expansion
+from .merge_worlds import OPEN as OPEN
 from .repeats import Repeat as Repeat
 from .schema import editor_schema as editor_schema
 from .schema import with_units as with_units
 from .schema import world_schema as world_schema
-from .template import names_in as names_in
+from .templates import names_in as names_in

@@ -6,9 +6,9 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.world.items import World
-from mjsim.world.plan.corners import solid_pieces
 from mjsim.world.plan.outlines import cut, footprint, stays, top
 from mjsim.world.plan.pieces import Piece, wall_pieces
+from mjsim.world.plan.wall_corners import solid_pieces
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry

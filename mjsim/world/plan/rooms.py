@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array
 from mjsim.world.items import Wall
-from mjsim.world.plan.corners import solid_pieces
+from mjsim.world.plan.wall_corners import solid_pieces
 
 if TYPE_CHECKING:
     from shapely import Polygon

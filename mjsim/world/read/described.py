@@ -7,7 +7,7 @@ from pydantic import ValidationError
 
 from mjsim.errors import WorldError
 from mjsim.world.ground import Model
-from mjsim.world.read.reader import faults_of, read_file
+from mjsim.world.read.world_reader import faults_of, read_file
 from mjsim.world.yaml import problems_at, read_text
 
 M = TypeVar("M", bound=Model)

@@ -9,7 +9,7 @@ from mjsim.errors import UsageError, WorldError, did_you_mean
 from mjsim.world.check import check_world
 from mjsim.world.files import Source, world_path
 from mjsim.world.items import World, with_parts
-from mjsim.world.read.reader import parse_world, read_file
+from mjsim.world.read.world_reader import parse_world, read_file
 
 _VARIABLES = "variables"
 Settings = Iterable[str] | Mapping[str, Any]

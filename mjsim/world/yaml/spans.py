@@ -9,7 +9,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
 from mjsim.world.yaml.scan import UnsureError, sure_events
-from mjsim.world.yaml.text import plain_value
+from mjsim.world.yaml.yaml_text import plain_value
 
 _ODD = "it uses YAML features that world files do not allow"
 _COLON = re.compile(r"[ \t]*:")

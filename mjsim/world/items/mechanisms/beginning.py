@@ -10,14 +10,14 @@ from mjsim.geometry import Array
 from mjsim.mechanics import Apart, Linear, Linkage, Rows, close, jacobian, rates, tracked
 from mjsim.world.ground import fault
 from mjsim.world.items.mechanisms.assembly import Assembly, Motion, rank_of
-from mjsim.world.items.mechanisms.masses import check_inertias
+from mjsim.world.items.mechanisms.curve_points import begin_tracks, track_speeds, tracks_of
+from mjsim.world.items.mechanisms.mass_checks import check_inertias
+from mjsim.world.items.mechanisms.mechanism_items import MechanismParts
 from mjsim.world.items.mechanisms.motions import Read, motions_of
-from mjsim.world.items.mechanisms.parts import MechanismParts
 from mjsim.world.items.mechanisms.points import GROUND
 from mjsim.world.items.mechanisms.rest import trimmed
-from mjsim.world.items.mechanisms.sensed import check_sensors
+from mjsim.world.items.mechanisms.sensor_checks import check_sensors
 from mjsim.world.items.mechanisms.ties import couplings_of, rods_of, springs_of, tied_rows
-from mjsim.world.items.mechanisms.tracks import begin_tracks, track_speeds, tracks_of
 from mjsim.world.items.mechanisms.tree import Points, linkage_of, places_of, tree_of, values_of
 
 SAME = 1e-6

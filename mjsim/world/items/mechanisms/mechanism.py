@@ -10,9 +10,9 @@ from pydantic import PrivateAttr, ValidationInfo, model_validator
 from mjsim.errors import did_you_mean
 from mjsim.world.files import BUILT, Source, read_asset
 from mjsim.world.ground import Degrees, Metres, Name, Point, TakenNames, fault, reserved_fault
-from mjsim.world.items.mechanisms.bodies import MechanismBody
 from mjsim.world.items.mechanisms.joint_kinds import Jointed
-from mjsim.world.items.mechanisms.parts import MechanismParts
+from mjsim.world.items.mechanisms.mechanism_items import MechanismParts
+from mjsim.world.items.mechanisms.mechanism_links import MechanismBody
 from mjsim.world.items.mechanisms.points import GROUND
 
 if TYPE_CHECKING:  # Imported where it is used: worlds without mechanisms load faster.

@@ -8,7 +8,7 @@ from mjsim.mechanics import BodyPoint
 from mjsim.world.ground import fault
 from mjsim.world.items.mechanisms.actuators import MOTIONS, DistanceActuator, actuator_kind
 from mjsim.world.items.mechanisms.assembly import Assembly, Motion
-from mjsim.world.items.mechanisms.parts import MechanismParts
+from mjsim.world.items.mechanisms.mechanism_items import MechanismParts
 from mjsim.world.items.mechanisms.points import End, place_of
 from mjsim.world.items.mechanisms.tree import Points
 

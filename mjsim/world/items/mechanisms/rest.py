@@ -9,7 +9,7 @@ from mjsim.mechanics import Apart, BodyPoint, jacobian, residual, solved
 from mjsim.world.ground import fault
 from mjsim.world.items.mechanisms.actuators import ForceActuator, TorqueActuator
 from mjsim.world.items.mechanisms.assembly import Assembly
-from mjsim.world.items.mechanisms.parts import MechanismParts
+from mjsim.world.items.mechanisms.mechanism_items import MechanismParts
 from mjsim.world.items.mechanisms.ties import end_distance
 
 GRAVITY = 9.81

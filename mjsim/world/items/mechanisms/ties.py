@@ -15,8 +15,8 @@ from mjsim.world.items.mechanisms.constraints import (
     SpringConstraint,
 )
 from mjsim.world.items.mechanisms.many_joints import ScrewJoint
+from mjsim.world.items.mechanisms.mechanism_items import MechanismParts
 from mjsim.world.items.mechanisms.motions import spots_of
-from mjsim.world.items.mechanisms.parts import MechanismParts
 from mjsim.world.items.mechanisms.tree import Points
 
 

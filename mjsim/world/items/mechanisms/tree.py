@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from mjsim.mechanics import Linkage, TreeJoint, inverted, placed
 from mjsim.world.ground import fault
 from mjsim.world.items.mechanisms.joints import MechanismJoint
-from mjsim.world.items.mechanisms.parts import MechanismParts
+from mjsim.world.items.mechanisms.mechanism_items import MechanismParts
 from mjsim.world.items.mechanisms.points import GROUND, Place, place_of
 
 SOFT_CUTS = ("revolute", "spherical")

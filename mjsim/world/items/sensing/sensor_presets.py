@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from mjsim.errors import did_you_mean
-from mjsim.world.items.shipped import shipped_keys, shipped_names
+from mjsim.world.items.shipped_presets import shipped_keys, shipped_names
 
 
 def over_sensor(kind: str, name: str, keys: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,3 +1,9 @@
+from .arm_events import reached_joints as reached_joints
+from .event_waypoints import as_motions as as_motions
+from .event_waypoints import extend_motion as extend_motion
+from .event_waypoints import last_time as last_time
+from .event_waypoints import single_targets as single_targets
+from .event_waypoints import with_target as with_target
 from .events import EVENT_KINDS as EVENT_KINDS
 from .events import CloseEvent as CloseEvent
 from .events import GoalEvent as GoalEvent
@@ -16,12 +22,6 @@ from .events import ShoveEvent as ShoveEvent
 from .events import WorldEvent as WorldEvent
 from .events import event_from as event_from
 from .events import event_text as event_text
-from .reaching import reached_joints as reached_joints
 from .signals import Signal as Signal
 from .signals import signal_of as signal_of
 from .signals import table_files as table_files
-from .waypoints import as_motions as as_motions
-from .waypoints import extend_motion as extend_motion
-from .waypoints import last_time as last_time
-from .waypoints import single_targets as single_targets
-from .waypoints import with_target as with_target

@@ -21,7 +21,7 @@ from mjsim.world.ground import (
     path_of,
     sentence,
 )
-from mjsim.world.items.light import Brightness
+from mjsim.world.items.room_lamps import Brightness
 from mjsim.world.items.timeline.signals import Signal
 
 MAX_TARGETS = 1000

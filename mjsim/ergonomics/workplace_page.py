@@ -1,0 +1,129 @@
+"""The page of a workplace: posture, reach, sight and clearance in one HTML file that opens offline."""
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+
+from mjsim.ergonomics.person_views import pictures_of
+from mjsim.ergonomics.sight import STEEPEST
+from mjsim.ergonomics.workplace_plots import posture_plot, reach_plot, sight_plot
+from mjsim.ergonomics.workplace_study import PersonStudy, contact_figure, figures_of
+from mjsim.posture import ANGLES, comfort_of
+from mjsim.report import Block, Heading, HtmlTable, Paragraph, html_page, picture, png_of
+
+
+def page_files(study: PersonStudy) -> dict[str, bytes]:
+    """Return the files of a person by name: page, figures as JSON, plots, and pictures if OpenGL is available."""
+    name = study.person.name
+    plots = {"posture": posture_plot, "reach": reach_plot, "sight": sight_plot}
+    drawn = {kind: png_of(plot(study)) for kind, plot in plots.items()}
+    drawn |= pictures_of(study.model, name, study.eyes)
+    figures = json.dumps(figures_of(study), indent=1, allow_nan=False) + "\n"
+    return {
+        f"{name}.html": _page(study, drawn).encode(),
+        f"{name}.json": figures.encode(),
+        **{f"{name}_{kind}.png": data for kind, data in drawn.items()},
+    }
+
+
+def _page(study: PersonStudy, drawn: dict[str, bytes]) -> str:
+    images = {kind: picture(f"{kind} of {study.person.name}", data) for kind, data in drawn.items()}
+    return html_page(study.person.name, "mjsim ergonomics", *_blocks(study, images))
+
+
+def _blocks(study: PersonStudy, images: Mapping[str, Block]) -> Iterator[Block]:
+    person = study.person
+    along, up = (1000.0 * value for value in study.seated.set_by)
+    yield Paragraph(
+        f"{person.sex}, stature {1000 * person.figure.measures['stature']:.0f} mm, on {person.seat}, "
+        f"set {along:+.0f} mm along and {up:+.0f} mm up from the middle of its travel",
+        "run",
+    )
+    yield from (Paragraph(each, "fault") for each in fault_lines(study))
+    yield from (images[kind] for kind in ("outside",) if kind in images)
+    yield from (Heading("Posture"), images["posture"], _angles(study))
+    yield Paragraph(
+        "Published ranges are shown as they are; there is no score. Of joints without one the middle position is "
+        "preferred, and each deviation counts as a fraction of the joint's range."
+    )
+    yield from (Heading("Contacts"), _contacts(study), Heading("Reach"), images["reach"], _reaches(study))
+    yield from (Heading("Sight"), images["sight"], *_views(study))
+    yield from (images[kind] for kind in ("left_eye", "right_eye") if kind in images)
+    yield from (Heading("Clearance"), _clearances(study), Heading("Seat"), _settings(study))
+
+
+def fault_lines(study: PersonStudy) -> list[str]:
+    """Return a message for each contact out of reach, and for each object that the posture collides with."""
+    errors = study.seated.errors
+    missed = [
+        f"{name} is off by {math.degrees(errors[name]):.1f} degrees"
+        if name == "gaze"
+        else f"{name} is out of reach by {1000 * errors[name]:.1f} mm"
+        for name in study.seated.missed
+    ]
+    return [
+        *missed,
+        *(f"{each.segment} goes {-1000 * each.distance:.0f} mm into {each.thing}" for each in study.collisions),
+    ]
+
+
+def _angles(study: PersonStudy) -> HtmlTable:
+    rows = []
+    for name, value in study.angles.items():
+        bare = name.removeprefix("left_").removeprefix("right_")
+        ranges = comfort_of(name)
+        side = "" if bare == name else name.removesuffix(f"_{bare}") + ", "
+        comfort = "; ".join(f"{each.low:g} to {each.high:g} ({each.source})" for each in ranges)
+        rows.append((side + ANGLES[bare], f"{value:.0f}", comfort or "none"))
+    return HtmlTable(("angle", "[deg]", "published comfort [deg]"), rows, wide=True)
+
+
+def _contacts(study: PersonStudy) -> HtmlTable:
+    rows = []
+    for name, error in study.seated.errors.items():
+        ((unit, value),) = contact_figure(name, error).items()
+        rows.append((name, f"{value:.4f} {unit.removeprefix('error_')}"))
+    return HtmlTable(("contact", "error"), rows, wide=True)
+
+
+def _reaches(study: PersonStudy) -> HtmlTable:
+    rows = [(each.target, each.limb, _short(each.short), _short(each.leaning)) for each in study.reaches]
+    return HtmlTable(("target", "limb", "back on the backrest", "leaning"), rows, wide=True)
+
+
+def _short(short: float) -> str:
+    return "reached" if short == 0.0 else f"out of reach by {1000 * short:.0f} mm"
+
+
+def _views(study: PersonStudy) -> Iterator[Block]:
+    rows = []
+    for name, view in study.views.items():
+        shares = [f"{100 * view.shares[key]:.1f} %" for key in ("left", "right", "both", "either")]
+        hidden = ", ".join(f"{name} {100 * share:.1f} %" for name, share in view.hidden_by.items()) or "nothing"
+        steep = f"{view.incidence_deg:.0f}" + ("" if view.incidence_deg >= STEEPEST else f" (below {STEEPEST:g})")
+        rows.append((name, *shares, hidden, f"{view.distance:.2f}", steep))
+    heads = ("display", "left eye", "right eye", "both", "either", "hidden from both by", "distance [m]", "angle [deg]")
+    if not rows:
+        yield Paragraph("There is no display.")
+        return
+    yield HtmlTable(heads, rows, wide=True)
+    yield Paragraph(
+        f"The angle is that of the line of sight to the face; NUREG-0700 rev. 3 asks for {STEEPEST:g} or more."
+    )
+
+
+def _clearances(study: PersonStudy) -> HtmlTable:
+    rows = [(each.segment, each.thing, f"{1000 * each.distance:.0f}") for each in study.clearances]
+    return HtmlTable(("segment", "thing", "[mm]"), rows, wide=True)
+
+
+def _settings(study: PersonStudy) -> HtmlTable:
+    rows = [
+        (
+            f"{each.sex}, percentile {each.percentile:g}",
+            *(f"{1000 * value:+.0f}" for value in (*each.set_by, *each.ideal)),
+            ", ".join(each.missed) or "none",
+        )
+        for each in study.settings
+    ]
+    return HtmlTable(("figure", "along [mm]", "up [mm]", "wished along", "wished up", "out of reach"), rows, wide=True)

@@ -1,0 +1,60 @@
+"""Imports scenes of Gazebo and MuJoCo as worlds."""
+
+from pathlib import Path
+
+from mjsim.errors import UsageError
+from mjsim.exchange.maps import name_of
+from mjsim.exchange.scenes.build import build_world
+from mjsim.exchange.scenes.mjcf_in import read_mjcf
+from mjsim.exchange.scenes.scene_solids import Scene
+from mjsim.exchange.scenes.sdf_in import read_sdf
+from mjsim.exchange.start_place import with_newcomer
+from mjsim.exchange.world_comment import world_text
+from mjsim.exchange.world_import import SCENES, Brought, Newcomer
+from mjsim.inventory import inventory
+from mjsim.world import World, solid
+
+_SIMULATORS = {True: "MuJoCo", False: "Gazebo"}
+
+
+def is_scene(path: Path) -> bool:
+    """Return whether a file is a scene of another simulator, judging by its suffix."""
+    return path.suffix.lower() in SCENES
+
+
+def bring_scene(path: Path, *, robot: Newcomer | None, search: list[Path], folder: str) -> Brought:
+    """Return the world of a scene, with a robot unless `robot` is None.
+
+    Args:
+        path: An SDF world or model, or an MJCF file.
+        robot: The robot to add; it starts where the first robot of the scene does, if there is space.
+        search: Folders with folders of models.
+        folder: Name of the folder for the model files, beside the world.
+
+    Raises:
+        UsageError: The file cannot be read, or leaves no space for the robot.
+    """
+    mjcf = path.suffix.lower() in (".xml", ".mjcf")
+    scene = read_mjcf(path) if mjcf else read_sdf(path, search=search)
+    if not scene.things:
+        lost = "; ".join(inventory(scene.items))[:400]
+        raise UsageError(f"'{path}' has nothing that a robot could meet{f' ({lost})' if lost else ''}")
+    world, files = build_world(scene, name=name_of(path), folder=folder)
+    report = [f"{path}: {_counted(scene)}; {len(world.walls)} walls, {len(world.obstacles)} things{_size(world)}"]
+    whole, told = with_newcomer(world, robot, start=scene.starts[0] if scene.starts else None)
+    notes = [f"From the scene {path.name} of {_SIMULATORS[mjcf]}."]
+    return Brought(world_text(whole, notes=notes), [*report, *told, *inventory(scene.items)], files)
+
+
+def _counted(scene: Scene) -> str:
+    solids = sum(len(thing.solids) for thing in scene.things)
+    return f"{len(scene.things)} models of {solids} shapes"
+
+
+def _size(world: World) -> str:
+    """Return the size of what is solid, for the report; empty if nothing is."""
+    shape = solid(world)
+    if shape.is_empty:
+        return ""
+    low_x, low_y, high_x, high_y = shape.bounds
+    return f", {high_x - low_x:.2f} x {high_y - low_y:.2f} m"

@@ -1,0 +1,145 @@
+"""Meshes of scenes: divided into their parts, boxes recognised."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from mjsim.errors import UsageError
+from mjsim.exchange.bounded_file import read_bounded
+from mjsim.exchange.drawings import Indices
+from mjsim.exchange.scenes.scene_solids import Scene, SceneSolid
+from mjsim.geometry import Array
+from mjsim.inventory import Fate
+from mjsim.models import floats, gazebo_triangles
+
+MAX_BYTES = 60_000_000
+"""Maximum size of a mesh file [bytes]."""
+MOST_PARTS = 200
+"""Above this number of connected parts, a mesh is taken as it is."""
+BOXLIKE = 0.98
+"""A part that fills at least this fraction of its smallest box is that box."""
+FLAT = 1e-3
+"""A mesh whose thickness is below this fraction of its size is flat."""
+WELD = 1e-5
+"""Corners in the same cell of this size are one vertex [m]."""
+
+Part = tuple[Array, Indices]
+"""Vertices, shape (n, 3) [m], and triangles, shape (m, 3)."""
+
+
+class MeshFiles:
+    """Reads each mesh once, and notes what could not be read."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._parts: dict[Path, list[Part]] = {}
+
+    def solids(self, path: Path, scale: Array, pose: Array, color: str | None) -> Iterator[SceneSolid]:
+        """Yield the parts of a mesh.
+
+        Args:
+            path: The file.
+            scale: Along x, y and z.
+            pose: Of the mesh in the world, shape (4, 4) [m].
+            color: '#rrggbb'.
+        """
+        if path not in self._parts:
+            self._parts[path] = self._read(path)
+        # A mirrored triangle has its corners the other way round.
+        order = slice(None, None, -1 if np.prod(scale) < 0.0 else 1)
+        for vertices, faces in self._parts[path]:
+            yield boxed(SceneSolid("mesh", (), pose, color, vertices * scale, faces[:, order]))
+
+    def prisms(self, shape: Element, pose: Array, color: str | None, where: str) -> Iterator[SceneSolid]:
+        """Yield the prism on a `<polyline>`."""
+        height = floats(shape.findtext("height", "1"), 1, f"{where}: height")[0]
+        ring = [floats(point.text, 2, f"{where}: point") for point in shape.findall("point")]
+        if len(ring) < 3:
+            return
+        count = len(ring)
+        vertices = np.array([[*point, z] for z in (0.0, height) for point in ring])
+        here, ahead = np.arange(count), (np.arange(count) + 1) % count
+        sides = [np.stack([here, ahead, ahead + count], axis=1), np.stack([here, ahead + count, here + count], axis=1)]
+        yield boxed(SceneSolid("mesh", (), pose, color, vertices, np.concatenate(sides)))
+
+    def _read(self, path: Path) -> list[Part]:
+        """Return vertices, shape (n, 3) [m], and triangles, shape (m, 3), of each connected part of a file."""
+        try:
+            data = read_bounded(path, limit=MAX_BYTES, kind="a mesh")
+            triangles, coarser = gazebo_triangles(path.name, data)
+        except (UsageError, ValueError) as error:
+            self._scene.tell(Fate.LEFT_OUT, "mesh", path.name, str(error))
+            return []
+        if coarser:
+            self._scene.tell(Fate.GUESSED, "mesh", path.name, "simplified, as it has very many triangles")
+        return parts_of(triangles)
+
+
+def parts_of(triangles: Array) -> list[Part]:
+    """Return vertices and faces of each connected part; of the whole if there are very many.
+
+    Args:
+        triangles: Shape (n, 3, 3) [m].
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    corners = triangles.reshape(-1, 3)
+    _, first, owners = np.unique(np.round(corners / WELD), axis=0, return_index=True, return_inverse=True)
+    vertices, faces = corners[first], owners.reshape(-1, 3)
+    edges = np.concatenate([faces[:, :2], faces[:, 1:]])
+    graph = coo_matrix((np.ones(len(edges)), edges.T), shape=(len(vertices),) * 2)
+    count, label = connected_components(graph, directed=False)
+    if count > MOST_PARTS:
+        return [(vertices, faces)]
+    of_face = label[faces[:, 0]]
+    return [_compact(vertices, faces[of_face == part]) for part in range(count)]
+
+
+def _compact(vertices: Array, faces: Indices) -> Part:
+    """Return the vertices that faces use, and the faces with their new numbers."""
+    used, numbers = np.unique(faces, return_inverse=True)
+    return vertices[used], numbers.reshape(-1, 3)
+
+
+def boxed(solid: SceneSolid) -> SceneSolid:
+    """Return a mesh, or the upright box that it is; a flat one becomes a thin box."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    box = _smallest_box(solid)
+    extents = np.linalg.svd(solid.vertices - solid.vertices.mean(axis=0), compute_uv=False)
+    if extents[-1] < FLAT * extents[0]:
+        return box
+    try:
+        hull = ConvexHull(solid.vertices)
+    except (QhullError, ValueError):
+        return box
+    return box if hull.volume >= BOXLIKE * float(np.prod(box.size)) and _is_full(solid, hull.volume) else solid
+
+
+def _is_full(solid: SceneSolid, volume: float) -> bool:
+    """Return whether the triangles of a mesh enclose nearly its convex hull."""
+    # About the middle each missing triangle counts; about a corner those beside it would not.
+    a, b, c = ((solid.vertices - solid.vertices.mean(axis=0))[solid.faces[:, k]] for k in range(3))
+    return abs(float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum())) / 6.0 >= BOXLIKE * volume
+
+
+def _smallest_box(solid: SceneSolid) -> SceneSolid:
+    """Return the smallest upright box around a mesh, in the frame of the world."""
+    import shapely
+
+    points = solid.corners()
+    ring = shapely.minimum_rotated_rectangle(shapely.MultiPoint(points[:, :2]))
+    low, high = points[:, 2].min(), points[:, 2].max()
+    corners = shapely.get_coordinates(ring)[:4]
+    if len(corners) < 4:
+        return SceneSolid("box", (1e-3, 1e-3, max(1e-3, float(high - low))), solid.pose, solid.color)
+    along, across = corners[1] - corners[0], corners[2] - corners[1]
+    pose = np.eye(4)
+    pose[:2, 0] = along / max(1e-9, float(np.hypot(*along)))
+    pose[:2, 1] = -pose[1, 0], pose[0, 0]
+    pose[:3, 3] = *corners.mean(axis=0), (low + high) / 2
+    sizes = (float(np.hypot(*along)), float(np.hypot(*across)), float(high - low))
+    return SceneSolid("box", tuple(max(1e-3, size) for size in sizes), pose, solid.color)

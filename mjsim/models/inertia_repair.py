@@ -1,0 +1,222 @@
+"""Repair of invalid inertias in the text of a model."""
+
+import copy
+import math
+from collections.abc import Collection, Iterator
+
+import numpy as np
+
+from mjsim.geometry import Array, nearest_moments
+from mjsim.models.model_sources import Element
+
+LEAST_MASS = 1e-3
+"""Mass of a link without mass [kg]."""
+BALL = 0.4
+"""Inertia of a ball divided by its mass and the square of its radius."""
+GUESSED_RADIUS = 0.05
+"""Radius of a ball that replaces a link [m]."""
+SPARE = 1.0001
+"""Tolerance factor of the triangle inequality, because files are rounded."""
+MAX_VIOLATION = 0.25
+"""Maximum violation as a fraction of the largest moment: real arms reach this; larger violations are mistakes."""
+ROUNDED = 1e-8
+"""Rounding tolerance as a fraction of the largest moment."""
+LEAST_MOMENT = 2e-14
+"""MuJoCo treats smaller moments as zero [kg m^2]."""
+DIGITS = ".9g"
+FEATHER = 1e-6
+"""Mass of a link that weighs nothing, as MuJoCo takes nothing for unknown [kg]."""
+LEAST_STATED = 1e-9
+"""A smaller mass is a placeholder of an exporter for none [kg]."""
+FEATHER_SIZE = 1e-4
+"""Moments of inertia of such a link, relative to its mass [m^2]."""
+_URDF_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+
+
+def mend_inertias(root: Element, path: str, *, feather: float = FEATHER) -> list[str]:
+    """Repair masses and inertias in a model's text in place; return notes on what was done.
+
+    Args:
+        root: Tree of MJCF or URDF.
+        path: Its file, for the notes.
+        feather: Mass of a link of URDF that weighs nothing [kg].
+    """
+    return list(_mend_urdf(root, path, feather) if root.tag == "robot" else _mend_mjcf(root, path))
+
+
+def mend_weightless(root: Element, path: str) -> Iterator[str]:
+    """For a URDF robot without any mass, derive masses from its shapes; yield notes on what was done."""
+    links = root.findall("link")
+    masses = [number_of(mass.get("value")) for link in links for mass in link.findall("inertial/mass")]
+    if root.tag != "robot" or any(mass is not None and mass >= LEAST_STATED for mass in masses):
+        return
+    for link in links:
+        if link.find("collision") is None:
+            # Visual shapes have no mass.
+            for picture in link.findall("visual"):
+                solid = copy.deepcopy(picture)
+                solid.tag = "collision"
+                link.append(solid)
+    yield f"{path}: no link has a mass; its shapes get a density of 1000 kg/m^3 instead"
+
+
+def mended(inertia: Array) -> tuple[Array, str] | None:
+    """Return a physically valid inertia, and what was wrong with the given one; None if it is valid.
+
+    Args:
+        inertia: Symmetric, shape (3, 3) [kg m^2].
+    """
+    if not np.isfinite(inertia).all():
+        return np.eye(3) * BALL * LEAST_MASS * GUESSED_RADIUS**2, "is no number"
+    values, vectors = np.linalg.eigh(inertia)
+    if values[2] <= LEAST_MOMENT:
+        return None  # MuJoCo derives it from the shapes, or uses the minimum
+    low = values[0]
+    if low <= LEAST_MOMENT:
+        values = np.maximum(values, values[2] / 2)
+        return vectors @ np.diag(values) @ vectors.T, f"has a principal moment of {low:.3g} kg m^2"
+    if values[0] + values[1] < values[2] / SPARE:
+        miss = values[2] - values[0] - values[1]
+        verb = "breaks" if miss > MAX_VIOLATION * values[2] else "slightly misses"
+        reason = f"{verb} the triangle inequality ({values[0]:.3g} + {values[1]:.3g} < {values[2]:.3g} kg m^2)"
+        # Slightly more than required: it is rounded when it is written.
+        spare = ROUNDED * values[2] * np.array([1.0, 1.0, -1.0])
+        return vectors @ np.diag(nearest_moments(values) + spare) @ vectors.T, reason
+    return None
+
+
+def _mend_urdf(root: Element, path: str, feather: float) -> Iterator[str]:
+    heavy = {link.get("name", "?") for link in root.findall("link") if _weight_of(link) > 0.0}
+    carried = _fixed_to(root, heavy)
+    for link in root.findall("link"):
+        inertial, name = link.find("inertial"), link.get("name", "?")
+        if name in carried:
+            below = _stated(link)
+            if below != 0.0:
+                yield f"{path}: link '{name}' has a mass of {below:g} kg; it weighs nothing instead"
+            _lighten(link, feather)
+            continue
+        has = link.find("collision") is not None
+        if inertial is None:
+            if heavy and has:
+                yield f"{path}: link '{name}' has no mass; its shapes get a density of 1000 kg/m^3 instead"
+            continue
+        mass, inertia = inertial.find("mass"), inertial.find("inertia")
+        weight = number_of(mass.get("value") if mass is not None else None)
+        if weight is None or weight < LEAST_STATED:
+            link.remove(inertial)
+            instead = "its shapes get a density of 1000 kg/m^3 instead" if has else "it gets a negligible mass instead"
+            yield f"{path}: link '{name}' has a mass of {_shown(weight)} kg; {instead}"
+            continue
+        if inertia is None:
+            yield from _ball(inertial, weight, f"{path}: link '{name}'")
+            continue
+        a, b, c, ab, ac, bc = (number_of(inertia.get(key, "0")) or 0.0 for key in _URDF_KEYS)
+        found = mended(np.array([[a, ab, ac], [ab, b, bc], [ac, bc, c]]))
+        if found is None and max(a, b, c) <= LEAST_MOMENT:
+            inertial.remove(inertia)
+            given = f" (its file says {a:g}, {b:g}, {c:g})" if any((a, b, c)) else ""
+            yield from _ball(inertial, weight, f"{path}: link '{name}'", given)
+        elif found is not None:
+            matrix, wrong = found
+            for key, value in zip(_URDF_KEYS, matrix[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]], strict=True):
+                inertia.set(key, format(value, DIGITS))
+            yield f"{path}: the inertia of link '{name}' {wrong}; made {_moments(matrix)}"
+
+
+def _stated(link: Element) -> float:
+    """Return the mass that the file states for a link of URDF, 0 if none [kg]."""
+    mass = link.find("inertial/mass")
+    return number_of(mass.get("value") if mass is not None else None) or 0.0
+
+
+def _weight_of(link: Element) -> float:
+    """Return the mass of a link of URDF, 0 if the file gives none, or a placeholder [kg]."""
+    stated = _stated(link)
+    return stated if stated < 0.0 or stated >= LEAST_STATED else 0.0
+
+
+def _fixed_to(root: Element, heavy: Collection[str]) -> frozenset[str]:
+    """Return the links of URDF that fixed joints hold to one of some links, without these."""
+    ends = [
+        {end.get("link", "") for end in (*joint.findall("parent"), *joint.findall("child"))}
+        for joint in root.findall("joint")
+        if joint.get("type") == "fixed"
+    ]
+    found = set(heavy)
+    while more := {name for pair in ends if pair & found for name in pair} - found:
+        found |= more
+    return frozenset(found.difference(heavy))
+
+
+def _lighten(link: Element, feather: float) -> None:
+    """Let a link weigh nothing, as URDF means it without a mass; by its shapes MuJoCo would give it one."""
+    for inertial in link.findall("inertial"):
+        link.remove(inertial)
+    new = link.makeelement("inertial", {})
+    new.append(new.makeelement("mass", {"value": format(feather, DIGITS)}))
+    moments = dict.fromkeys(("ixx", "iyy", "izz"), format(max(FEATHER_SIZE * feather, 5.0 * LEAST_MOMENT), DIGITS))
+    new.append(new.makeelement("inertia", moments | dict.fromkeys(("ixy", "ixz", "iyz"), "0")))
+    link.append(new)
+
+
+def _ball(inertial: Element, weight: float, called: str, given: str = "") -> Iterator[str]:
+    """Give a link the inertia of a ball; yield notes on what was done."""
+    value = BALL * weight * GUESSED_RADIUS**2
+    keys = dict.fromkeys(("ixx", "iyy", "izz"), format(value, DIGITS)) | dict.fromkeys(("ixy", "ixz", "iyz"), "0")
+    new = inertial.makeelement("inertia", keys)
+    inertial.append(new)
+    yield f"{called} has no inertia{given}; made {value:.3g} kg m^2, that of a ball of {GUESSED_RADIUS:g} m"
+
+
+def _mend_mjcf(root: Element, path: str) -> Iterator[str]:
+    for body in root.iter("body"):
+        inertial = body.find("inertial")
+        if inertial is None:
+            continue
+        called = f"body '{body.get('name', '?')}'"
+        weight = number_of(inertial.get("mass"))
+        if weight is None or weight < LEAST_STATED:
+            body.remove(inertial)
+            yield f"{path}: {called} has a mass of {_shown(weight)} kg; its mass is computed from its shapes instead"
+            continue
+        for key, count in (("diaginertia", 3), ("fullinertia", 6)):
+            numbers = [number_of(word) for word in inertial.get(key, "").split()]
+            if len(numbers) != count:
+                continue
+            values = np.array([np.nan if number is None else number for number in numbers])
+            found = mended(_matrix(values))
+            if found is not None:
+                inertial.attrib.pop(key)
+                matrix, wrong = found
+                ordered = matrix[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+                inertial.set("fullinertia", " ".join(format(value, DIGITS) for value in ordered))
+                if key == "diaginertia":
+                    inertial.attrib.pop("fullinertia")
+                    inertial.set(key, " ".join(format(value, DIGITS) for value in np.diag(matrix)))
+                yield f"{path}: the inertia of {called} {wrong}; made {_moments(matrix)}"
+
+
+def _matrix(values: Array) -> Array:
+    """Return the matrix of three or six numbers in the order of MJCF, shape (3, 3)."""
+    if len(values) == 3:
+        return np.diag(values)
+    a, b, c, ab, ac, bc = values
+    return np.array([[a, ab, ac], [ab, b, bc], [ac, bc, c]])
+
+
+def _moments(matrix: Array) -> str:
+    return f"{', '.join(f'{value:.3g}' for value in np.linalg.eigvalsh(matrix))} kg m^2"
+
+
+def number_of(text: str | None) -> float | None:
+    """Return a finite number from a text; None if it is not one."""
+    try:
+        value = float(text or "")
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
+
+
+def _shown(weight: float | None) -> str:
+    return "nothing" if weight is None else f"{weight:g}"
