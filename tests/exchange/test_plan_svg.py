@@ -8,6 +8,7 @@ import pytest
 import shapely
 
 from mjsim.exchange import world_from_svg, write_svg
+from mjsim.exchange.svg_out import solid_runs
 from mjsim.world import World, load_world, parse_world, solid
 
 WORLDS = Path(__file__).parents[2] / "worlds"
@@ -73,3 +74,12 @@ def test_a_world_without_anything_has_no_plan(tmp_path):
 
     with pytest.raises(UsageError, match="no walls, things, people or robots; there is no plan to draw"):
         write_svg(World(), tmp_path / "plan.svg")
+
+
+def test_openings_side_by_side_and_at_the_ends_of_a_wall_leave_what_stands_between():
+    (wall,) = parse_world("""mjsim: 1
+walls: [{points: [[0, 0], [4, 0], [4, 3]], openings: [
+  {at: 0, width: 1}, {at: 1, width: 0.5}, {segment: 1, at: 2, width: 1}]}]
+""").walls
+    runs = solid_runs(wall, wall.openings)
+    assert [(run.tolist(), closed) for run, closed in runs] == [([[1.5, 0.0], [4.0, 0.0], [4.0, 2.0]], False)]

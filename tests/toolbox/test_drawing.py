@@ -31,3 +31,10 @@ def test_a_figure_of_the_number_of_a_handle_leaves_the_handle():
     figures.draw([FigureCall(*call) for call in calls], FUNCTIONS)
     (line,) = figures.figure(1).axes[0].lines
     assert line.get_linewidth() == 6.0
+
+
+def test_a_text_stands_where_it_is_put_in_the_plane_and_in_space():
+    (flat,) = drawn(("text", (TWO, 3 * TWO, "here"))).figure(1).axes[0].texts
+    assert (flat.get_position(), flat.get_text()) == ((2.0, 6.0), "here")
+    (deep,) = drawn(("plot3", (ROW, ROW, ROW)), ("text", (TWO, TWO, 2 * TWO, "there"))).figure(1).axes[0].texts
+    assert deep.get_position_3d() == (2.0, 2.0, 4.0)
