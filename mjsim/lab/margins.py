@@ -10,7 +10,10 @@ from scipy.optimize import brentq
 from mjsim.geometry import Array
 
 REAL = 1e-9
-"""A response whose imaginary part is below this fraction of its magnitude is real: it crosses no axis."""
+"""A response is real if its imaginary part is below this fraction of its magnitude, and then crosses no axis; one whose
+magnitude changes by less about a frequency does not cross 1 there."""
+EDGE = 1e-4
+"""Poles whose real part is below this fraction of a frequency neither grow nor decay: double ones err by 1e-8."""
 LOW = 1e-6
 """Crossovers below this fraction of the lowest corner frequency are rounding: the gain at 0 is 1."""
 GRID = 2000
@@ -29,14 +32,16 @@ def margins_of(loop: Any, delay: float = 0.0) -> dict[str, float | None]:
     if delay:
         gains, phases = _delayed(loop, delay)
     else:
-        found = control.stability_margins(loop, returnall=True)
+        # A pole that a zero cancels at 0 has no value there.
+        with np.errstate(invalid="ignore"):
+            found = control.stability_margins(loop, returnall=True)
         gains = list(zip(found[0], found[3], strict=True))
         phases = list(zip(found[1], found[4], strict=True))
     low = LOW * _lowest(loop)
     gains = [(gain, at) for gain, at in gains if low < at < math.inf and gain > 0.0 and not _is_real(loop, at, delay)]
     # A static loop of gain -1 at 0 rad/s is at its margin there.
     gains += [] if delay else _static(loop)
-    phases = [(phase, at) for phase, at in phases if low < at < math.inf and not _is_real(loop, at, delay)]
+    phases = [(phase, at) for phase, at in phases if low < at < math.inf and _crosses(loop, at, delay)]
     gain, at_gain = min(gains, key=lambda pair: abs(math.log(pair[0])), default=(None, None))
     phase, at_phase = min(phases, key=lambda pair: abs(pair[0]), default=(None, None))
     values = (gain, phase, at_gain, at_phase)
@@ -46,15 +51,32 @@ def margins_of(loop: Any, delay: float = 0.0) -> dict[str, float | None]:
 
 def _lowest(loop: Any) -> float:
     corners = np.abs(np.concatenate([loop.poles(), loop.zeros()]))
-    return float(corners[corners > REAL].min(initial=1.0)) if len(corners[corners > REAL]) else 1.0
+    return float(corners[corners > REAL].min()) if (corners > REAL).any() else 1.0
 
 
 def _is_real(loop: Any, omega: float, delay: float) -> bool:
-    """Whether the response is real about a frequency, so that neither margin is defined there."""
+    """Whether the response is real about a frequency, so that its phase crosses nothing there."""
     if delay:
         return False
     values = loop(1j * omega * np.array([0.7, 1.0, 1.4]))
     return bool((np.abs(values.imag) < REAL * np.abs(values)).all())
+
+
+def _crosses(loop: Any, omega: float, delay: float) -> bool:
+    """Whether the curve meets the unit circle at a frequency, other than by rounding.
+
+    A real response, as that of 1 / s^2, meets it at -1: its margin is 0 if the closed loop swings there and does not
+    grow elsewhere, else there is none.
+    """
+    below, above = np.abs(loop(1j * omega * np.array([0.99, 1.01])))
+    if abs(above - below) < REAL:
+        return False
+    if not _is_real(loop, omega, delay):
+        return True
+    import control
+
+    growth = np.max(control.feedback(loop).poles().real, initial=0.0)
+    return bool(complex(loop(1j * omega)).real < 0.0 and growth < EDGE * omega)
 
 
 def _static(loop: Any) -> list[tuple[float, float]]:

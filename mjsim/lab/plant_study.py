@@ -130,9 +130,9 @@ def study(plant: LinearPlant, *, seconds: float | None = None) -> Study:
     loop = control.ss(plant.A, plant.B, plant.C[:1], plant.D[:1])
     poles = np.sort_complex(system.poles())
     zeros: Any = np.sort_complex(finite_zeros(loop))
-    time = shown_times(poles, seconds or shown_seconds(poles))
-    omega = frequencies(poles, zeros)
     exact = control.ss(plant.exact.A, plant.exact.B, plant.exact.C[:1], plant.exact.D[:1])
+    time = shown_times(exact.poles(), seconds or shown_seconds(exact.poles(), plant.delay))
+    omega = frequencies(poles, zeros)
     magnitude, phase, _ = control.frequency_response(exact, omega)
     return Study(
         plant=plant,
@@ -168,8 +168,13 @@ def _response(plant: LinearPlant, time: Array, start: Array, level: float) -> Ar
     return found
 
 
-def shown_seconds(poles: Array) -> float:
-    """Return the duration of a response worth showing [s]."""
+def shown_seconds(poles: Array, delay: float = 0.0) -> float:
+    """Return the duration of a response worth showing, after a delay [s]."""
+    return delay + _moving_seconds(poles, 10.0 * (delay or 1.0))
+
+
+def _moving_seconds(poles: Array, otherwise: float) -> float:
+    """Return the duration by the poles; `otherwise` if all of them are integrators [s]."""
     growing = float(poles.real.max(initial=0.0))
     if growing > INTEGRATOR:
         return math.log(GROWN) / growing
@@ -177,7 +182,7 @@ def shown_seconds(poles: Array) -> float:
     settling = np.abs(moving.real)[np.abs(moving.real) > 1e-6 * np.abs(moving)]
     if len(settling):
         return SHOWN / float(settling.min())
-    return SWINGS * 2.0 * math.pi / float(np.abs(moving).min()) if len(moving) else 10.0
+    return SWINGS * 2.0 * math.pi / float(np.abs(moving).min()) if len(moving) else otherwise
 
 
 def shown_times(poles: Array, seconds: float) -> Array:

@@ -116,6 +116,34 @@ def test_margins_are_those_of_a_search(num, den, delay):
         else:
             assert found[name] == pytest.approx(value, rel=2e-3, abs=0.02)
 
+@pytest.mark.parametrize(
+    ("num", "den", "delay", "expected"),
+    [
+        ([1.0], [1, 0, 0], 0.0, (None, None, 0.0, 1.0)),
+        ([4.0], [1, 0, 1], 0.0, (None, None, 0.0, math.sqrt(5.0))),
+        ([-4.0], [1, 0, 1], 0.0, (0.25, 0.0, None, None)),
+        ([-0.5], [1, 0, 1], 0.0, (2.0, 0.0, 0.0, math.sqrt(0.5))),
+        ([1.0], [1, 0, 0, 0], 0.0, (None, None, -90.0, 1.0)),
+        ([-1.0, 1.0], [1, 1, 0], 0.0, (1.0, 1.0, 0.0, 1.0)),
+        ([2.0], [1, -1], 0.0, (0.5, 0.0, 60.0, math.sqrt(3.0))),
+        ([-1.0], [1, 0], 0.0, (None, None, -90.0, 1.0)),
+        ([-2.0], [1], 0.0, (0.5, 0.0, None, None)),
+        ([-1.0, 1.0], [1, 1], 0.0, (None, None, None, None)),
+        ([1e12], [1, 2e6, 1e12], 0.0, (None, None, None, None)),
+        ([1e-6], [1, 1e-6], 0.0, (None, None, None, None)),
+        ([1.0], [1], 1.0, (1.0, math.pi, None, None)),
+        ([1.0, 0.0], [1, 1, 0], 0.0, (None, None, None, None)),
+        ([1.0], [1, 0], 0.5, (math.pi, math.pi, 90.0 - math.degrees(0.5), 1.0)),
+        ([1.0], [1, 0, 1], 0.1, (100 * math.pi**2 * 4 - 1, 20 * math.pi, -math.degrees(0.1 * 2**0.5), 2**0.5)),
+    ],
+)
+def test_margins_of_edge_plants_are_those_of_their_formulas(num, den, delay, expected):
+    found = margins_of(control.ss(control.tf(num, den)), delay)
+    names = ("gain_margin", "phase_crossover", "phase_margin_deg", "gain_crossover")
+    assert [found[name] for name in names] == [
+        None if value is None else pytest.approx(value, rel=1e-6, abs=1e-5) for value in expected
+    ]
+
 
 def world_plant(text):
     return formula_plant(parse_world(f"plants: [{{name: p, {text}}}]").plants[0])
@@ -163,6 +191,12 @@ def test_one_input_and_some_outputs_of_a_state_space_are_looked_at():
 )
 def test_responses_are_shown_until_they_settle_grow_or_have_swung_five_times(poles, seconds):
     assert shown_seconds(np.array(poles, complex)) == pytest.approx(seconds)
+
+
+@pytest.mark.parametrize(("den", "seconds"), [("[1, 0]", 5.5), ("[1]", 5.5), ("[1, 1]", 6.5), ("[1, 0.1, 4]", 120.5)])
+def test_a_delay_lengthens_what_is_shown_and_its_approximation_shortens_nothing(den, seconds):
+    found = study(world_plant(f"tf: {{num: [1], den: {den}, delay: 0.5}}"))
+    assert found.time[-1] == pytest.approx(seconds)
 
 
 def test_curves_have_points_enough_for_each_swing_and_two_decades_about_all_corners():
