@@ -115,7 +115,8 @@ def test_a_locus_along_the_imaginary_axis_stays_there_and_crosses_nothing():
 )
 def test_margins_are_those_of_closed_forms_and_none_where_there_is_none(num, den, delay, margins):
     found = margins_of(control.ss(control.tf(num, den)), delay)
-    assert list(found.values()) == [None if value is None else pytest.approx(value, rel=1e-7, abs=1e-6) for value in margins]
+    expected = [None if value is None else pytest.approx(value, rel=1e-7, abs=1e-6) for value in margins]
+    assert list(found.values()) == expected
 
 
 def studied(keys: str) -> Study:

@@ -116,6 +116,7 @@ def test_margins_are_those_of_a_search(num, den, delay):
         else:
             assert found[name] == pytest.approx(value, rel=2e-3, abs=0.02)
 
+
 @pytest.mark.parametrize(
     ("num", "den", "delay", "expected"),
     [
