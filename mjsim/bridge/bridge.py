@@ -54,6 +54,8 @@ class Bridge(Closes):
         overwrite: bool = False,
         domain: int | None = None,
         interface: str | None = None,
+        namespaces: bool = True,
+        publish_map: bool = True,
     ) -> None:
         """Join the bus; `start` starts the run.
 
@@ -69,6 +71,8 @@ class Bridge(Closes):
             overwrite: Whether `record` may replace a file.
             domain: DDS domain; by default that of `ROS_DOMAIN_ID`.
             interface: Name or address of the network interface; by default loopback.
+            namespaces: Whether topics of a robot begin with its name; without, there is one robot.
+            publish_map: Whether to publish the true map on `/map`, where mapping nodes publish theirs.
 
         Raises:
             UsageError: An argument is invalid; cyclonedds or rosbags is not installed.
@@ -80,8 +84,8 @@ class Bridge(Closes):
         world = world if modules else _without_modules(world)
         with Simulation(world, seed=seed) as sim:
             infos: Mapping[str, RobotInfo] = dict(sim.robots)
-        self._ros = RosWorld(world, infos)
-        self._map = _map(world)
+        self._ros = RosWorld(world, infos, namespaces=namespaces)
+        self._map = _map(world) if publish_map else None
         self._estimates = {name for name, driver in world.run.drivers.items() if driver.estimator is not None}
         self.session = Session(
             world,
@@ -95,9 +99,9 @@ class Bridge(Closes):
         """The run."""
         self._bus = Bus(domain=self.domain, interface=interface)
         for name, robot in self._ros.robots.items():
-            self._obey(name, robot.name, watchdog)
+            self._obey(name, robot.namespace, watchdog)
             if modules:
-                self._go(name, robot.name)
+                self._go(name, robot.namespace)
         offer(self._bus, "/mjsim/pause", "std_srvs/srv/SetBool", self._pause)
         offer(self._bus, "/mjsim/step", "std_srvs/srv/Trigger", self._step)
         offer(self._bus, "/mjsim/reset", "std_srvs/srv/Trigger", self._reset)
@@ -105,8 +109,8 @@ class Bridge(Closes):
 
     @property
     def robots(self) -> list[str]:
-        """Namespaces of the robots: '/scout' and so on."""
-        return [f"/{robot.name}" for robot in self._ros.robots.values()]
+        """Namespaces of the robots: '/scout' and so on, '/' without."""
+        return [robot.namespace or "/" for robot in self._ros.robots.values()]
 
     def start(self, *, paused: bool = False) -> None:
         """Start; if paused, stop after the first tick.
@@ -125,7 +129,7 @@ class Bridge(Closes):
 
     def _require_alone(self) -> None:
         """Check that no other program publishes the clock; one that publishes other topics of ours is said."""
-        own = tuple(f"{robot}/" for robot in self.robots)
+        own = tuple(f"{robot}/" for robot in self.robots if robot != "/")
         others = self._bus.publishers(
             lambda topic: topic == CLOCK.name or (topic.startswith(own) and not topic.endswith(RECEIVED)),
             wait=FOUND,
@@ -140,7 +144,7 @@ class Bridge(Closes):
             raise UsageError(f"{line}; stop it, or set ROS_DOMAIN_ID to another number")
         say(f"{line}; whoever listens gets both")
 
-    def _obey(self, robot: str, name: str, watchdog: float) -> None:
+    def _obey(self, robot: str, namespace: str, watchdog: float) -> None:
         """Drive a robot by a message on its `cmd_vel`; the stamp is ignored, since a command holds from now."""
 
         def take(message: Any) -> None:
@@ -149,9 +153,9 @@ class Bridge(Closes):
             self.session.drive(robot, command, hold=watchdog)
 
         for kind in TWISTS:
-            self._bus.receive(RosTopic(f"/{name}/cmd_vel", kind, COMMANDS), take)
+            self._bus.receive(RosTopic(f"{namespace}/cmd_vel", kind, COMMANDS), take)
 
-    def _go(self, robot: str, name: str) -> None:
+    def _go(self, robot: str, namespace: str) -> None:
         """Give the navigator of a robot the goals on its `goal_pose`."""
 
         def take(message: Any) -> None:
@@ -161,7 +165,7 @@ class Bridge(Closes):
             heading = 2.0 * math.atan2(turned.z, turned.w)
             self.session.set_goal(robot, (place.x, place.y), math.remainder(heading, 2.0 * math.pi))
 
-        self._bus.receive(RosTopic(f"/{name}/goal_pose", "geometry_msgs/msg/PoseStamped", RELIABLE), take)
+        self._bus.receive(RosTopic(f"{namespace}/goal_pose", "geometry_msgs/msg/PoseStamped", RELIABLE), take)
 
     def _publish_tick(self, tick: Tick) -> None:
         """Publish a tick, in the session's thread."""

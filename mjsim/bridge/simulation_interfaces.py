@@ -39,6 +39,8 @@ MOST_STEPS = 100_000
 WORLD_FRAMES = ("", "world", MAP_FRAME)
 LEVEL, UNIT = 1e-3, 1e-2
 """Largest tilt of a pose that is level [rad], and deviation of the length of a quaternion."""
+SAME_HEIGHT = 0.01
+"""Largest difference of a height that is set from that of the entity [m]."""
 INFO = "mjsim: a step is a tick of the world (run.rate_hz); entities are its robots, obstacles and beacons"
 Coded = tuple[int, str]
 """Result, and a line if there is something to say."""
@@ -107,24 +109,31 @@ class SimulationInterfaces:
         return _result(FINE), entity_state(time, MAP_FRAME, pose, velocity)
 
     def _set(self, request: Any) -> Coded:
-        """Move an entity; it is at rest afterwards."""
+        """Move an entity, or stop it where it is; it is at rest afterwards."""
         if unknown := self._unknown(request.entity):
             return unknown
-        twist = request.state.twist
-        moves = [getattr(part, axis) for part in (twist.linear, twist.angular) for axis in "xyz"]
-        if request.set_twist and any(moves):
-            return UNSUPPORTED, "an entity is put at rest; leave its twist at zero, and drive robots by cmd_vel"
-        if not request.set_pose:
+        if _moves(request):
+            return (
+                UNSUPPORTED,
+                "an entity is put at rest; leave twist and acceleration at zero, drive robots by cmd_vel",
+            )
+        if not (request.set_pose or request.set_twist):
             return FINE
+        _, now, _ = self._entities.state(request.entity)
+        if not request.set_pose:
+            return self._move(request.entity, now.planar())
         if (frame := request.state.header.frame_id) not in WORLD_FRAMES:
             return INVALID_POSE, f"the pose is in the frame '{frame[:60]}'; give it in '{MAP_FRAME}' or 'world'"
-        pose = request.state.pose
-        place, q = pose.position, pose.orientation
+        place, q = request.state.pose.position, request.state.pose.orientation
         if wrong := _wrong_pose([place.x, place.y, place.z], [q.x, q.y, q.z, q.w]):
             return INVALID_POSE, wrong
-        heading = math.degrees(2.0 * math.atan2(q.z, q.w))
-        moved = {"move": request.entity, "to": [place.x, place.y], "heading_deg": math.remainder(heading, 360.0)}
-        return self._touch(moved)
+        if abs(place.z - now.z) > SAME_HEIGHT:
+            return INVALID_POSE, f"z is {place.z:g} m; '{request.entity}' keeps its height, z = {now.z:.3f} m"
+        return self._move(request.entity, Pose(place.x, place.y, 2.0 * math.atan2(q.z, q.w)))
+
+    def _move(self, entity: str, to: Pose) -> Coded:
+        heading = math.remainder(math.degrees(to.heading), 360.0)
+        return self._touch({"move": entity, "to": [to.x, to.y], "heading_deg": heading})
 
     def _step(self, steps: int) -> Coded:
         if (state := self._session.state) in ("ended", "failed"):
@@ -186,6 +195,14 @@ class SimulationInterfaces:
         except UsageError as error:
             return FAILED, str(error)
         return FINE
+
+
+def _moves(request: Any) -> bool:
+    """Return whether a request to set a state asks for a speed or an acceleration."""
+    state = request.state
+    asked = (state.twist, request.set_twist), (state.acceleration, request.set_acceleration)
+    parts = [part for each, wanted in asked if wanted for part in (each.linear, each.angular)]
+    return any(getattr(part, axis) for part in parts for axis in "xyz")
 
 
 def _wrong_pose(place: list[float], turned: list[float]) -> str | None:

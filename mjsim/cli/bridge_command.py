@@ -30,6 +30,12 @@ def bridge(
     watchdog: Annotated[
         float, typer.Option(metavar="S", help="A robot stops this long after its last command [s].")
     ] = 0.5,
+    no_namespace: Annotated[
+        bool, typer.Option("--no-namespace", help="Topics of the only robot without its name: /scan, /odom, /cmd_vel.")
+    ] = False,
+    no_map: Annotated[
+        bool, typer.Option("--no-map", help="No /map: slam_toolbox or a map server has its own.")
+    ] = False,
     paused: Annotated[bool, typer.Option("--paused", help="Pause after the first tick; services still work.")] = False,
     overwrite: Overwrite = False,
     settings: Settings = None,
@@ -64,6 +70,8 @@ def bridge(
             record=record,
             overwrite=overwrite,
             interface=interface,
+            namespaces=not no_namespace,
+            publish_map=not no_map,
         ) as live,
     ):
         robots = ", ".join(live.robots) or "no robots"

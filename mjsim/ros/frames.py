@@ -1,6 +1,7 @@
-"""The frames of a robot in ROS 2 (REP 105): `map`, `odom`, `base_link`, and one for each sensor.
+"""The frames of a robot in ROS 2 (REP 105): `map`, `odom`, `base_link`, `base_footprint`, and one for each sensor.
 
 With several robots, those of robot R have the prefix `R/`; `map` is the world frame, shared by all.
+The origin of `base_link` is on the floor, so `base_footprint`, which Nav2 and slam_toolbox ask for, is the same place.
 A camera's frame is optical, `CAMERA_optical_frame`; those of the 16 proximity rays are `proximity_0` and so on.
 """
 
@@ -35,7 +36,7 @@ class RobotFrames:
             UsageError: Two frames would have the same name.
         """
         self._info = info
-        self.odom, self.base = f"{prefix}odom", f"{prefix}base_link"
+        self.odom, self.base, self.footprint = (f"{prefix}{word}" for word in ("odom", "base_link", "base_footprint"))
         self.plain = plain_names(info.sensors, of=f"sensors of robot '{robot.name}'")
         """Sensor -> its name in ROS."""
         self.sensors = {
@@ -45,7 +46,7 @@ class RobotFrames:
         """Sensor -> its frame."""
         self.rays = [f"{prefix}proximity_{number}" for number in range(RAYS)]
         """Frames of the proximity rays, the first one forward, then counter-clockwise."""
-        taken = {MAP_FRAME, self.odom, self.base, *self.rays} & set(self.sensors.values())
+        taken = {MAP_FRAME, self.odom, self.base, self.footprint, *self.rays} & set(self.sensors.values())
         if taken:
             raise UsageError(f"robot '{robot.name}' has a sensor whose frame in ROS is '{min(taken)}'; rename it")
         angles = np.asarray(np.arange(RAYS) * (2.0 * np.pi / RAYS), dtype=float)
@@ -62,6 +63,7 @@ class RobotFrames:
             for name, sensor in self._info.sensors.items()
             if name not in self._carried
         }
+        poses[self.base, self.footprint] = Pose3.from_planar(Pose(0.0, 0.0, 0.0))
         for number, (frame, rim) in enumerate(zip(self.rays, self._rims, strict=True)):
             angle = number * 2.0 * np.pi / RAYS
             ray = Pose3.from_planar(Pose(rim * np.cos(angle), rim * np.sin(angle), angle))

@@ -2,7 +2,8 @@
 
 Topics of robot R are `/R/odom`, `/R/truth`, `/R/estimate`, `/R/proximity`, `/R/joint_states`, and those of its sensors:
 `/R/scan`, `/R/points`, `/R/imu`, `/R/CAMERA/image_raw`, `/R/CAMERA/camera_info`, `/R/CAMERA/depth/image_raw`. The first
-lidar has `/R/scan`, others `/R/LIDAR/scan`, and likewise for 3-D lidars and inertial sensors.
+lidar has `/R/scan`, others `/R/LIDAR/scan`, and likewise for 3-D lidars and inertial sensors. Without a namespace they
+are `/odom`, `/scan` and so on.
 """
 
 from collections.abc import Iterator
@@ -44,20 +45,20 @@ class RosTick:
 class RosRobot:
     """The topics of one robot."""
 
-    def __init__(self, robot: Robot, info: RobotInfo, *, name: str, prefix: str) -> None:
+    def __init__(self, robot: Robot, info: RobotInfo, *, namespace: str, prefix: str) -> None:
         """Assign the names of topics and frames.
 
         Args:
             robot: The robot, as in the world.
             info: As known to its modules.
-            name: Name in topics.
+            namespace: Of its topics: '/NAME' or ''.
             prefix: Prefix of its frames: '' or 'NAME/'.
 
         Raises:
             UsageError: Two of its frames would have the same name.
         """
-        self.name = name
-        """Name in topics."""
+        self.namespace = namespace
+        """Of its topics: '/NAME' or ''."""
         self._info, self._farthest = info, robot.proximity_range
         self._frames = RobotFrames(robot, info, prefix=prefix)
         kinds: dict[str, str] = {}
@@ -157,7 +158,7 @@ class RosRobot:
             yield Outgoing(joints, messages.joint_state(names, state))
 
     def _topic(self, word: str, kind: str, *, sensor: bool = False) -> RosTopic:
-        return RosTopic(f"/{self.name}/{word}", kind, SENSOR_DATA if sensor else RELIABLE)
+        return RosTopic(f"{self.namespace}/{word}", kind, SENSOR_DATA if sensor else RELIABLE)
 
     def _sensor_topic(self, sensor: str, word: str, kind: str) -> RosTopic:
         """Return '/R/scan' for the first sensor of its kind, '/R/SENSOR/scan' for others."""

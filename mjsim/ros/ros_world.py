@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
+from mjsim.errors import UsageError
 from mjsim.geometry import Pose3
 from mjsim.interface import JointState, RobotInfo
 from mjsim.ros import messages
@@ -14,26 +15,29 @@ from mjsim.world import World
 class RosWorld:
     """All robots and mechanisms of a world, and their common topics."""
 
-    def __init__(self, world: World, infos: Mapping[str, RobotInfo]) -> None:
+    def __init__(self, world: World, infos: Mapping[str, RobotInfo], *, namespaces: bool = True) -> None:
         """Name everything.
 
         Args:
             world: With its robots.
             infos: Data sheet of each robot.
+            namespaces: Whether topics of a robot begin with its name; without, there is one robot.
 
         Raises:
-            UsageError: Two robots or mechanisms, or two sensors of a robot, would have the same name in ROS; or rosbags
-                is not installed.
+            UsageError: Several robots are without namespaces, two robots or mechanisms, or two sensors of a robot,
+                would have the same name in ROS, or rosbags is missing.
         """
         messages.typestore()
         owners = [robot.name for robot in world.robots], [each.name for each in world.mechanisms]
         plain = plain_names([*owners[0], *owners[1]], of="robots and mechanisms" if owners[1] else "robots")
         several = len(world.robots) > 1
+        if several and not namespaces:
+            raise UsageError(f"the world has {len(world.robots)} robots; without namespaces it must have one")
         self.robots = {
             robot.name: RosRobot(
                 robot,
                 infos[robot.name],
-                name=plain[robot.name],
+                namespace=f"/{plain[robot.name]}" if namespaces else "",
                 prefix=f"{plain[robot.name]}/" if several else "",
             )
             for robot in world.robots

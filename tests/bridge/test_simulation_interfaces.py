@@ -53,6 +53,7 @@ def desk():
         session.pause()
         session.wait("paused", timeout=20.0)
         desk.call("StepSimulation", 1)
+        desk.session = session
         yield desk
 
 
@@ -60,13 +61,21 @@ def of(kind: str, *values: object):
     return typestore().types[kind](*values)
 
 
-def state_at(x: float, y: float, *, frame: str = "map", w: float = 1.0, forward: float = 0.0):
-    vector, point = "geometry_msgs/msg/Vector3", of("geometry_msgs/msg/Point", x, y, 0.0)
+def state_at(
+    x: float, y: float, z: float = 0.0, *, frame: str = "map", w: float = 1.0, forward: float = 0.0, push: float = 0.0
+):
+    vector, point = "geometry_msgs/msg/Vector3", of("geometry_msgs/msg/Point", x, y, z)
     still = of(vector, 0.0, 0.0, 0.0)
     header = of("std_msgs/msg/Header", of("builtin_interfaces/msg/Time", 0, 0), frame)
     pose = of("geometry_msgs/msg/Pose", point, of("geometry_msgs/msg/Quaternion", 0.0, 0.0, 0.0, w))
     twist = of("geometry_msgs/msg/Twist", of(vector, forward, 0.0, 0.0), still)
-    return of(f"{PACKAGE}/msg/EntityState", header, pose, twist, of("geometry_msgs/msg/Accel", still, still))
+    return of(
+        f"{PACKAGE}/msg/EntityState",
+        header,
+        pose,
+        twist,
+        of("geometry_msgs/msg/Accel", of(vector, push, 0.0, 0.0), still),
+    )
 
 
 def filters(text: str, *, categories: tuple[int, ...] = ()):
@@ -98,6 +107,19 @@ def test_an_entity_is_where_it_was_set_after_a_step(desk):
     assert found.header.frame_id == "map"
 
 
+def test_a_state_that_was_told_can_be_set_again_at_its_height(desk):
+    for name in ("scout", "crate"):
+        told = desk.call("GetEntityState", name).state
+        assert desk.call("SetEntityState", name, told, True, False, False).result.result == 1
+
+
+def test_a_zero_twist_without_a_pose_stops_an_entity_where_it_is(desk):
+    here = desk.call("GetEntityState", "crate").state.pose.position
+    assert desk.call("SetEntityState", "crate", state_at(9, 9), False, True, False).result.result == 1
+    event = desk.session.touched[-1]
+    assert (event.move, event.to) == ("crate", pytest.approx((here.x, here.y), abs=1e-3))
+
+
 @pytest.mark.parametrize(
     ("service", "fields", "code", "says"),
     [
@@ -108,7 +130,10 @@ def test_an_entity_is_where_it_was_set_after_a_step(desk):
         ("SetEntityState", ("crate", state_at(1, 1, frame="odom"), True, False, False), 101, "the frame 'odom'"),
         ("SetEntityState", ("crate", state_at(1, 1, w=0.5), True, False, False), 101, "has length 0.5"),
         ("SetEntityState", ("crate", state_at(np.nan, 1), True, False, False), 101, "not finite"),
-        ("SetEntityState", ("crate", state_at(1, 1, forward=1.0), True, True, False), 0, "twist at zero"),
+        ("SetEntityState", ("crate", state_at(1, 1, forward=1.0), True, True, False), 0, "acceleration at zero"),
+        ("SetEntityState", ("crate", state_at(1, 1, push=1.0), True, False, True), 0, "acceleration at zero"),
+        ("SetEntityState", ("crate", state_at(1, 1, 0.3), True, False, False), 101, "z is 0.3 m; 'crate' keeps its"),
+        ("SetEntityState", ("scout", state_at(1, 1, -0.1), True, False, False), 101, "z is -0.1 m; 'scout' keeps"),
         ("StepSimulation", (0,), 4, "steps is 0; it must be from 1"),
         ("ResetSimulation", (1,), 0, "scope is 1; only the whole"),
         ("SetSimulationState", (of(f"{PACKAGE}/msg/SimulationState", 2),), 101, "in this state already"),

@@ -152,7 +152,7 @@ def test_ros_gets_an_inertial_message_with_the_heading_alone(run):
     _, given = run
     world = room(", rate_hz: 12.5")
     with mjsim.Simulation(world) as sim:
-        robot = RosRobot(world.robots[0], sim.robots["r"], name="r", prefix="")
+        robot = RosRobot(world.robots[0], sim.robots["r"], namespace="/r", prefix="")
     sent = {
         each.topic.name: each
         for each in robot.messages(RosTick(time=0.0, truth=None, seen=given[0], odometry=mjsim.Pose(0, 0, 0)))
