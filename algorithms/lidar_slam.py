@@ -159,7 +159,8 @@ class LidarSlam:
         if due is not None and (far or not self.keyframes or shaken):
             self._extend(due, walls_of(due) if walls is None or due is not level_scan else walls)
             self._map.work()
-            self._newest = self._map.belief()
+            self._newest, self._walls = self._map.belief(), self._map.recent_walls()
+            self._field = WallField(self._walls) if len(self._walls.points) >= FEWEST else None
         true = self._odometry.time - self._odometry.delay.seconds
         self._trajectory.append((seen.moment, true, len(self.keyframes) - 1, self._step))
         if self._show_every and seen.time >= self._next_shown:
@@ -232,7 +233,7 @@ class LidarSlam:
         if len(points) < FEWEST or self._field.beside(points[:: 1 + len(points) // COMPARED]) > EXPLAINED:
             return False
         level_scan, surface = self._from_now(level_scan, walls_of(level_scan))
-        through = self._map.through(level_scan, surface, self._map.recent_walls())
+        through = self._map.through(level_scan, surface, self._walls)
         return len(surface.points) >= FEWEST and min(through(self._step)) > CONTRARY
 
     def _extend(self, level_scan: LevelScan, walls: Surface) -> None:
@@ -244,9 +245,10 @@ class LidarSlam:
         if self.keyframes:
             noise = noise + self._slip()
             systematic = self._bias.step_covariance(*moved)
-            walls = self._map.recent_walls()
-            through = self._map.through(level_scan, surface, walls)
-            matched = match_pose(surface, walls, self._step, noise, systematic=systematic, through=through)
+            through = self._map.through(level_scan, surface, self._walls)
+            matched = match_pose(
+                surface, self._walls, self._step, noise, systematic=systematic, through=through, field=self._field
+            )
             self._slipping = matched.fit is Fit.SLIPPED
             correction = matched.pose - self._step
             correction[2] = wrap_angle(float(correction[2]))
@@ -255,8 +257,6 @@ class LidarSlam:
             self._bias.learn(*moved, correction, noise, matched.covariance)
             self._compare_turn(level_scan.scan.stamp, matched)
         self._map.add(level_scan, surface, matched, matched.follows @ self._bias.slopes(*moved))
-        walls = self._map.recent_walls()
-        self._field = WallField(walls) if len(walls.points) >= FEWEST else None
         self._rest()
 
     def _check_turn(self, correction: Array, matched: MatchedPose) -> None:

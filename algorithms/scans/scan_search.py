@@ -23,6 +23,8 @@ CANDIDATES = 24
 """By default, the number of hypotheses passed to the next level in the smallest windows."""
 MAX_HYPOTHESES = 30000
 """Maximum number of hypotheses at the coarsest level."""
+AT_ONCE = 256
+"""Number of hypotheses that are scored together: larger arrays do not stay in the processor's cache."""
 SAME = (0.2, 0.05)
 """Hypotheses that differ by less are the same [m], [rad]."""
 CLEAR = 8.0
@@ -101,6 +103,7 @@ def match_pose(
     *,
     systematic: Array | None = None,
     through: Through = _unknown,
+    field: WallField | None = None,
 ) -> MatchedPose:
     """Return the pose of a new scan in the frame of older walls from walls and odometry, with its covariance.
 
@@ -117,11 +120,12 @@ def match_pose(
         noise: Covariance of its errors that are independent at each step, shape (3, 3).
         systematic: Covariance of its systematic errors, shape (3, 3); by default zero.
         through: Tells what scans of either side have seen through.
+        field: Of the walls, if it is known already.
     """
     covariance = noise if systematic is None else noise + systematic
     if len(walls.points) < FEWEST or len(scan.points) < FEWEST:
         return MatchedPose(step, covariance, noise, noise, np.eye(3))
-    field, information = WallField(walls), inverse(covariance)
+    field, information = field or WallField(walls), inverse(covariance)
     window = np.clip(3.0 * np.sqrt(np.diag(covariance)), NARROWEST, WIDEST)
     found = hypotheses(field, scan, step, information, window)
     held = _explains(found[0], len(scan.points)) and _surprise(found[0], step, covariance) < GATE
@@ -230,8 +234,10 @@ def search(
     poses, score = _lattice_scores(field, scan, guess, window, cells, turn)
     while True:
         # Of alike places the one nearest to the guess.
-        score = score - 0.02 * np.abs((poses - guess) / np.maximum(window, 1e-9)).max(axis=1)
-        best = np.argsort(score)[::-1][:kept]
+        x, y, heading = (np.abs(poses - guess) * (0.02 / np.maximum(window, 1e-9))).T
+        score = score - np.maximum(np.maximum(x, y), heading)
+        best = np.argpartition(score, -kept)[-kept:] if len(score) > kept else np.arange(len(score))
+        best = best[np.argsort(-score[best], kind="stable")]
         poses = poses[best]
         if step <= 1.1 * field.cell:
             return poses, score[best]
@@ -321,23 +327,29 @@ def _lattice_scores(
     while np.prod(2 * counts + 1) > MAX_HYPOTHESES:
         counts = np.maximum(counts - 1, 0)
     x, y, heading = (np.arange(-count, count + 1) for count in counts.tolist())
-    poses = np.empty((len(y), len(x), len(heading), 3))
-    poses[..., 0], poses[..., 1] = guess[0] + step * x[:, None], guess[1] + step * y[:, None, None]
-    poses[..., 2] = angles = guess[2] + turn * heading
+    poses = np.empty((len(heading), len(y), len(x), 3))
+    poses[..., 0], poses[..., 1] = guess[0] + step * x, guess[1] + step * y[:, None]
+    angles = guess[2] + turn * heading
+    poses[..., 2] = angles[:, None, None]
     c, s = np.cos(angles)[:, None], np.sin(angles)[:, None]
     px, py = scan.points.T
     column = np.floor((c * px - s * py + (guess[0] - field.lower[0])) / field.cell).astype(np.intp)
     row = np.floor((s * px + c * py + (guess[1] - field.lower[1])) / field.cell).astype(np.intp)
     # Cells at the edge of the grid are farther from walls than any that score.
-    columns = np.minimum(np.maximum(column + cells * x[:, None, None], 0), field.columns - 1)
-    rows = np.minimum(np.maximum(row + cells * y[:, None, None], 0), field.rows - 1) * field.columns
-    at = (rows[:, None] + columns).reshape(-1, len(px))
-    return poses.reshape(-1, 3), _proximity(field, at, RADIUS + 0.5 * step)
+    columns = np.minimum(np.maximum(column[:, None] + cells * x[:, None], 0), field.columns - 1)
+    rows = np.minimum(np.maximum(row[:, None] + cells * y[:, None], 0), field.rows - 1) * field.columns
+    proximity = _proximities(field.distance, RADIUS + 0.5 * step)
+    # One heading at a time, for the cache.
+    scores = [_means(proximity.take(up[:, None] + along)) for up, along in zip(rows, columns, strict=True)]
+    return poses.reshape(-1, 3), np.array(scores).ravel()
 
 
 def _scores(field: WallField, scan: Surface, poses: Array, radius: float) -> Array:
     """Return the score of each pose (k, 3): the mean proximity of a scan to walls, 1 on them, 0 beyond a radius [m]."""
-    return _proximity(field, _placed(field, scan, poses), radius)
+    parts = np.split(poses, range(AT_ONCE, len(poses), AT_ONCE))
+    return np.concatenate(
+        [_means(_proximities(field.distance.take(_placed(field, scan, part)), radius)) for part in parts]
+    )
 
 
 def _placed(field: WallField, scan: Surface, poses: Array) -> NDArray[np.intp]:
@@ -347,8 +359,14 @@ def _placed(field: WallField, scan: Surface, poses: Array) -> NDArray[np.intp]:
     return field.cells(np.array([c * x - s * y + shift[:, :1], s * x + c * y + shift[:, 1:]]))
 
 
-def _proximity(field: WallField, at: NDArray[np.intp], radius: float) -> Array:
-    """Return the mean proximity to walls of cells (k, n): 1 on them, 0 beyond a radius [m]; shape (k,)."""
-    proximity = 1.0 - field.distance.take(at) / np.float32(radius)
-    np.maximum(proximity, np.float32(0.0), out=proximity)
-    return np.asarray(proximity @ np.full(at.shape[1], 1.0 / at.shape[1], dtype=np.float32), dtype=float)
+def _proximities(distances: NDArray[np.float32], radius: float) -> NDArray[np.float32]:
+    """Return the proximity to walls at some distances [m]: 1 on them, 0 beyond a radius [m]."""
+    proximity = distances * np.float32(-1.0 / radius)
+    proximity += np.float32(1.0)
+    return np.maximum(proximity, np.float32(0.0), out=proximity)
+
+
+def _means(values: NDArray[np.float32]) -> Array:
+    """Return the means over the last axis."""
+    count = values.shape[-1]
+    return np.asarray(values @ np.full(count, 1.0 / count, dtype=np.float32), dtype=float)
