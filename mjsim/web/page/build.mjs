@@ -24,7 +24,9 @@ function sourceHash() {
 
 /** The licences of the packages that went into the bundle, as their authors want them passed on. */
 function licences(inputs) {
-  const packages = Object.keys(inputs).flatMap((input) => /.*node_modules\/((?:@[^/]+\/)?[^/]+)/.exec(input)?.[1] ?? []);
+  const packages = Object.keys(inputs).flatMap(
+    (input) => /.*node_modules\/((?:@[^/]+\/)?[^/]+)/.exec(input)?.[1] ?? [],
+  );
   const texts = [...new Set(packages)].sort().map((name) => {
     const folder = join(here, "node_modules", name);
     const file = readdirSync(folder).find((entry) => /^licen[cs]e/i.test(entry));

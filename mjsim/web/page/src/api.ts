@@ -9,8 +9,8 @@ export type Path = (string | number)[];
 export type Values = Record<string, unknown>;
 export type Bounds = [number, number, number, number];
 
-export { ApiError };
 export type { Item };
+export { ApiError };
 
 export interface Problem {
   line: number;
@@ -245,10 +245,12 @@ export interface SourceText {
 /** The calls of editing. */
 export const api = {
   folder: () => getJson<Folder>("/api/folder"),
-  judge: (path: string, text: string, images: string[]) => postJson<{ pictures: Record<string, Verdict> }>("/api/judge", { path, text, images }),
+  judge: (path: string, text: string, images: string[]) =>
+    postJson<{ pictures: Record<string, Verdict> }>("/api/judge", { path, text, images }),
   schema: () => getJson<Values>("/api/schema"),
   /** Those that come with mjsim, and those beside a world, or in the folder. */
-  modules: (world: string | null = null) => getJson<Modules>(`/api/modules${world === null ? "" : `?${new URLSearchParams({ path: world })}`}`),
+  modules: (world: string | null = null) =>
+    getJson<Modules>(`/api/modules${world === null ? "" : `?${new URLSearchParams({ path: world })}`}`),
   open: (path: string) => postJson<Opened>("/api/open", { path }),
   create: (template?: string) => postJson<Opened>("/api/new", template ? { template } : {}),
   parse: (path: string, text: string) => postJson<Parsed>("/api/parse", { path, text }),
@@ -311,6 +313,7 @@ async function answer(address: string, request: RequestInit): Promise<Response> 
   }
   if (response.ok) return response;
   const data = (await response.json().catch(() => ({}))) as Values;
-  const message = typeof data["error"] === "string" ? said(data["error"]) : word("start.answered", { status: response.status });
+  const message =
+    typeof data["error"] === "string" ? said(data["error"]) : word("start.answered", { status: response.status });
   throw new ApiError(response.status, message, data);
 }

@@ -35,7 +35,7 @@ const CONTROLS = ":is(button, input, select, summary):not(:disabled)";
 /** Replace an element's children; the focus stays on the control of the same name or, for keyboard users, near it. */
 export function refill(element: Element, ...children: Child[]): void {
   const before = [...element.querySelectorAll<HTMLElement>(CONTROLS)];
-  const index = before.findIndex((control) => control === document.activeElement);
+  const index = before.indexOf(document.activeElement as HTMLElement);
   const active = before[index];
   const byKeys = active?.matches(":focus-visible") ?? false;
   fill(element, ...children);

@@ -4,13 +4,13 @@ import uPlot from "uplot";
 
 import { faded, inLight, readTokens } from "../run/ink";
 import { themeChanged } from "../shell/theme";
+import { word } from "../words/words";
 import { decade, LOGARITHMIC } from "./decades";
-import { rangeOf, type Curve, type Figure, type Ink } from "./figure";
+import { type Curve, type Figure, type Ink, rangeOf } from "./figure";
 import { heading, legend } from "./head";
 import { quantile, rowAt } from "./rows";
 import { across, upright } from "./rules";
 import { savingMenu } from "./saving";
-import { word } from "../words/words";
 
 type Column = (number | null | undefined)[];
 
@@ -100,7 +100,10 @@ export class Chart {
     this.plot = new uPlot(this.options(sync), empty, this.box);
     const sizes = new ResizeObserver(() => this.fit(this.box));
     sizes.observe(this.box);
-    this.endings.push(() => sizes.disconnect(), themeChanged.on(() => this.plot.redraw(false, true)));
+    this.endings.push(
+      () => sizes.disconnect(),
+      themeChanged.on(() => this.plot.redraw(false, true)),
+    );
   }
 
   /** Say in the empty chart why there are no values. */
@@ -113,7 +116,10 @@ export class Chart {
     const { robust, mostOfFirst, atLeast = [0, 0] } = this.settings;
     if (robust) this.most = 1.3 * quantile(columns.slice(1).flat(), MOST_SHOWN);
     if (mostOfFirst) this.most = mostOfFirst * Math.max(atLeast[1], largest(columns[1] ?? []));
-    this.element.classList.toggle("unknown", columns.slice(1).every((column) => column.every((each) => each == null)));
+    this.element.classList.toggle(
+      "unknown",
+      columns.slice(1).every((column) => column.every((each) => each == null)),
+    );
     this.plot.setData(columns as unknown as uPlot.AlignedData);
   }
 
@@ -237,7 +243,10 @@ export class Chart {
   private range(low: number | null, high: number | null): [number, number] {
     if (this.settings.tight) return rangeOf([[low, high]]);
     const [least, most] = this.settings.atLeast ?? [0, 1e-6];
-    let [from, to] = [Math.min(Math.max(low ?? least, -this.most), least), Math.max(Math.min(high ?? most, this.most), most)];
+    let [from, to] = [
+      Math.min(Math.max(low ?? least, -this.most), least),
+      Math.max(Math.min(high ?? most, this.most), most),
+    ];
     const room = (to - from) * 0.06;
     to += room;
     from = this.settings.fromZero ? 0 : from - room;

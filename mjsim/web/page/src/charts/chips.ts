@@ -2,8 +2,8 @@
 
 import { el } from "../dom";
 import { remembered, toggle } from "../run/controls";
-import { KINDS, type Kind, type Sheet } from "./sheet";
 import { word } from "../words/words";
+import { KINDS, type Kind, type Sheet } from "./sheet";
 
 export function chartChips(key: string, first: Kind[], sheet: Sheet, changed: () => void): HTMLElement {
   const kept = remembered(key)?.split(" ") ?? first;
@@ -20,6 +20,8 @@ export function chartChips(key: string, first: Kind[], sheet: Sheet, changed: ()
   const chips = KINDS.map(({ kind, label }) =>
     toggle({ class: "quiet run-small", hidden: true }, now.has(kind), (on) => press(kind, on), label),
   );
-  sheet.offered.on((kinds) => KINDS.forEach(({ kind }, k) => chips[k]?.toggleAttribute("hidden", !kinds.includes(kind))));
+  sheet.offered.on((kinds) => {
+    for (const [k, { kind }] of KINDS.entries()) chips[k]?.toggleAttribute("hidden", !kinds.includes(kind));
+  });
   return el("div", { class: "run-chips", role: "group", "aria-label": word("charts.charts") }, ...chips);
 }

@@ -70,7 +70,12 @@ export function drawFigure(figure: Figure, [width, height] = sizeOf(figure), tit
   const labelled = titled ? figure.curves.filter(({ label }) => label) : [];
   const rows = titled ? legendRows(labelled, width) : [];
   const top = ROOM.top + (titled ? ROOM.title + rows.length * ROOM.line : 0);
-  const box = { left: ROOM.left, top, width: Math.max(width - ROOM.left - ROOM.right, 10), height: Math.max(height - top - ROOM.bottom, 10) };
+  const box = {
+    left: ROOM.left,
+    top,
+    width: Math.max(width - ROOM.left - ROOM.right, 10),
+    height: Math.max(height - top - ROOM.bottom, 10),
+  };
   const [xRange, yRange] = figure.equal ? equalised(figure, box) : [figure.xRange, figure.yRange];
   const bend = figure.logarithmic ? Math.asinh : (value: number): number => value;
   const along = (value: number, [low, high]: Range): number => (value - low) / (high - low || 1);
@@ -86,13 +91,20 @@ export function drawFigure(figure: Figure, [width, height] = sizeOf(figure), tit
     wrapped("defs", wrapped("clipPath", node("rect", frame), { id: clip })),
     node("rect", { width, height, fill: figure.ink.paper }),
   );
-  if (titled) svg.append(text(figure.title, { x: ROOM.left, y: 24, "font-size": 15, "font-weight": 600, fill: figure.ink.text }));
+  if (titled)
+    svg.append(text(figure.title, { x: ROOM.left, y: 24, "font-size": 15, "font-weight": 600, fill: figure.ink.text }));
   svg.append(...legend(rows, figure.ink));
   svg.append(...axes(figure, { xRange, yRange, frame, place }), inside);
   if (figure.band) inside.append(bandOf(figure, frame, place));
   if (figure.across !== undefined) {
     const y = place(0, figure.across)[1];
-    inside.append(node("path", { d: `M${frame.x} ${round(y)}h${frame.width}`, stroke: figure.behind ?? figure.ink.text, fill: "none" }));
+    inside.append(
+      node("path", {
+        d: `M${frame.x} ${round(y)}h${frame.width}`,
+        stroke: figure.behind ?? figure.ink.text,
+        fill: "none",
+      }),
+    );
   }
   for (const { points, fill } of figure.shapes ?? []) inside.append(shapeOf(points, fill, place));
   for (const curve of figure.curves) if (curve.to) inside.append(area(curve, place));
@@ -123,7 +135,12 @@ export async function savePng(figure: Figure): Promise<void> {
 
 /** A title as the name of a file. */
 export function fileName(title: string): string {
-  return title.toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-+|-+$/g, "") || "chart";
+  return (
+    title
+      .toLowerCase()
+      .replace(/[^a-z0-9]+/g, "-")
+      .replace(/^-+|-+$/g, "") || "chart"
+  );
 }
 
 /** What values lie between, with some room; of none, 0 to 1. */
@@ -178,7 +195,15 @@ function axes(
   }
   const aside = `rotate(-90 14 ${frame.y + frame.height / 2})`;
   drawn.push(text(figure.x, { ...small, x: middle, y: bottom + 32, "text-anchor": "middle" }));
-  drawn.push(text(tail(figure.y, frame.y + frame.height), { ...small, x: 14, y: frame.y + frame.height / 2, "text-anchor": "middle", transform: aside }));
+  drawn.push(
+    text(tail(figure.y, frame.y + frame.height), {
+      ...small,
+      x: 14,
+      y: frame.y + frame.height / 2,
+      "text-anchor": "middle",
+      transform: aside,
+    }),
+  );
   return drawn;
 }
 
@@ -202,7 +227,9 @@ function shapeOf(points: [number, number][], fill: string, place: Place): SVGEle
 /** A curve, broken where a value is not known; where there is no value at all the one before goes on. */
 function line(curve: Curve, place: Place): SVGElement {
   return node("path", {
-    d: pieces(curve.x, curve.y, place).map((piece) => `M${piece.join("L")}`).join(""),
+    d: pieces(curve.x, curve.y, place)
+      .map((piece) => `M${piece.join("L")}`)
+      .join(""),
     fill: "none",
     stroke: curve.color,
     "stroke-width": curve.width ?? 1.5,
@@ -213,7 +240,9 @@ function line(curve: Curve, place: Place): SVGElement {
 
 function area(curve: Curve, place: Place): SVGElement {
   const to = pieces(curve.x, curve.to ?? [], place);
-  const shapes = pieces(curve.x, curve.y, place).map((piece, k) => `M${[...piece, ...(to[k] ?? []).reverse()].join("L")}Z`);
+  const shapes = pieces(curve.x, curve.y, place).map(
+    (piece, k) => `M${[...piece, ...(to[k] ?? []).reverse()].join("L")}Z`,
+  );
   return node("path", { d: shapes.join(""), fill: curve.fill ?? "none" });
 }
 
@@ -285,7 +314,9 @@ function ticks([low, high]: Range, count: number): number[] {
 function decades([low, high]: Range): number[] {
   const found = [0];
   for (let power = 1; power <= high; power *= 10) found.push(power, ...[2, 5].map((each) => each * power));
-  return found.filter((value) => value >= low && value <= high).filter((value, _, all) => all.length < 9 || /^[01]/.test(String(value)));
+  return found
+    .filter((value) => value >= low && value <= high)
+    .filter((value, _, all) => all.length < 9 || /^[01]/.test(String(value)));
 }
 
 /** Format a number without rounding errors; ticks of large numbers, such as UTM coordinates, stay distinct. */

@@ -120,5 +120,10 @@ function isLayout(value: unknown): value is Layout {
 function isChart(value: unknown): value is PlotChart {
   const { kind, fields } = (value ?? {}) as Partial<PlotChart>;
   const known = (kind === "time" || kind === "xy") && Array.isArray(fields) && fields.length <= MOST.fields;
-  return known && fields.every((field) => Array.isArray(field) && field.length === 2 && field.every((part) => typeof part === "string"));
+  return (
+    known &&
+    fields.every(
+      (field) => Array.isArray(field) && field.length === 2 && field.every((part) => typeof part === "string"),
+    )
+  );
 }

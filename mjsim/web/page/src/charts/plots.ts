@@ -5,14 +5,14 @@ import uPlot from "uplot";
 import { el, fill } from "../dom";
 import { inLight, readTokens } from "../run/ink";
 import { themeChanged } from "../shell/theme";
-import { Chart, inkNow, NO_MARKS, type Handlers, type Marks } from "./chart";
-import { colorsOf } from "./colors";
-import { drawFigure, rangeOf, type Curve, type Drawing, type Figure } from "./figure";
-import { titleOf, type Field, type PlotChart } from "./layouts";
-import { savingMenu } from "./saving";
 import { word } from "../words/words";
+import { Chart, type Handlers, inkNow, type Marks, NO_MARKS } from "./chart";
+import { colorsOf } from "./colors";
+import { type Curve, type Drawing, drawFigure, type Figure, rangeOf } from "./figure";
 import { legend } from "./head";
+import { type Field, type PlotChart, titleOf } from "./layouts";
 import { rowAt } from "./rows";
+import { savingMenu } from "./saving";
 
 type Values = (number | null)[];
 
@@ -74,7 +74,11 @@ class TimePlot implements Plot {
 /** A number, or several, against the first one; the point of the time that is looked at is marked. */
 class XyPlot implements Plot {
   readonly element = el("figure", { class: "run-chart" });
-  private readonly box = el("div", { class: "run-chart-box plotter-xy", role: "img", "data-empty": word("charts.noValues") });
+  private readonly box = el("div", {
+    class: "run-chart-box plotter-xy",
+    role: "img",
+    "data-empty": word("charts.noValues"),
+  });
   private readonly reading = el("output", {});
   private readonly endings: (() => void)[] = [];
   private readonly colorOf: (k: number) => string;
@@ -90,12 +94,21 @@ class XyPlot implements Plot {
   ) {
     const drawn = fields.slice(1);
     this.colorOf = colorsOf(drawn);
-    const lines = drawn.map((field, k) => ({ label: drawn.length > 1 ? labelOf(field) : "", color: () => this.colorOf(k) }));
+    const lines = drawn.map((field, k) => ({
+      label: drawn.length > 1 ? labelOf(field) : "",
+      color: () => this.colorOf(k),
+    }));
     this.box.setAttribute("aria-label", this.title);
-    this.element.append(el("figcaption", {}, el("strong", {}, this.title), legend(lines, this.endings), savingMenu(this), this.reading), this.box);
+    this.element.append(
+      el("figcaption", {}, el("strong", {}, this.title), legend(lines, this.endings), savingMenu(this), this.reading),
+      this.box,
+    );
     const sizes = new ResizeObserver(() => this.draw());
     sizes.observe(this.box);
-    this.endings.push(() => sizes.disconnect(), themeChanged.on(() => this.draw()));
+    this.endings.push(
+      () => sizes.disconnect(),
+      themeChanged.on(() => this.draw()),
+    );
     this.box.addEventListener("pointerup", (event) => this.pick(event));
   }
 
@@ -104,7 +117,9 @@ class XyPlot implements Plot {
     this.curves = columns.map((column) => ({
       time: column.time,
       // The newest one that there was; before the first there is none.
-      x: column.time.map((at) => ((time[0] ?? Number.POSITIVE_INFINITY) <= at ? (values[rowAt(time, at)] ?? null) : null)),
+      x: column.time.map((at) =>
+        (time[0] ?? Number.POSITIVE_INFINITY) <= at ? (values[rowAt(time, at)] ?? null) : null,
+      ),
       y: column.values,
     }));
     const known = this.curves.some(({ x, y }) => x.some((each, k) => each !== null && y[k] != null));
@@ -154,7 +169,9 @@ class XyPlot implements Plot {
   private figureNow(): Figure {
     const [x, ...ys] = this.fields.map(labelOf);
     const several = ys.length > 1;
-    const curves = this.curves.map(({ x, y }, k): Curve => ({ label: several ? (ys[k] ?? "") : "", color: this.colorOf(k), x, y }));
+    const curves = this.curves.map(
+      ({ x, y }, k): Curve => ({ label: several ? (ys[k] ?? "") : "", color: this.colorOf(k), x, y }),
+    );
     return {
       title: this.title,
       x: x ?? "",
@@ -195,7 +212,10 @@ class XyPlot implements Plot {
 }
 
 /** Where a curve is at a time; at its end where none is looked at. */
-function pointAt({ time, x, y }: { time: number[]; x: Values; y: Values }, now: number | null): [number, number] | null {
+function pointAt(
+  { time, x, y }: { time: number[]; x: Values; y: Values },
+  now: number | null,
+): [number, number] | null {
   if (!time.length || (now !== null && now + 1e-6 < (time[0] ?? 0))) return null;
   const row = now === null ? time.length - 1 : rowAt(time, now + 1e-6);
   const [across, up] = [x[row], y[row]];

@@ -5,12 +5,12 @@ import { button, choice, sign } from "../run/controls";
 import { ask } from "../shell/dialog";
 import { themeChanged } from "../shell/theme";
 import { newestWins } from "../signal";
-import { colorsOf } from "./colors";
-import { NO_MARKS, type Handlers, type Marks } from "./chart";
-import { empty, Layouts, MOST, titleOf, type Field, type PlotChart, type PlotKind } from "./layouts";
-import { suggested } from "./suggested";
-import { makePlot, type Column, type Plot } from "./plots";
 import { word } from "../words/words";
+import { type Handlers, type Marks, NO_MARKS } from "./chart";
+import { colorsOf } from "./colors";
+import { empty, type Field, Layouts, MOST, type PlotChart, type PlotKind, titleOf } from "./layouts";
+import { type Column, makePlot, type Plot } from "./plots";
+import { suggested } from "./suggested";
 
 export type { Column, Field };
 
@@ -176,12 +176,19 @@ export class Plotter {
     this.note.textContent = fit.length > OFFERED ? some : count;
     // Those that stay are not touched: a new one may come while one of them is pressed.
     const before = new Map([...this.found.children].map((item) => [item.textContent, item as HTMLElement]));
-    put(this.found, fit.slice(0, OFFERED).map((field) => before.get(titleOf(field)) ?? this.offered(field)));
+    put(
+      this.found,
+      fit.slice(0, OFFERED).map((field) => before.get(titleOf(field)) ?? this.offered(field)),
+    );
   }
 
   private offered(field: Field): HTMLElement {
     const title = titleOf(field);
-    return el("li", {}, button({ class: "quiet", title: word("charts.draw", { title }) }, () => this.add(field), title));
+    return el(
+      "li",
+      {},
+      button({ class: "quiet", title: word("charts.draw", { title }) }, () => this.add(field), title),
+    );
   }
 
   private add(field: Field): void {

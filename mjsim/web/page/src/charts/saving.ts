@@ -2,9 +2,9 @@
 
 import { el } from "../dom";
 import { button, sign } from "../run/controls";
-import { fileName, savePng, saveSvg, type Figure } from "./figure";
-import { csvOf, save } from "./save";
 import { word } from "../words/words";
+import { type Figure, fileName, savePng, saveSvg } from "./figure";
+import { csvOf, save } from "./save";
 
 export interface Savable {
   /** As it is now, in the colours of the light theme. */
@@ -31,7 +31,9 @@ export function savingMenu(chart: Savable): HTMLElement {
       {},
       item("PNG", () => void savePng(chart.figure())),
       item("SVG", () => saveSvg(chart.figure())),
-      item("CSV", () => save(new Blob([csvOf(chart.table())], { type: "text/csv" }), `${fileName(chart.figure().title)}.csv`)),
+      item("CSV", () =>
+        save(new Blob([csvOf(chart.table())], { type: "text/csv" }), `${fileName(chart.figure().title)}.csv`),
+      ),
     ),
   );
   menu.addEventListener("keydown", (event) => {

@@ -1,11 +1,11 @@
 /** The charts of a robot's run: errors within their bounds, NEES, time a module. */
 
-import { faded, readTokens, rowColor } from "../run/ink";
 import type { History } from "../run/history";
+import { faded, readTokens, rowColor } from "../run/ink";
 import type { RobotFacts } from "../run/protocol";
 import { Signal } from "../signal";
-import { Chart, NO_MARKS, type ChartSettings, type Handlers, type Line, type Marks } from "./chart";
 import { word } from "../words/words";
+import { Chart, type ChartSettings, type Handlers, type Line, type Marks, NO_MARKS } from "./chart";
 
 type Column = (number | null)[];
 

@@ -2,8 +2,8 @@
 
 import type { Bounds, Item, Point } from "../api";
 import { boundsOf } from "../plan/geometry";
-import { type Changed, isJoint, moved } from "./shapes";
 import { word } from "../words/words";
+import { type Changed, isJoint, moved } from "./shapes";
 
 export const ARRANGEMENTS = {
   left: word("edit.alignLeftEdges"),
@@ -41,12 +41,12 @@ export function arranged(items: Item[], how: Arrangement, all: Item[]): Changed[
   const spread = how === "across" || how === "upright";
   const things = arrangeable(items).flatMap((item) => {
     const extent = extentOf(item);
-    return extent ? [{ item, at: extent[axis] + share * (extent[axis + 2 as 2 | 3] - extent[axis]), extent }] : [];
+    return extent ? [{ item, at: extent[axis] + share * (extent[(axis + 2) as 2 | 3] - extent[axis]), extent }] : [];
   });
   if (things.length < (spread ? 3 : 2)) return [];
   if (spread) things.sort((a, b) => a.at - b.at);
   const low = Math.min(...things.map(({ extent }) => extent[axis]));
-  const high = Math.max(...things.map(({ extent }) => extent[axis + 2 as 2 | 3]));
+  const high = Math.max(...things.map(({ extent }) => extent[(axis + 2) as 2 | 3]));
   const [first, last] = [things[0]?.at ?? 0, things.at(-1)?.at ?? 0];
   return things.flatMap(({ item, at }, index) => {
     const to = spread ? first + ((last - first) * index) / (things.length - 1) : low + share * (high - low);

@@ -37,5 +37,7 @@ function inline(value: unknown): string {
   if (Array.isArray(value)) return `[${value.map(inline).join(", ")}]`;
   if (typeof value === "string") return PLAIN.test(value) && !NO_TEXT.test(value) ? value : JSON.stringify(value);
   if (typeof value !== "object" || value === null) return String(value);
-  return `{${Object.entries(value).map(([key, item]) => `${inline(key)}: ${inline(item)}`).join(", ")}}`;
+  return `{${Object.entries(value)
+    .map(([key, item]) => `${inline(key)}: ${inline(item)}`)
+    .join(", ")}}`;
 }

@@ -2,10 +2,10 @@
 
 import type { Item } from "../api";
 import { type Entry, openMenu } from "../shell/menu";
+import { word } from "../words/words";
 import type { Editor } from "./editor";
 import { groupable, groupOf, wholeGroup, withGroups } from "./groups";
 import { canTurn } from "./shapes";
-import { word } from "../words/words";
 
 /** Ways from a thing to other places of the Edit view. */
 export interface Ways {
@@ -21,7 +21,12 @@ export interface Ways {
 export function openContextMenu(editor: Editor, ways: Ways, at: [number, number]): void {
   const { selected } = editor;
   const [first] = selected;
-  const name = selected.length === 1 && first ? first.label : selected.length ? word("edit.things2", { count: selected.length }) : word("edit.plan");
+  const name =
+    selected.length === 1 && first
+      ? first.label
+      : selected.length
+        ? word("edit.things2", { count: selected.length })
+        : word("edit.plan");
   openMenu(name, first ? ofThings(editor, ways, selected, first) : ofPaper(editor), at);
 }
 
@@ -54,14 +59,26 @@ function ofThings(editor: Editor, ways: Ways, selected: Item[], first: Item): En
       [alone && ways.canRename(first), { text: word("edit.rename"), keys: "F2", act: () => ways.rename(first) }],
       [foreign, { text: word("edit.makeSingle"), act: () => editor.makeSingle() }],
       [repeated, { text: word("edit.makeAllSingle"), act: () => editor.makeSingle("single") }],
-      [groupable(selected).length > 1 && !wholeGroup(selected, editor.items), { text: word("edit.group"), keys: "Ctrl G", act: () => void editor.group(true) }],
-      [groupable(selected).some(groupOf), { text: word("edit.ungroup"), keys: "Ctrl Shift G", act: () => void editor.group(false) }],
-      [withGroups(selected, editor.items).length > selected.length, { text: word("edit.selectGroup"), act: () => editor.pick(selected) }],
+      [
+        groupable(selected).length > 1 && !wholeGroup(selected, editor.items),
+        { text: word("edit.group"), keys: "Ctrl G", act: () => void editor.group(true) },
+      ],
+      [
+        groupable(selected).some(groupOf),
+        { text: word("edit.ungroup"), keys: "Ctrl Shift G", act: () => void editor.group(false) },
+      ],
+      [
+        withGroups(selected, editor.items).length > selected.length,
+        { text: word("edit.selectGroup"), act: () => editor.pick(selected) },
+      ],
       [turns, { text: word("edit.turnLeft"), act: () => editor.turn(90) }],
       [turns, { text: word("edit.turnRight"), act: () => editor.turn(-90) }],
     ],
     [
-      [alone && first.origin !== "include", { text: word("edit.goToLineOfThe", { line: first.line }), act: () => ways.text(first) }],
+      [
+        alone && first.origin !== "include",
+        { text: word("edit.goToLineOfThe", { line: first.line }), act: () => ways.text(first) },
+      ],
       [true, { text: word("edit.showInD"), act: () => ways.solid() }],
     ],
   ];

@@ -11,7 +11,10 @@ const LONGEST = 64;
 
 /** Return an unused name: the wish, or the wish with a number. `behind` is the suffix of the first repetition. */
 export function freshName(wish: string, taken: ReadonlySet<string>, behind = ""): string {
-  const plain = wish.normalize("NFC").replace(/[^\p{L}\p{M}\p{N}_.-]/gu, "-").replace(/^[^\p{L}\p{N}_]+/u, "");
+  const plain = wish
+    .normalize("NFC")
+    .replace(/[^\p{L}\p{M}\p{N}_.-]/gu, "-")
+    .replace(/^[^\p{L}\p{N}_]+/u, "");
   const base = plain.slice(0, LONGEST - behind.length) || "thing";
   const stem = base.replace(/-\d+$/, "");
   for (let number = 1; ; number++) {
@@ -55,7 +58,9 @@ function markerId({ values }: Pick<Item, "values">): unknown {
 export function copied(things: Values[], by: Point, taken: Set<string>): Values[] {
   const fresh = things.map((thing) => renamed(thing, taken));
   const names = new Map<string, string>();
-  things.forEach(({ name }, k) => typeof name === "string" && names.set(name, String(fresh[k]?.["name"])));
+  for (const [k, { name }] of things.entries()) {
+    if (typeof name === "string") names.set(name, String(fresh[k]?.["name"]));
+  }
   return fresh.map((copy) => withLinks(names.has(String(copy["on"])) ? copy : beside(copy, by), names));
 }
 

@@ -14,17 +14,17 @@ import { Door } from "../scene/door";
 import { ICONS } from "../shell/icons";
 import type { Studio, View } from "../shell/view";
 import { TextPane } from "../text/text";
+import { word } from "../words/words";
 import { openContextMenu } from "./context_menu";
 import { Editor } from "./editor";
 import { EditKeys } from "./keys";
 import { Outliner } from "./outliner";
+import { Panes } from "./panes";
 import { Preview } from "./preview";
 import { holdSolids } from "./solid_grip";
 import { splitter } from "./splitter";
-import { Panes } from "./panes";
 import { emptyState } from "./start";
 import { Tools } from "./tools";
-import { word } from "../words/words";
 
 export function makeEditView(studio: Studio): View {
   const element = el("section", { class: "view edit loading", "aria-label": word("edit.edit") });
@@ -89,11 +89,7 @@ class EditView {
       word("edit.drawTheFirstWallW"),
     ),
   );
-  private readonly stale = el(
-    "p",
-    { class: "stale", hidden: true },
-    word("edit.theTextCannotBeRead"),
-  );
+  private readonly stale = el("p", { class: "stale", hidden: true }, word("edit.theTextCannotBeRead"));
   private readonly dock = el("section", { class: "dock", "aria-label": word("edit.text") });
 
   constructor(
@@ -132,7 +128,11 @@ class EditView {
   }
 
   private layOut(): void {
-    const hide = el("button", { class: "quiet hide-text", title: word("edit.hideTheTextT"), onclick: () => this.toggleText() }, word("edit.hide"));
+    const hide = el(
+      "button",
+      { class: "quiet hide-text", title: word("edit.hideTheTextT"), onclick: () => this.toggleText() },
+      word("edit.hide"),
+    );
     this.dock.append(
       el(
         "header",
@@ -176,10 +176,15 @@ class EditView {
       this.solids.set(on, this.studio.document.text);
     };
     const was = remembered("edit.scene") === "yes";
-    const press = toggle({ class: "quiet", title: word("edit.viewInD") }, was, (on) => {
-      remembered("edit.scene", on ? "yes" : "no");
-      open(on);
-    }, "3-D");
+    const press = toggle(
+      { class: "quiet", title: word("edit.viewInD") },
+      was,
+      (on) => {
+        remembered("edit.scene", on ? "yes" : "no");
+        open(on);
+      },
+      "3-D",
+    );
     if (was) open(true);
     this.solidsButton = press;
     return press;
@@ -245,7 +250,10 @@ class EditView {
     };
     this.host.addEventListener("dragover", (event) => event.preventDefault());
     this.host.addEventListener("drop", (event) => void this.drop(event));
-    this.host.addEventListener("focus", () => this.host.matches(":focus-visible") && this.editor.said.emit(word("edit.plan")));
+    this.host.addEventListener(
+      "focus",
+      () => this.host.matches(":focus-visible") && this.editor.said.emit(word("edit.plan")),
+    );
   }
 
   /** A picture that is dropped on the plan is hung up where it fell. */
@@ -287,7 +295,11 @@ class EditView {
       problems.length - errors ? word("edit.toLookAt", { errors: problems.length - errors }) : "",
     ];
     const go = (): void => this.text.goTo(first.line, first.column);
-    const text = word("edit.firstProblem", { count: count.filter(Boolean).join(", "), line: first.line, message: first.message });
+    const text = word("edit.firstProblem", {
+      count: count.filter(Boolean).join(", "),
+      line: first.line,
+      message: first.message,
+    });
     fill(
       this.problems,
       el(

@@ -1,11 +1,12 @@
 /** What is done to the world in the Edit view, whether by mouse, by keys or by a button. */
 
 import type { Change, Item, Path, Point, Values } from "../api";
-import { keyOf, type Plan } from "../plan/plan";
 import type { Look } from "../plan/items";
+import { keyOf, type Plan } from "../plan/plan";
 import type { Studio } from "../shell/view";
 import { debounced, Signal } from "../signal";
-import { arranged, type Arrangement } from "./arrange";
+import { word } from "../words/words";
+import { type Arrangement, arranged } from "./arrange";
 import { type Piece, written } from "./clipboard";
 import { asWritten, copied, freshName, remarked, renamed } from "./copies";
 import { following } from "./follow";
@@ -14,7 +15,6 @@ import { byThemselves, grouped, regrouped, turnedAlike, ungrouped, withGroups } 
 import { picturesAlong, withPictures } from "./hung";
 import { Poser } from "./poser";
 import { type Changed, isJoint, moved } from "./shapes";
-import { word } from "../words/words";
 
 export class Editor {
   /** Items as a drag has them now; empty when it is over. */
@@ -28,7 +28,8 @@ export class Editor {
   /** Poses of mechanisms and people. */
   readonly poser: Poser;
   private hovered: string | null = null;
-  private steps: { key: string; count: number; items: Item[]; make(items: Item[], steps: number): Changed[] } | null = null;
+  private steps: { key: string; count: number; items: Item[]; make(items: Item[], steps: number): Changed[] } | null =
+    null;
   private readonly onTheWay = new Map<string, Item>();
   private readonly write = debounced(() => this.writeSteps(), 200);
   /** What was copied or pasted last, and how often that was pasted since. */
@@ -212,7 +213,13 @@ export class Editor {
   copy(): string {
     const pieces = this.pieces();
     this.clip = { text: written(pieces), pasted: 0 };
-    if (pieces.length) this.said.emit(word("edit.copied", { things: pieces.length === 1 ? counted(this.selected.slice(0, 1)) : word("edit.things2", { count: pieces.length }) }));
+    if (pieces.length)
+      this.said.emit(
+        word("edit.copied", {
+          things:
+            pieces.length === 1 ? counted(this.selected.slice(0, 1)) : word("edit.things2", { count: pieces.length }),
+        }),
+      );
     return this.clip.text;
   }
 
@@ -291,7 +298,14 @@ export class Editor {
   private async insert(pieces: Piece[], steps: number): Promise<void> {
     if (pieces.length === 0) return;
     const by: Point = [this.shift[0] * steps, this.shift[1] * steps];
-    const values = copied(regrouped(pieces.map(({ value }) => value), this.items), by, this.names());
+    const values = copied(
+      regrouped(
+        pieces.map(({ value }) => value),
+        this.items,
+      ),
+      by,
+      this.names(),
+    );
     const changes = pieces.map(({ list }, index): Change => {
       return { op: "add", path: list === "floor" ? ["floor", "patches"] : [list], value: values[index] };
     });

@@ -16,13 +16,16 @@ export function following(change: Change, document: WorldDocument): Change[] {
   const name = change.value;
   const names = new Map([[old, name]]);
   const follow = document.items.flatMap((other) => (other.fixed ? [] : relinked(other, names)));
-  if (item.type === "Robot" && old in ownDrivers(document)) follow.push({ op: "rename", path: ["run", "drivers", old], value: name });
+  if (item.type === "Robot" && old in ownDrivers(document))
+    follow.push({ op: "rename", path: ["run", "drivers", old], value: name });
   return [...follow, ...inEvents(document, item, name), ...inPlants(document, old, name)];
 }
 
 function inEvents(document: WorldDocument, { name: old, type, path }: Item, name: string): Change[] {
   return ownEvents(document).flatMap(([place, event]) => {
-    const named = NAMING.filter((key) => event[key] === old).map((key): Change => ({ op: "set", path: [...place, key], value: name }));
+    const named = NAMING.filter((key) => event[key] === old).map(
+      (key): Change => ({ op: "set", path: [...place, key], value: name }),
+    );
     const noise = event["noise"];
     const begins = `robots.${old}.`;
     // A key cannot go through a name with a dot in it; then the number of the robot stands there.

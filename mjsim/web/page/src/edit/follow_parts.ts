@@ -12,7 +12,8 @@ const OTHER = new Set(["name", "use", "signal", "controller", "color", "model"])
 export function followingPart(path: Path, name: string, document: WorldDocument): Change[] {
   const [thing, [list, index, key, ...deeper]] = [document.itemAt(path.slice(0, 2)), path.slice(2)];
   const part = ((thing?.raw ?? thing?.values)?.[String(list)] as Values[] | undefined)?.[Number(index)];
-  if (!thing?.name || thing.raw?.["repeat"] !== undefined || !part || typeof key !== "string" || deeper.length) return [];
+  if (!thing?.name || thing.raw?.["repeat"] !== undefined || !part || typeof key !== "string" || deeper.length)
+    return [];
   const old = part[key] ?? (list === "arms" && key === "name" ? "arm" : undefined);
   // The name of a sensor or a joint is the value of the key of its kind.
   const isName = list === "arms" || list === "bodies" ? key === "name" : GIVING[String(list)]?.includes(key);
@@ -24,12 +25,20 @@ export function followingPart(path: Path, name: string, document: WorldDocument)
 
 function ofArm(robot: Item, old: string, name: string, document: WorldDocument): Change[] {
   const { controllers = {}, ...roles } = ownDrivers(document)[String(robot.name)] ?? {};
-  const loops: Change[] = old in (controllers as Values) ? [{ op: "rename", path: ["run", "drivers", String(robot.name), "controllers", old], value: name }] : [];
-  const isIts = ([, event]: Own): boolean => [event["reach"], event["release"]].includes(robot.name) && !("hand" in event) && (event["arm"] ?? "arm") === old;
-  const events = ownEvents(document).filter(isIts).map(([place]): Change => ({ op: "set", path: [...place, "arm"], value: name }));
+  const loops: Change[] =
+    old in (controllers as Values)
+      ? [{ op: "rename", path: ["run", "drivers", String(robot.name), "controllers", old], value: name }]
+      : [];
+  const isIts = ([, event]: Own): boolean =>
+    [event["reach"], event["release"]].includes(robot.name) && !("hand" in event) && (event["arm"] ?? "arm") === old;
+  const events = ownEvents(document)
+    .filter(isIts)
+    .map(([place]): Change => ({ op: "set", path: [...place, "arm"], value: name }));
   const sensors = ((robot.raw ?? robot.values)["sensors"] ?? []) as Values[];
   const mounted = sensors.flatMap(({ on }, k): Change[] =>
-    String(on).startsWith(`${old}/`) ? [{ op: "set", path: [...robot.path, "sensors", k, "on"], value: name + String(on).slice(old.length) }] : [],
+    String(on).startsWith(`${old}/`)
+      ? [{ op: "set", path: [...robot.path, "sensors", k, "on"], value: name + String(on).slice(old.length) }]
+      : [],
   );
   return [...options(robot, roles, "arm", old, name), ...loops, ...events, ...mounted];
 }
@@ -47,18 +56,32 @@ function ofSensor(robot: Item, kind: string, old: string, name: string, document
 /** Options of a robot's modules with the name of a part. */
 function options(robot: Item, roles: Values, key: string, old: string, name: string): Change[] {
   const named = Object.entries(roles).filter(([, module]) => (module as Values | null)?.[key] === old);
-  return named.map(([role]): Change => ({ op: "set", path: ["run", "drivers", String(robot.name), role, key], value: name }));
+  return named.map(
+    ([role]): Change => ({ op: "set", path: ["run", "drivers", String(robot.name), role, key], value: name }),
+  );
 }
 
 /** Joints, constraints, actuators and sensors name bodies and joints; `BODY.END` is one of its ends, `JOINT.VALUE` a value. */
-function inMechanism({ path, name: of, raw, values }: Item, list: string, old: string, name: string, document: WorldDocument): Change[] {
+function inMechanism(
+  { path, name: of, raw, values }: Item,
+  list: string,
+  old: string,
+  name: string,
+  document: WorldDocument,
+): Change[] {
   const whole = raw ?? values;
-  const other = ((whole[list === "bodies" ? "joints" : "bodies"] ?? []) as Values[]).flatMap((each) => Object.values(each));
+  const other = ((whole[list === "bodies" ? "joints" : "bodies"] ?? []) as Values[]).flatMap((each) =>
+    Object.values(each),
+  );
   // Nobody knows which of two parts of one name is meant.
   if (other.includes(old)) return [];
   const isIt = (text: unknown): text is string => text === old || String(text).startsWith(`${old}.`);
-  const within = ["joints", "constraints", "actuators", "sensors"].flatMap((key) => [...texts(whole[key], [...path, key])]);
-  const renamed = within.filter(([, text]) => isIt(text)).map(([place, text]): Change => ({ op: "set", path: place, value: name + text.slice(old.length) }));
+  const within = ["joints", "constraints", "actuators", "sensors"].flatMap((key) => [
+    ...texts(whole[key], [...path, key]),
+  ]);
+  const renamed = within
+    .filter(([, text]) => isIt(text))
+    .map(([place, text]): Change => ({ op: "set", path: place, value: name + text.slice(old.length) }));
   const events = ownEvents(document).flatMap(([place, event]): Change[] =>
     [event["lead"], event["release"]].includes(of) && list === "joints" && isIt(event["joint"])
       ? [{ op: "set", path: [...place, "joint"], value: name + event["joint"].slice(old.length) }]
@@ -75,7 +98,9 @@ function inPlants(mechanism: string, old: string, name: string, document: WorldD
     const keys = Object.keys((plant["around"] ?? {}) as Values).filter((key) => key.replace(/_deg$/, "") === old);
     return [
       ...outputs.map(([path]): Change => ({ op: "set", path, value: name })),
-      ...keys.map((key): Change => ({ op: "rename", path: [...place, "around", key], value: name + key.slice(old.length) })),
+      ...keys.map(
+        (key): Change => ({ op: "rename", path: [...place, "around", key], value: name + key.slice(old.length) }),
+      ),
     ];
   });
 }
@@ -83,5 +108,6 @@ function inPlants(mechanism: string, old: string, name: string, document: WorldD
 function* texts(value: unknown, path: Path): Generator<[Path, string]> {
   if (typeof value === "string") yield [path, value];
   else if (Array.isArray(value)) for (const [k, each] of value.entries()) yield* texts(each, [...path, k]);
-  else if (typeof value === "object" && value !== null) for (const [key, each] of Object.entries(value)) if (!OTHER.has(key)) yield* texts(each, [...path, key]);
+  else if (typeof value === "object" && value !== null)
+    for (const [key, each] of Object.entries(value)) if (!OTHER.has(key)) yield* texts(each, [...path, key]);
 }

@@ -3,7 +3,7 @@
 import type { Change, Item, Point, Values } from "../api";
 import { add, minus, rotate, times } from "../plan/geometry";
 import { keyOf } from "../plan/plan";
-import { canTurn, type Changed, cornersOf, isJoint, isWall, moved, pivotOf, spun } from "./shapes";
+import { type Changed, canTurn, cornersOf, isJoint, isWall, moved, pivotOf, spun } from "./shapes";
 
 /** The group that a thing is of. */
 export function groupOf(item: Item): string | null {
@@ -48,7 +48,8 @@ export function regrouped(values: Values[], all: Item[]): Values[] {
   const taken = new Set(all.flatMap((item) => groupOf(item) ?? []));
   const fresh = new Map<unknown, string>();
   for (const { group } of values) {
-    if (typeof group !== "string" || fresh.has(group) || values.filter((other) => other["group"] === group).length < 2) continue;
+    if (typeof group !== "string" || fresh.has(group) || values.filter((other) => other["group"] === group).length < 2)
+      continue;
     fresh.set(group, freshGroup(group, taken));
     taken.add(fresh.get(group) ?? "");
   }
@@ -71,7 +72,9 @@ export function middleOf(items: Item[]): Point {
 /** Things turned by degrees: groups that are there as a whole each about its middle, all others each about its own. */
 export function turnedAlike(items: Item[], degrees: number, all: Item[]): Changed[] {
   const groups = new Set(items.map(groupOf).filter((group) => group !== null));
-  const whole = [...groups].map((group) => items.filter((item) => groupOf(item) === group)).filter((one) => wholeGroup(one, all));
+  const whole = [...groups]
+    .map((group) => items.filter((item) => groupOf(item) === group))
+    .filter((one) => wholeGroup(one, all));
   const together = new Set(whole.flat());
   const single = items.filter((item) => !together.has(item));
   return [

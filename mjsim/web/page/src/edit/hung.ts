@@ -31,7 +31,9 @@ export function withPictures(changed: Changed[], items: Item[]): Changed[] {
 export function picturesAlong(wall: Item, [key, ...deeper]: Path, value: unknown, items: Item[]): Change[] {
   if (!isWall(wall) || (key !== "points" && key !== "thickness")) return [];
   const ghost = { ...wall, values: { ...wall.values, [key]: put(wall.values[key], deeper, value) } };
-  return withPictures([{ ghost, changes: [] }], items).slice(1).flatMap(({ changes }) => changes);
+  return withPictures([{ ghost, changes: [] }], items)
+    .slice(1)
+    .flatMap(({ changes }) => changes);
 }
 
 /** A value with another one at a path in its lists. */
@@ -50,7 +52,8 @@ function followed(picture: Item, before: Item | undefined, after: Item, items: I
   const half = before ? halfOf(before) : 0;
   const index = old.findIndex((segment) => hangsOn(picture, segment, half + NEAR));
   const [from, to, out] = [old[index], fresh[index], halfOf(after) - half];
-  if (!from || !to || Number.isNaN(out) || !picture.at || old.length !== fresh.length || length(minus(...to)) === 0) return [];
+  if (!from || !to || Number.isNaN(out) || !picture.at || old.length !== fresh.length || length(minus(...to)) === 0)
+    return [];
   const turn = turned(heading(minus(to[1], to[0])) - heading(minus(from[1], from[0])));
   const put = spun(picture, Math.abs(turn) > 0.005 ? turn : 0);
   const place = moved(put.ghost, minus(carried(picture.at, from, to, out), picture.at), items);
@@ -63,7 +66,12 @@ function hangsOn({ at, heading_deg }: Item, [start, end]: Segment, reach: number
   const [along, off] = within(at, [start, end]);
   const away = direction(heading_deg);
   const straight = dot(away, sideOf([start, end])) * Math.sign(off);
-  return along >= 0 && along <= length(minus(end, start)) && Math.abs(off) <= reach && straight > Math.cos((ASKEW * Math.PI) / 180);
+  return (
+    along >= 0 &&
+    along <= length(minus(end, start)) &&
+    Math.abs(off) <= reach &&
+    straight > Math.cos((ASKEW * Math.PI) / 180)
+  );
 }
 
 /** From the middle of a wall to its faces [m]. */

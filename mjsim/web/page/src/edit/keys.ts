@@ -37,7 +37,8 @@ export class EditKeys {
     // What is selected in the text of the world stays so while another part of the page has the keyboard.
     const isMarked = marked?.type === "Range" && !marked.anchorNode?.parentElement?.closest(".cm-editor");
     const isText = isTyping(document.activeElement) || (kind !== "paste" && isMarked);
-    if (isText || !editor.document.isOpen || !editor.plan.host.isConnected || document.querySelector("dialog[open]")) return;
+    if (isText || !editor.document.isOpen || !editor.plan.host.isConnected || document.querySelector("dialog[open]"))
+      return;
     event.preventDefault();
     event.stopPropagation();
     if (kind === "paste") return void editor.paste(event.clipboardData?.getData("text/plain"));

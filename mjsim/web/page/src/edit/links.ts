@@ -5,7 +5,10 @@ import type { Change, Item, Path, Values } from "../api";
 /** Paths of references within a thing. A target is `THING.TARGET`. */
 const LINKS: Path[] = [
   ...[["on"], ["seat"], ["gaze"]],
-  ...["hands", "feet"].flatMap((limbs) => [[limbs, "left"], [limbs, "right"]]),
+  ...["hands", "feet"].flatMap((limbs) => [
+    [limbs, "left"],
+    [limbs, "right"],
+  ]),
 ];
 
 /** Return the changes after which a thing refers to renamed things by their new names. */
@@ -21,9 +24,15 @@ export function unlinked({ path, raw, values, at: place, heading_deg }: Item, na
   const written = raw ?? values;
   return LINKS.flatMap((link): Change[] => {
     const named = at(written, link);
-    if (typeof named !== "string" || !(names.has(named) || names.has(named.slice(0, named.lastIndexOf("."))))) return [];
+    if (typeof named !== "string" || !(names.has(named) || names.has(named.slice(0, named.lastIndexOf(".")))))
+      return [];
     const stands = link[0] === "seat" && place !== null && written["at"] === undefined;
-    const posed: Change[] = stands ? [{ op: "set", path: [...path, "at"], value: place }, { op: "set", path: [...path, "heading_deg"], value: heading_deg ?? 0 }] : [];
+    const posed: Change[] = stands
+      ? [
+          { op: "set", path: [...path, "at"], value: place },
+          { op: "set", path: [...path, "heading_deg"], value: heading_deg ?? 0 },
+        ]
+      : [];
     return [...posed, { op: "unset", path: [...path, ...link] }];
   });
 }

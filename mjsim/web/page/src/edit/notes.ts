@@ -2,8 +2,8 @@
 
 import type { Item } from "../api";
 import { distance } from "../plan/geometry";
-import { cornersOf } from "./shapes";
 import { word } from "../words/words";
+import { cornersOf } from "./shapes";
 
 /** The size that a thing has now, or the length of the wall up to a corner. */
 export function sizeNote(ghost: Item, corner: number | undefined): string {

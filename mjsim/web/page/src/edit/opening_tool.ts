@@ -5,10 +5,10 @@ import { add, distance, heading, minus, nearestOn, short, times } from "../plan/
 import type { Spot, Tool } from "../plan/gestures";
 import { trace } from "../plan/items";
 import type { Plan } from "../plan/plan";
+import { word } from "../words/words";
 import type { Editor } from "./editor";
 import { paintNote } from "./marks";
 import { rectangle, segmentsOf } from "./shapes";
-import { word } from "../words/words";
 
 const KINDS = {
   door: { width: 0.9 },
@@ -106,6 +106,11 @@ export class OpeningTool implements Tool {
     context.strokeStyle = plan.palette.accent;
     context.lineWidth = 2;
     context.stroke();
-    paintNote(context, plan, this.screen, word("edit.mFromTheCornerM", { at: this.place.at.toFixed(2), width: this.place.width }));
+    paintNote(
+      context,
+      plan,
+      this.screen,
+      word("edit.mFromTheCornerM", { at: this.place.at.toFixed(2), width: this.place.width }),
+    );
   }
 }

@@ -2,8 +2,8 @@
 
 import type { Change, Item } from "../api";
 import { el, fill, icon, isCommand } from "../dom";
-import { keyOf } from "../plan/plan";
 import type { SchemaBook } from "../panel/schema";
+import { keyOf } from "../plan/plan";
 import { remembered } from "../run/controls";
 import { ICONS } from "../shell/icons";
 import type { Editor } from "./editor";
@@ -20,8 +20,18 @@ type Row = { list: string; count: number } | { item: Item; level: number; place:
 
 export class Outliner {
   readonly element = el("section", { class: "outliner", "aria-label": word("edit.things") });
-  private readonly search = el("input", { type: "search", placeholder: word("edit.searchByNameKindOr"), "aria-label": word("edit.searchThings") });
-  private readonly tree = el("div", { class: "outline-tree", role: "tree", tabindex: 0, "aria-label": word("edit.things"), "aria-multiselectable": "true" });
+  private readonly search = el("input", {
+    type: "search",
+    placeholder: word("edit.searchByNameKindOr"),
+    "aria-label": word("edit.searchThings"),
+  });
+  private readonly tree = el("div", {
+    class: "outline-tree",
+    role: "tree",
+    tabindex: 0,
+    "aria-label": word("edit.things"),
+    "aria-multiselectable": "true",
+  });
   private readonly paper = el("div", { role: "none" });
   private readonly none = el("p", { class: "hint pad", hidden: true });
   private readonly count = el("span", { class: "count" });
@@ -38,7 +48,13 @@ export class Outliner {
     private readonly book: SchemaBook,
     private readonly ask: (at: [number, number]) => void,
   ) {
-    this.head = el("button", { class: "quiet outline-head", onclick: () => this.open(!this.isOpen) }, icon(ICONS.down), el("span", {}, word("edit.things")), this.count);
+    this.head = el(
+      "button",
+      { class: "quiet outline-head", onclick: () => this.open(!this.isOpen) },
+      icon(ICONS.down),
+      el("span", {}, word("edit.things")),
+      this.count,
+    );
     this.paper.className = "outline-paper";
     this.tree.append(this.paper);
     const body = el("div", { class: "outline-body" }, this.search, this.tree, this.none);
@@ -93,7 +109,9 @@ export class Outliner {
     const { items } = this.editor;
     const wish = this.search.value.trim().toLowerCase();
     const found = wish ? items.filter((item) => wordsOf(item).includes(wish)) : items;
-    this.count.textContent = wish ? word("shell.of", { number: found.length, count: items.length }) : String(items.length);
+    this.count.textContent = wish
+      ? word("shell.of", { number: found.length, count: items.length })
+      : String(items.length);
     this.rows = rowsOf(found, wish ? new Set() : this.shut);
     this.none.hidden = found.length > 0;
     this.tree.hidden = found.length === 0;
@@ -145,17 +163,45 @@ export class Outliner {
 
   private drawn(row: Row, index: number, chosen: Set<string>): HTMLElement {
     const id = idOf(row);
-    const common = { id: `outline-${index}`, role: "treeitem", "data-key": id, class: `outline-row${id === this.at ? " active" : ""}`, style: `top: ${index * ROW}px` };
+    const common = {
+      id: `outline-${index}`,
+      role: "treeitem",
+      "data-key": id,
+      class: `outline-row${id === this.at ? " active" : ""}`,
+      style: `top: ${index * ROW}px`,
+    };
     if ("list" in row) {
       const shut = !this.search.value.trim() && this.shut.has(row.list);
-      const parts = [icon(ICONS.down), el("b", {}, HEADINGS[row.list] ?? row.list), el("span", { class: "count" }, String(row.count))];
-      return el("div", { ...common, "aria-level": 1, "aria-expanded": String(!shut), "aria-selected": "false" }, ...parts);
+      const parts = [
+        icon(ICONS.down),
+        el("b", {}, HEADINGS[row.list] ?? row.list),
+        el("span", { class: "count" }, String(row.count)),
+      ];
+      return el(
+        "div",
+        { ...common, "aria-level": 1, "aria-expanded": String(!shut), "aria-selected": "false" },
+        ...parts,
+      );
     }
     const { item, level, place, size } = row;
-    const known = { "aria-level": level, "aria-posinset": place, "aria-setsize": size, "aria-selected": String(chosen.has(id)) };
+    const known = {
+      "aria-level": level,
+      "aria-posinset": place,
+      "aria-setsize": size,
+      "aria-selected": String(chosen.has(id)),
+    };
     const name = this.renamed === id ? this.nameField(item) : el("span", { class: "outline-name" }, item.label);
-    const held = item.fixed ? el("span", { class: "held", title: item.fixed }, icon(ICONS[item.origin ?? "lock"]), el("span", { class: "sr" }, item.fixed)) : null;
-    const group = groupOf(item) ? el("span", { class: "outline-group", title: word("edit.ofGroup", { group: groupOf(item) }) }, groupOf(item)) : null;
+    const held = item.fixed
+      ? el(
+          "span",
+          { class: "held", title: item.fixed },
+          icon(ICONS[item.origin ?? "lock"]),
+          el("span", { class: "sr" }, item.fixed),
+        )
+      : null;
+    const group = groupOf(item)
+      ? el("span", { class: "outline-group", title: word("edit.ofGroup", { group: groupOf(item) }) }, groupOf(item))
+      : null;
     return el("div", { ...common, ...known }, name, el("span", { class: "outline-model" }, modelOf(item)), group, held);
   }
 
@@ -186,7 +232,8 @@ export class Outliner {
   }
 
   private rowAt(event: Event): Row | null {
-    const key = event.target instanceof Element ? event.target.closest<HTMLElement>(".outline-row")?.dataset["key"] : undefined;
+    const key =
+      event.target instanceof Element ? event.target.closest<HTMLElement>(".outline-row")?.dataset["key"] : undefined;
     return this.rows.find((row) => idOf(row) === key) ?? null;
   }
 
@@ -242,7 +289,14 @@ export class Outliner {
     if (isCommand(event) || event.altKey || event.target !== this.tree) return;
     const now = this.rows.findIndex((row) => idOf(row) === this.at);
     const page = Math.max(1, Math.floor(this.tree.clientHeight / ROW) - 1);
-    const places: Record<string, number> = { ArrowDown: now + 1, ArrowUp: now - 1, PageDown: now + page, PageUp: now - page, Home: 0, End: this.rows.length - 1 };
+    const places: Record<string, number> = {
+      ArrowDown: now + 1,
+      ArrowUp: now - 1,
+      PageDown: now + page,
+      PageUp: now - page,
+      Home: 0,
+      End: this.rows.length - 1,
+    };
     const place = places[event.key];
     const row = this.rows[now];
     if (place !== undefined) this.go(Math.max(0, Math.min(place, this.rows.length - 1)));
@@ -282,7 +336,12 @@ function rowsOf(items: Item[], shut: Set<string>): Row[] {
   for (const item of items) lists.get(String(item.path[0]))?.push(item);
   return [...lists].flatMap(([list, own]): Row[] => {
     if (own.length === 0) return [];
-    const things = own.map((item, index) => ({ item, level: item.path.length > 3 ? 3 : 2, place: index + 1, size: own.length }));
+    const things = own.map((item, index) => ({
+      item,
+      level: item.path.length > 3 ? 3 : 2,
+      place: index + 1,
+      size: own.length,
+    }));
     return [{ list, count: own.length }, ...(shut.has(list) ? [] : things)];
   });
 }
@@ -299,5 +358,7 @@ function modelOf(item: Item): string {
 }
 
 function wordsOf(item: Item): string {
-  return [item.label, groupOf(item) ?? "", item.kind, item.type, String(item.path[0]), modelOf(item)].join(" ").toLowerCase();
+  return [item.label, groupOf(item) ?? "", item.kind, item.type, String(item.path[0]), modelOf(item)]
+    .join(" ")
+    .toLowerCase();
 }

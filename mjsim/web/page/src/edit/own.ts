@@ -4,7 +4,20 @@ import type { Path, Values } from "../api";
 import type { WorldDocument } from "../shell/document";
 
 /** Keys of events whose value is the name of a thing. */
-export const NAMING = ["move", "open", "close", "lamp", "remove", "restore", "shove", "push", "reach", "release", "lead", "goal"];
+export const NAMING = [
+  "move",
+  "open",
+  "close",
+  "lamp",
+  "remove",
+  "restore",
+  "shove",
+  "push",
+  "reach",
+  "release",
+  "lead",
+  "goal",
+];
 
 /** Something in a list of the text itself, and its path. */
 export type Own = [path: Path, value: Values];
@@ -33,6 +46,7 @@ function ownIn(path: Path, written: unknown, all: unknown): Own[] {
   if (!Array.isArray(written)) return [];
   const before = Array.isArray(all) ? all.length - written.length : 0;
   // Where some are repeated, nobody knows which is which.
-  if (before < 0 || written.some((one: unknown) => typeof one !== "object" || one === null || "repeat" in one)) return [];
+  if (before < 0 || written.some((one: unknown) => typeof one !== "object" || one === null || "repeat" in one))
+    return [];
   return written.map((one: Values, k): Own => [[...path, before + k], one]);
 }

@@ -5,11 +5,11 @@ import { distance, heading, minus, short } from "../plan/geometry";
 import type { Spot, Tool } from "../plan/gestures";
 import { drawItem } from "../plan/items";
 import type { Plan } from "../plan/plan";
+import { word } from "../words/words";
 import type { Editor } from "./editor";
 import { paintNote } from "./marks";
 import { faceNear, isWall, rectangle } from "./shapes";
 import { toGrid } from "./snap";
-import { word } from "../words/words";
 
 /** What is being put in. */
 export interface Piece {
@@ -91,7 +91,9 @@ export class PlaceTool implements Tool {
 /** A rectangle, drawn from corner to corner: `values` are its keys for a length and a width [m]. */
 export function sizedMaker(list: Path, kind: string, usual: Point, values: (sides: number[]) => Values): Make {
   return (_editor, at, to) => {
-    const sides = to ? [Math.abs(to[0] - at[0]) || 0.1, Math.abs(to[1] - at[1]) || 0.1].map((side) => short(side)) : usual;
+    const sides = to
+      ? [Math.abs(to[0] - at[0]) || 0.1, Math.abs(to[1] - at[1]) || 0.1].map((side) => short(side))
+      : usual;
     const place: Point = to ? [short((at[0] + to[0]) / 2), short((at[1] + to[1]) / 2)] : at;
     const value = { ...values(sides), at: place };
     const ghost = made(kind, place, 0, [rectangle(place, 0, sides[0] ?? 1, sides[1] ?? 1)], value);

@@ -4,8 +4,8 @@ import type { Item, PreviewAsk, Values } from "../api";
 import { ApiError } from "../api";
 import { el, fill } from "../dom";
 import { newestWins } from "../signal";
-import type { Editor } from "./editor";
 import { word } from "../words/words";
+import type { Editor } from "./editor";
 
 const WIDTH = 320;
 

@@ -5,6 +5,7 @@ import { boundsOf, distance, heading, minus, turned } from "../plan/geometry";
 import type { Spot, Tool } from "../plan/gestures";
 import { disc, line } from "../plan/items";
 import { keyOf, type Plan } from "../plan/plan";
+import { word } from "../words/words";
 import type { Editor } from "./editor";
 import { byThemselves, groupOf, middleOf, turnedAlike, wholeGroup, withGroups } from "./groups";
 import { withPictures } from "./hung";
@@ -24,7 +25,6 @@ import {
   spun,
 } from "./shapes";
 import { snapCorner, toGrid } from "./snap";
-import { word } from "../words/words";
 
 /** A drag begins after so many pixels; before that it is a click. */
 const THRESHOLD = 3;
@@ -105,8 +105,7 @@ export class SelectTool implements Tool {
   up(): void {
     const drag = this.held;
     if (drag?.kind === "pull") void this.editor.poser.keep();
-    else if (drag && this.moving && drag.kind !== "band")
-      void this.editor.commit(this.changed);
+    else if (drag && this.moving && drag.kind !== "band") void this.editor.commit(this.changed);
     else if (drag?.kind === "items" && !this.from?.shift) this.settle(drag.grabbed);
     else if (drag?.kind === "band" && !this.moving && !this.from?.shift) this.editor.select([]);
     this.held = null;
@@ -252,7 +251,8 @@ export class SelectTool implements Tool {
     this.note = isOpening ? "" : `${signed(by[0])}, ${signed(by[1])} m`;
     const whole = items.filter((item) => item.type !== "Opening" || items.length === 1);
     const changed = byThemselves(whole).map((item) => moved(item, by, this.editor.items));
-    if (isOpening && changed[0]) this.note = word("edit.fromTheCorner", { metres: Number(changed[0].ghost.values["at"]).toFixed(2) });
+    if (isOpening && changed[0])
+      this.note = word("edit.fromTheCorner", { metres: Number(changed[0].ghost.values["at"]).toFixed(2) });
     return [...changed, ...this.openingsOf(whole, by)];
   }
 

@@ -52,7 +52,10 @@ function snapAngle(point: Point, last: Point, before: Point | undefined, step: n
 
 /** Snap to the nearest wall centreline within reach, so that walls can be joined. */
 function onWall(point: Point, walls: Item[], reach: number): Snapped | null {
-  const feet = walls.filter(isWall).flatMap(segmentsOf).map(([from, to]) => nearestOn(point, from, to).at);
+  const feet = walls
+    .filter(isWall)
+    .flatMap(segmentsOf)
+    .map(([from, to]) => nearestOn(point, from, to).at);
   const foot = nearest(point, feet, reach);
   return foot && { at: rounded(foot), to: "wall" };
 }

@@ -26,17 +26,18 @@ export function emptyState(studio: Studio): HTMLElement {
     "div",
     { class: "state start" },
     el("h2", {}, word("edit.buildARoomForYour")),
-    el(
-      "p",
-      { class: "hint" },
-      word("edit.drawWallsHangUpPictures"),
-    ),
+    el("p", { class: "hint" }, word("edit.drawWallsHangUpPictures")),
     el(
       "div",
       { class: "row" },
       el("button", { class: "primary", onclick: () => void create() }, icon(ICONS.new), word("edit.newWorld")),
       example
-        ? el("button", { onclick: () => void open(`shipped:${example}`) }, icon(ICONS.open), word("edit.seeThe", { example }))
+        ? el(
+            "button",
+            { onclick: () => void open(`shipped:${example}`) },
+            icon(ICONS.open),
+            word("edit.seeThe", { example }),
+          )
         : null,
       el("button", { onclick: () => void studio.askNew() }, word("edit.beginWithATemplate")),
     ),

@@ -2,12 +2,13 @@
 
 import type { Values } from "../api";
 import { el, icon, refill } from "../dom";
-import type { Tool } from "../plan/gestures";
-import { chooser, chooseRobot, nameOf } from "../panel/gallery";
+import { chooseRobot, chooser, nameOf } from "../panel/gallery";
 import { choosePicture, hangable } from "../panel/pictures";
 import type { SchemaBook } from "../panel/schema";
+import type { Tool } from "../plan/gestures";
 import { ICONS } from "../shell/icons";
 import { Signal } from "../signal";
+import { word } from "../words/words";
 import { freshMarker, nextUnused } from "./copies";
 import type { Editor } from "./editor";
 import { MoreThings } from "./more_things";
@@ -15,7 +16,6 @@ import { OpeningTool } from "./opening_tool";
 import { beaconMaker, makeBox, makeCylinder, PlaceTool, robotMaker } from "./place_tool";
 import { SelectTool } from "./select_tool";
 import { WallTool } from "./wall_tool";
-import { word } from "../words/words";
 
 export const TOOLS = [
   { name: "select", title: word("edit.select"), key: "V" },
@@ -54,7 +54,12 @@ const BEACONS: Record<Beacon, string> = {
 };
 
 export class Tools {
-  readonly bar = el("div", { class: "tools", role: "toolbar", "aria-label": word("edit.tools"), "aria-orientation": "vertical" });
+  readonly bar = el("div", {
+    class: "tools",
+    role: "toolbar",
+    "aria-label": word("edit.tools"),
+    "aria-orientation": "vertical",
+  });
   /** The choices of the tool; the view appends controls of its own. */
   readonly strip = el("div", { class: "strip" });
   private readonly chosen = el("div", { class: "strip-tool" });
@@ -178,7 +183,11 @@ export class Tools {
 
   /** Arrows go through the tools, as in any tool bar: a column, or rows on a small screen. */
   private arrow(event: KeyboardEvent, name: ToolName): void {
-    const step = ["ArrowDown", "ArrowRight"].includes(event.key) ? 1 : ["ArrowUp", "ArrowLeft"].includes(event.key) ? -1 : 0;
+    const step = ["ArrowDown", "ArrowRight"].includes(event.key)
+      ? 1
+      : ["ArrowUp", "ArrowLeft"].includes(event.key)
+        ? -1
+        : 0;
     if (!step) return;
     event.preventDefault();
     event.stopPropagation();

@@ -5,11 +5,11 @@ import { distance, heading, minus, short, turned } from "../plan/geometry";
 import type { Spot, Tool } from "../plan/gestures";
 import { disc, trace } from "../plan/items";
 import type { Plan } from "../plan/plan";
+import { word } from "../words/words";
 import type { Editor } from "./editor";
 import { paintNote } from "./marks";
 import { wallOutlines } from "./shapes";
-import { snapCorner, type Snapped } from "./snap";
-import { word } from "../words/words";
+import { type Snapped, snapCorner } from "./snap";
 
 const THICKNESS = 0.1;
 /** A drag is at least so long [px]. */
@@ -107,7 +107,14 @@ export class WallTool implements Tool {
     const { from, next } = this;
     if (!from || !next || distance(from.screen, this.screen) < DRAGGED) return [];
     const [[left, bottom], [right, top]] = [from.at, next.at];
-    return left === right || bottom === top ? [] : [[left, bottom], [right, bottom], [right, top], [left, top]].map(([x = 0, y = 0]) => [short(x), short(y)]);
+    return left === right || bottom === top
+      ? []
+      : [
+          [left, bottom],
+          [right, bottom],
+          [right, top],
+          [left, top],
+        ].map(([x = 0, y = 0]) => [short(x), short(y)]);
   }
 
   private note(): string {
@@ -118,7 +125,10 @@ export class WallTool implements Tool {
     if (!last || !at) return at ? `${at[0].toFixed(2)}, ${at[1].toFixed(2)} m` : "";
     const [first] = this.corners;
     const closes = first && this.corners.length > 2 && distance(at, first) < 1e-6;
-    const length = word("edit.lengthAndHeading", { metres: distance(at, last).toFixed(2), degrees: Math.round(turned(heading(minus(at, last)))) });
+    const length = word("edit.lengthAndHeading", {
+      metres: distance(at, last).toFixed(2),
+      degrees: Math.round(turned(heading(minus(at, last)))),
+    });
     return closes ? word("edit.closeTheRoom", { length }) : length;
   }
 

@@ -11,7 +11,8 @@ export function applied(value: unknown, changes: Change[]): unknown {
 export function differences(path: Path, before: unknown, after: unknown): Change[] {
   if (isSame(before, after)) return [];
   if (after === undefined) return [{ op: "unset", path }];
-  if (!isMapping(before) || !isMapping(after) || before["use"] !== after["use"]) return [{ op: "set", path, value: after }];
+  if (!isMapping(before) || !isMapping(after) || before["use"] !== after["use"])
+    return [{ op: "set", path, value: after }];
   const keys = [...new Set([...Object.keys(before), ...Object.keys(after)])];
   return keys.flatMap((key) => differences([...path, key], before[key], after[key]));
 }
@@ -22,14 +23,18 @@ export function isSame(one: unknown, other: unknown): boolean {
 
 function changed(value: unknown, change: Change): unknown {
   if (change.op === "set") return at(value, change.path, () => change.value);
-  if (change.op === "add") return at(value, change.path, (list) => [...(Array.isArray(list) ? (list as unknown[]) : []), change.value]);
+  if (change.op === "add")
+    return at(value, change.path, (list) => [...(Array.isArray(list) ? (list as unknown[]) : []), change.value]);
   return change.op === "unset" || change.op === "remove" ? at(value, change.path, () => undefined) : value;
 }
 
 /** A value with another one at a path of it; undefined takes away what is there. */
 function at(value: unknown, [key, ...deeper]: Path, fresh: (old: unknown) => unknown): unknown {
   if (key === undefined) return fresh(value);
-  if (Array.isArray(value)) return value.map((each, k): unknown => (k === key ? at(each, deeper, fresh) : each)).filter((each) => each !== undefined);
+  if (Array.isArray(value))
+    return value
+      .map((each, k): unknown => (k === key ? at(each, deeper, fresh) : each))
+      .filter((each) => each !== undefined);
   const has = isMapping(value) ? value : {};
   const { [key]: old, ...rest } = has;
   const inner = at(old, deeper, fresh);

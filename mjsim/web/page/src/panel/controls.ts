@@ -3,9 +3,9 @@
 import type { Module, Path } from "../api";
 import { el, fill, icon } from "../dom";
 import { ICONS } from "../shell/icons";
+import { word } from "../words/words";
 import type { Field, Kind } from "./schema";
 import { SEVERAL } from "./several";
-import { word } from "../words/words";
 
 export interface Entry {
   /** Stands for it when the page is drawn anew: keeps the keyboard's place. */

@@ -1,7 +1,7 @@
 /** The form of a robot's modules, as Edit and the setup of a run show it. */
 
 import type { Item, Values } from "../api";
-import { el, icon, type Child } from "../dom";
+import { type Child, el, icon } from "../dom";
 import { ICONS } from "../shell/icons";
 import { word } from "../words/words";
 import { moduleTitle } from "./controls";
@@ -19,7 +19,13 @@ export interface RunValues {
 export function driverRows(sheet: Sheet, robot: Item, { values, raw }: RunValues): Child[] {
   const schema = sheet.book.definition("Modules");
   if (!schema || robot.name === null) return [];
-  const subject = { path: pathOf(robot), values: driverOf(robot, values), raw: driverOf(robot, raw), fixed: false, within: robot.name };
+  const subject = {
+    path: pathOf(robot),
+    values: driverOf(robot, values),
+    raw: driverOf(robot, raw),
+    fixed: false,
+    within: robot.name,
+  };
   return objectRows(sheet, schema, subject);
 }
 
@@ -32,7 +38,12 @@ export function suggestion(sheet: Sheet, shelf: ModuleShelf, robot: Item, run: R
   const chosen = Object.entries(suggested(robot, hasBeacons, shelf.all, sheet.book));
   const titles = chosen.flatMap(([role, value]) => (role === "avoidance" ? [] : moduleTitle(value, sheet.tools)));
   const put = (): void => sheet.change(chosen.map(([role, value]) => ({ op: "set", path: [...path, role], value })));
-  const button = el("button", { type: "button", "data-id": `${JSON.stringify(path)} suggest`, onclick: put }, icon(ICONS.plus), word("panel.useWhatFits"));
+  const button = el(
+    "button",
+    { type: "button", "data-id": `${JSON.stringify(path)} suggest`, onclick: put },
+    icon(ICONS.plus),
+    word("panel.useWhatFits"),
+  );
   return el("div", { class: "suggestion" }, button, el("span", { class: "hint" }, titles.join(", ")));
 }
 

@@ -1,6 +1,6 @@
 /** Choosing one of many by its picture: models, robots and arms, with a search. */
 
-import { el, icon, type Child } from "../dom";
+import { type Child, el, icon } from "../dom";
 import { askWith } from "../shell/dialog";
 import { ICONS } from "../shell/icons";
 import type { Studio } from "../shell/view";
@@ -46,7 +46,11 @@ export function nameOf(path: string): string {
 
 /** Let the person choose a preset of a robot; null when they would rather not. */
 export function chooseRobot(studio: Studio): Promise<string | null> {
-  const entries = studio.folder.shipped.presets.map(({ name, about }) => ({ value: name, name, about: meaningOf(about) }));
+  const entries = studio.folder.shipped.presets.map(({ name, about }) => ({
+    value: name,
+    name,
+    about: meaningOf(about),
+  }));
   return choose(word("panel.chooseARobot"), portrait(studio, "robot"), [[word("panel.comeWithMjsim"), entries]]);
 }
 
@@ -64,7 +68,9 @@ export function chooser(studio: Studio, kind: Kind, value: string, title: string
 }
 
 function modelEntry(path: string): Entry {
-  const name = nameOf(path).replace(/\.\w+$/, "").replaceAll("_", " ");
+  const name = nameOf(path)
+    .replace(/\.\w+$/, "")
+    .replaceAll("_", " ");
   return { value: path, name, about: path };
 }
 
@@ -73,17 +79,39 @@ type More = (answer: (value: string | null) => void) => Child[];
 const NOTHING: More = () => [];
 
 /** Let the person choose one of the cards of some groups, narrowed by a search; with what is offered above and below. */
-export function choose(title: string, portrait: Portrait, groups: [head: string, entries: Entry[]][], below = NOTHING, above = NOTHING): Promise<string | null> {
+export function choose(
+  title: string,
+  portrait: Portrait,
+  groups: [head: string, entries: Entry[]][],
+  below = NOTHING,
+  above = NOTHING,
+): Promise<string | null> {
   return askWith<string>(title, (answer) => {
-    const parts = groups.filter(([, entries]) => entries.length).map(([head, entries]) => new Group(head, entries, (entry) => card(portrait, entry, answer)));
+    const parts = groups
+      .filter(([, entries]) => entries.length)
+      .map(([head, entries]) => new Group(head, entries, (entry) => card(portrait, entry, answer)));
     const none = el("p", { class: "hint", role: "status" });
-    const search = el("input", { type: "search", class: "search", "aria-label": word("panel.search"), placeholder: word("panel.search"), autofocus: true });
+    const search = el("input", {
+      type: "search",
+      class: "search",
+      "aria-label": word("panel.search"),
+      placeholder: word("panel.search"),
+      autofocus: true,
+    });
     search.addEventListener("input", () => {
       const words = search.value.toLowerCase().split(/\s+/).filter(Boolean);
       const found = parts.map((part) => part.narrow(words)).reduce((sum, count) => sum + count, 0);
       none.textContent = found ? "" : word("panel.nothingIsCalledClearThe", { value: search.value });
     });
-    const all = el("div", { class: "gallery" }, ...above(answer), search, none, ...parts.flatMap((part) => part.elements), ...below(answer));
+    const all = el(
+      "div",
+      { class: "gallery" },
+      ...above(answer),
+      search,
+      none,
+      ...parts.flatMap((part) => part.elements),
+      ...below(answer),
+    );
     all.addEventListener("keydown", (event) => walk(all, event));
     return [all];
   });
@@ -97,7 +125,9 @@ function portrait(studio: Studio, kind: Kind): Portrait {
 /** A picture; what cannot be drawn is still there to be chosen, or to be found wrong by the check of the world. */
 export function pictured(src: string): HTMLElement {
   const image = el("img", { src, alt: "", loading: "lazy" });
-  image.addEventListener("error", () => image.replaceWith(el("span", { class: "hint no-portrait" }, word("panel.noPicture"))));
+  image.addEventListener("error", () =>
+    image.replaceWith(el("span", { class: "hint no-portrait" }, word("panel.noPicture"))),
+  );
   return image;
 }
 
@@ -125,7 +155,13 @@ class Group {
 }
 
 function card(portrait: Portrait, entry: Entry, answer: (value: string) => void): HTMLElement {
-  const button = el("button", { type: "button", class: "card", title: entry.value, onclick: () => answer(entry.value) }, portrait(entry), el("b", {}, entry.name), ...told(entry));
+  const button = el(
+    "button",
+    { type: "button", class: "card", title: entry.value, onclick: () => answer(entry.value) },
+    portrait(entry),
+    el("b", {}, entry.name),
+    ...told(entry),
+  );
   void entry.later?.then((more) => more && button.append(...told(more)));
   return button;
 }

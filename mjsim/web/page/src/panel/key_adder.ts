@@ -28,7 +28,16 @@ export function keyAdder(sheet: Sheet, path: Path, list: string, entry: Schema, 
     spellcheck: "false",
   });
   input.addEventListener("keydown", (event) => event.key === "Enter" && !event.isComposing && void add());
-  const button = el("button", { type: "button", class: "quiet add", "data-id": `${id} add`, onclick: () => void add() }, icon(ICONS.plus), word("panel.add"));
-  const offers = el("datalist", { id: `${id}-offers` }, ...names.map((value) => el("option", { value }, labelOf(value))));
+  const button = el(
+    "button",
+    { type: "button", class: "quiet add", "data-id": `${id} add`, onclick: () => void add() },
+    icon(ICONS.plus),
+    word("panel.add"),
+  );
+  const offers = el(
+    "datalist",
+    { id: `${id}-offers` },
+    ...names.map((value) => el("option", { value }, labelOf(value))),
+  );
   return el("div", { class: "key-adder" }, input, offers, button);
 }

@@ -1,12 +1,12 @@
 /** The modules that can be chosen for a robot: what there is, asked of the server once for a world, and the choice. */
 
 import type { Item, Modules, Path } from "../api";
-import { el, type Child } from "../dom";
+import { type Child, el } from "../dom";
 import type { Studio } from "../shell/view";
 import { Signal } from "../signal";
 import { meaningOf, word } from "../words/words";
 import { choose, type Entry } from "./gallery";
-import { allOf, begun, fits, isShipped, offersFor, readingsOf, type Role, robotAt, roleOf } from "./offers";
+import { allOf, begun, fits, isShipped, offersFor, type Role, readingsOf, robotAt, roleOf } from "./offers";
 import type { SchemaBook } from "./schema";
 
 const NONE = "none";
@@ -57,7 +57,12 @@ export class ModuleShelf {
     if (!this.modules || this.studio.visits !== visits) return null;
     const robot = robotAt(path, this.studio.document.items);
     const role = roleOf(String(path.at(-1)));
-    const chosen = await choose(TITLES[role], () => null, groupsFor(role, robot, this.modules), (answer) => otherUse(answer));
+    const chosen = await choose(
+      TITLES[role],
+      () => null,
+      groupsFor(role, robot, this.modules),
+      (answer) => otherUse(answer),
+    );
     if (chosen === null) return null;
     if (chosen === NONE || chosen === BUILT_IN) return { value: chosen === BUILT_IN ? true : undefined };
     const module = this.find(chosen);
@@ -89,10 +94,15 @@ function groupsFor(role: Role, robot: Item | null, modules: Modules): [string, E
   const given = readingsOf(robot, modules);
   const offers = offersFor(modules, role);
   const some = (of: (fit: boolean, shipped: boolean) => boolean): Entry[] =>
-    offers.filter((offer) => of(!robot || fits(offer, given), isShipped(offer))).map((offer) => {
-      const fault = robot && !fits(offer, given) ? { fault: word("panel.needsReadings", { readings: offer.needs.join(", ") }) } : {};
-      return { value: offer.use, name: offer.title, about: meaningOf(offer.about), ...fault };
-    });
+    offers
+      .filter((offer) => of(!robot || fits(offer, given), isShipped(offer)))
+      .map((offer) => {
+        const fault =
+          robot && !fits(offer, given)
+            ? { fault: word("panel.needsReadings", { readings: offer.needs.join(", ") }) }
+            : {};
+        return { value: offer.use, name: offer.title, about: meaningOf(offer.about), ...fault };
+      });
   const programs = modules.programs.map((use) => ({ value: use, name: use.slice("exec:".length), about: "" }));
   return [
     [word(robot ? "panel.fitsThisRobot" : "panel.comeWithMjsim"), some((fit, shipped) => fit && shipped)],
@@ -105,14 +115,25 @@ function groupsFor(role: Role, robot: Item | null, modules: Modules): [string, E
 
 function withoutModule(role: Role): Entry[] {
   const none = { value: NONE, name: word("panel.noModule"), about: WITHOUT[role] };
-  return role === "avoidance" ? [{ value: BUILT_IN, name: word("panel.builtIn"), about: word("panel.slowsDownBefore") }, none] : [none];
+  return role === "avoidance"
+    ? [{ value: BUILT_IN, name: word("panel.builtIn"), about: word("panel.slowsDownBefore") }, none]
+    : [none];
 }
 
 /** For what is in no list: a class, a function or a program by its name. */
 function otherUse(answer: (value: string) => void): Child[] {
   const label = word("panel.anotherModule");
-  const input = el("input", { class: "mono", "aria-label": label, placeholder: "my_slam.py:MySlam, my_slam.m, exec:./my_slam --flag", spellcheck: "false", autocomplete: "off" });
+  const input = el("input", {
+    class: "mono",
+    "aria-label": label,
+    placeholder: "my_slam.py:MySlam, my_slam.m, exec:./my_slam --flag",
+    spellcheck: "false",
+    autocomplete: "off",
+  });
   const give = (): void => (input.value.trim() ? answer(input.value.trim()) : input.focus());
   input.addEventListener("keydown", (event) => event.key === "Enter" && !event.isComposing && give());
-  return [el("p", { class: "list-title" }, label), el("div", { class: "joined" }, input, el("button", { type: "button", onclick: give }, word("panel.use")))];
+  return [
+    el("p", { class: "list-title" }, label),
+    el("div", { class: "joined" }, input, el("button", { type: "button", onclick: give }, word("panel.use"))),
+  ];
 }

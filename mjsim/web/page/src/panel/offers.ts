@@ -65,7 +65,7 @@ export function begun(module: Module, robot: Item | null, book: SchemaBook): Val
 /** Modules that fit a robot as they are, by role; in a world without beacons a lidar comes first. */
 export function suggested(robot: Item, hasBeacons: boolean, modules: Modules, book: SchemaBook): Values {
   const given = readingsOf(robot, modules);
-  if (!hasBeacons && given.has("scans")) ["sightings", "cameras"].forEach((reading) => given.delete(reading));
+  if (!hasBeacons && given.has("scans")) for (const reading of ["sightings", "cameras"]) given.delete(reading);
   const chosen = (["observer", "estimator", "navigator"] as const).flatMap((role) => {
     const offer = offersFor(modules, role).find((one) => isShipped(one) && fits(one, given));
     return offer ? [[role, begun(offer, robot, book)]] : [];

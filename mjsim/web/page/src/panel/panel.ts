@@ -1,13 +1,14 @@
 /** The panel of what is selected: every field of it, or of the world when nothing is. */
 
 import type { Change, Item, Path, Problem, Values } from "../api";
-import { el, fill, icon, type Child } from "../dom";
-import { arrangeable, type Arrangement, ARRANGEMENTS } from "../edit/arrange";
+import { type Child, el, fill, icon } from "../dom";
+import { ARRANGEMENTS, type Arrangement, arrangeable } from "../edit/arrange";
 import { type Editor, itemOf } from "../edit/editor";
 import { groupable, groupOf, wholeGroup } from "../edit/groups";
 import { kindName } from "../edit/kinds";
 import { keyOf } from "../plan/plan";
 import { ICONS } from "../shell/icons";
+import { word } from "../words/words";
 import type { Tools } from "./controls";
 import { driverRows, type RunValues, suggestion } from "./driver";
 import { ModuleShelf } from "./modules";
@@ -15,7 +16,6 @@ import { objectRows, type Sheet, type Subject } from "./rows";
 import type { SchemaBook } from "./schema";
 import { common, retold } from "./several";
 import { toolsFor } from "./tools";
-import { word } from "../words/words";
 
 /** Keys of the world that have a plan of their own, and those that nobody needs to see. */
 const LISTS = [
@@ -134,7 +134,12 @@ export class Panel {
       this.body,
       this.head(word("panel.world"), parsed.name || "", []),
       ...loose.map((problem) =>
-        el("p", { class: `note ${problem.kind}` }, icon(ICONS.warning), word("panel.line", { line: problem.line, message: problem.message })),
+        el(
+          "p",
+          { class: `note ${problem.kind}` },
+          icon(ICONS.warning),
+          word("panel.line", { line: problem.line, message: problem.message }),
+        ),
       ),
       ...(schema && subject ? objectRows(this.sheet(), schema, subject, LISTS) : []),
       el("p", { class: "hint pad" }, word("panel.selectAThingOnThe")),
@@ -167,12 +172,20 @@ export class Panel {
   private arranger(items: Item[]): Child {
     const count = arrangeable(items.filter((item) => !item.fixed)).length;
     if (count < 2) return null;
-    const offered = (Object.keys(ARRANGEMENTS) as Arrangement[]).filter((how) => count > 2 || !["across", "upright"].includes(how));
+    const offered = (Object.keys(ARRANGEMENTS) as Arrangement[]).filter(
+      (how) => count > 2 || !["across", "upright"].includes(how),
+    );
     const buttons = offered.map((how) => {
       const title = ARRANGEMENTS[how];
       return el(
         "button",
-        { class: "quiet square", title, "aria-label": title, "data-id": how, onclick: () => void this.editor.arrange(how) },
+        {
+          class: "quiet square",
+          title,
+          "aria-label": title,
+          "data-id": how,
+          onclick: () => void this.editor.arrange(how),
+        },
         icon(ICONS[how]),
       );
     });
@@ -205,7 +218,14 @@ export class Panel {
   /** The modules of a robot, which stand in the run of the world. */
   private modules(item: Item): Child[] {
     if (item.type !== "Robot") return [];
-    return [el("div", { class: "modules" }, el("h3", {}, word("panel.modules")), ...driverRows(this.sheet(), item, this.run()))];
+    return [
+      el(
+        "div",
+        { class: "modules" },
+        el("h3", {}, word("panel.modules")),
+        ...driverRows(this.sheet(), item, this.run()),
+      ),
+    ];
   }
 
   private run(): RunValues {

@@ -14,12 +14,23 @@ export async function choosePicture(studio: Studio): Promise<string | null> {
   const own = ownFiles(studio, studio.folder.pictures);
   const shipped = [...studio.folder.shipped.pictures].sort(postersFirst);
   const verdicts = judged(studio, [...own, ...shipped.filter(isPoster)]);
-  const entry = (path: string): Entry => ({ value: path, name: nameOf(path), about: "", later: verdicts.then((all) => verdictOf(all[path])) });
+  const entry = (path: string): Entry => ({
+    value: path,
+    name: nameOf(path),
+    about: "",
+    later: verdicts.then((all) => verdictOf(all[path])),
+  });
   const groups: [string, Entry[]][] = [
     [word("panel.inThisFolder"), own.map(entry)],
     [word("panel.comeWithMjsim"), shipped.map(entry)],
   ];
-  return choose(word("panel.chooseAPicture"), ({ value }) => pictured(studio.api.picture(value, 160, studio.document.path)), groups, undefined, (answer) => [dropPlace(studio, answer)]);
+  return choose(
+    word("panel.chooseAPicture"),
+    ({ value }) => pictured(studio.api.picture(value, 160, studio.document.path)),
+    groups,
+    undefined,
+    (answer) => [dropPlace(studio, answer)],
+  );
 }
 
 /** Pictures that can be hung up, in the order in which they are offered. */
@@ -39,7 +50,9 @@ async function judged({ api, document }: Studio, images: string[]): Promise<Reco
 function verdictOf(verdict: Verdict | undefined): Pick<Entry, "about" | "fault"> | null {
   if (!verdict) return null;
   const { distance, fault } = verdict;
-  return fault ? { about: "", fault: word("panel.pictureHasAFault", { fault: said(fault) }) } : { about: word("panel.recognisedUpTo", { distance }) };
+  return fault
+    ? { about: "", fault: word("panel.pictureHasAFault", { fault: said(fault) }) }
+    : { about: word("panel.recognisedUpTo", { distance }) };
 }
 
 /** Bring a picture of the person's own into the folder; null when it was refused. */
@@ -76,7 +89,14 @@ function dropPlace(studio: Studio, answer: (path: string) => void): HTMLElement 
     }
     if (paths[0]) answer(paths[0]);
   };
-  const input = el("input", { type: "file", accept: "image/*", multiple: true, class: "sr", tabindex: -1, "aria-hidden": "true" });
+  const input = el("input", {
+    type: "file",
+    accept: "image/*",
+    multiple: true,
+    class: "sr",
+    tabindex: -1,
+    "aria-hidden": "true",
+  });
   input.addEventListener("change", () => void take(input.files));
   const place = el(
     "button",

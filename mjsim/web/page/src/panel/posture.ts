@@ -1,11 +1,11 @@
 /** How a mechanism or a person starts: drawn from aside, with a slider for each value of a joint. */
 
 import type { Item, JointValue, Look, Pose } from "../api";
-import { el, fill, type Child } from "../dom";
+import { type Child, el, fill } from "../dom";
 import type { Editor } from "../edit/editor";
 import type { Poser } from "../edit/poser";
-import { SideDrawing } from "./side";
 import { word } from "../words/words";
+import { SideDrawing } from "./side";
 
 const LOOKS: Record<Look, string> = { side: word("panel.fromTheSide"), front: word("panel.fromAhead") };
 const HELD = word("panel.theActuatorsOrTheSeat");
@@ -58,7 +58,11 @@ export class PosturePane {
     if (!subject || !pose) return this.drawing.clear();
     this.build(pose, subject);
     this.drawing.show(pose, subject);
-    for (const row of this.sliders) this.put(row, pose.values.find(({ name }) => name === row.name));
+    for (const row of this.sliders)
+      this.put(
+        row,
+        pose.values.find(({ name }) => name === row.name),
+      );
     for (const { side, axis, field } of this.hands) put(field, pose.hands[side]?.[axis] ?? 0, 3);
   }
 
@@ -91,7 +95,15 @@ export class PosturePane {
   private row({ name, low, high, unit, free }: JointValue, fixed: boolean): HTMLElement {
     const disabled = fixed || !free;
     const title = free ? null : HELD;
-    const slider = el("input", { type: "range", min: low, max: high, step: "any", disabled, title, "aria-label": name });
+    const slider = el("input", {
+      type: "range",
+      min: low,
+      max: high,
+      step: "any",
+      disabled,
+      title,
+      "aria-label": name,
+    });
     const field = el("input", { type: "number", step: "any", disabled, title, "aria-label": `${name}, ${unit}` });
     const give = (input: HTMLInputElement): void => {
       if (input.value !== "") this.poser.follow({ values: { [name]: Number(input.value) } });
@@ -126,7 +138,9 @@ export class PosturePane {
   }
 
   private lead(side: string): void {
-    const [x = 0, y = 0, z = 0] = this.hands.filter((hand) => hand.side === side).map(({ field }) => field.valueAsNumber);
+    const [x = 0, y = 0, z = 0] = this.hands
+      .filter((hand) => hand.side === side)
+      .map(({ field }) => field.valueAsNumber);
     if ([x, y, z].some(Number.isNaN)) return;
     this.poser.follow({ hands: { [side]: [x, y, z] } });
     void this.poser.keep();

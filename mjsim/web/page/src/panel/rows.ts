@@ -1,14 +1,14 @@
 /** Rows of the panel: a field with its name, unit, meaning, reset and error; groups of fields; lists. */
 
 import type { Change, Path, Problem, Values } from "../api";
-import { el, icon, type Child } from "../dom";
+import { type Child, el, icon } from "../dom";
 import { keyOf } from "../plan/plan";
 import { ICONS } from "../shell/icons";
+import { meaningOf, word } from "../words/words";
 import { isMapping } from "./changes";
 import { control, type Tools, useOf } from "./controls";
 import { keyAdder } from "./key_adder";
 import { type Field, type Kind, labelOf, namingKey, type Option, type Schema, type SchemaBook } from "./schema";
-import { meaningOf, word } from "../words/words";
 
 /** What stands where a value or an entry could be. */
 const NONE = word("panel.noneSet");
@@ -36,7 +36,13 @@ export interface Sheet {
 }
 
 /** All fields of an object; simple ones first, in the order of the schema, then what stands between, then groups. */
-export function objectRows(sheet: Sheet, schema: Schema, subject: Subject, skip: string[] = [], between: Child[] = []): Child[] {
+export function objectRows(
+  sheet: Sheet,
+  schema: Schema,
+  subject: Subject,
+  skip: string[] = [],
+  between: Child[] = [],
+): Child[] {
   const fields = sheet.book.fields(schema).filter((field) => !skip.includes(field.key));
   const isSimple = (field: Field): boolean => !["object", "union", "list", "map"].includes(field.kind.is);
   const rows = (some: Field[]): Child[] => some.map((field) => row(sheet, field, subject));
@@ -48,7 +54,16 @@ function row(sheet: Sheet, field: Field, subject: Subject): Child {
   const value = subject.values[field.key] ?? (field.key in subject.values ? null : field.fallback);
   const written = isWritten(subject, field.key);
   const { fixed, within = "" } = subject;
-  return valueRow(sheet, { field, path, value, raw: under(subject.raw, field.key), written, fixed, within, give: giver(sheet, path) });
+  return valueRow(sheet, {
+    field,
+    path,
+    value,
+    raw: under(subject.raw, field.key),
+    written,
+    fixed,
+    within,
+    give: giver(sheet, path),
+  });
 }
 
 /** Writes a value at a path; undefined takes it out. */
@@ -91,7 +106,9 @@ function simpleRow(sheet: Sheet, place: Place): HTMLElement {
   const standard =
     field.fallback === null || field.fallback === undefined
       ? ""
-      : word("panel.default", { value: `${plain(field.fallback)}${field.unit && typeof field.fallback === "number" ? ` ${field.unit}` : ""}` });
+      : word("panel.default", {
+          value: `${plain(field.fallback)}${field.unit && typeof field.fallback === "number" ? ` ${field.unit}` : ""}`,
+        });
   const meaning = [field.meaning, standard].filter(Boolean).join(" ");
   return el(
     "div",
@@ -158,7 +175,11 @@ function unionGroup(sheet: Sheet, place: Place, options: Option[]): HTMLElement 
   const chosen = now ? now.title : NONE;
   const select = el(
     "select",
-    { "data-id": `${keyOf(place.path)} form`, disabled: place.fixed, "aria-label": word("panel.whichForm", { place: spoken(place) }) },
+    {
+      "data-id": `${keyOf(place.path)} form`,
+      disabled: place.fixed,
+      "aria-label": word("panel.whichForm", { place: spoken(place) }),
+    },
     ...titles.map((title) => el("option", { value: title, selected: title === chosen }, title)),
   );
   select.addEventListener("change", () => {
@@ -213,11 +234,7 @@ function listEntry(
   const described = sheet.book.field(place.field.key, entry, true);
   const { kind } = described;
   const schema =
-    kind.is === "union"
-      ? sheet.book.optionOf(kind.options, value)?.schema
-      : kind.is === "object"
-        ? kind.schema
-        : null;
+    kind.is === "union" ? sheet.book.optionOf(kind.options, value)?.schema : kind.is === "object" ? kind.schema : null;
   const field = { ...described, label: entryTitle(value, index, schema ?? {}), key: String(index) };
   const give = (fresh: unknown): void => sheet.change([{ op: "set", path, value: fresh }]);
   const remove = el(
@@ -273,7 +290,16 @@ function mapGroup(sheet: Sheet, place: Place, { entry, names, most }: Extract<Ki
     const field = { ...sheet.book.field(key, entry, false), label: names.includes(key) ? labelOf(key) : key };
     const path = [...place.path, key];
     const [raw, within] = [under(place.raw, key), inner(place)];
-    return valueRow(sheet, { field, path, value, raw, written: true, fixed: place.fixed, within, give: giver(sheet, path) });
+    return valueRow(sheet, {
+      field,
+      path,
+      value,
+      raw,
+      written: true,
+      fixed: place.fixed,
+      within,
+      give: giver(sheet, path),
+    });
   });
   const free = [...names, ...sheet.tools.names(place.path)].filter((name) => !(name in values));
   const grow = rows.length < most && !place.fixed ? keyAdder(sheet, place.path, spoken(place), entry, free) : null;
@@ -292,12 +318,20 @@ function moduleRows(sheet: Sheet, place: Place, schema: Schema): HTMLElement {
   const properties = { ...known, ...Object.fromEntries(others.map((key) => [key, {}])) };
   const options = { type: "object", properties, required: offer?.options["required"] ?? [] };
   const raw = isMapping(place.raw) ? place.raw : null;
-  const subject = { path: place.path, values, raw, written: Object.keys(values), fixed: place.fixed, within: inner(place) };
+  const subject = {
+    path: place.path,
+    values,
+    raw,
+    written: Object.keys(values),
+    fixed: place.fixed,
+    within: inner(place),
+  };
   const rows = objectRows(sheet, options, subject);
   // Functions and programs take options of any name.
   const isOpen = !offer || /^exec:|\.m$/.test(use);
   const field = { ...place.field, label: word("panel.options"), meaning: "" };
-  if (isOpen && !place.fixed) rows.push(keyAdder(sheet, place.path, `${inner(place)}: ${field.label}`, { default: 0 }, []));
+  if (isOpen && !place.fixed)
+    rows.push(keyAdder(sheet, place.path, `${inner(place)}: ${field.label}`, { default: 0 }, []));
   const count = Object.keys(raw ?? {}).length - 1;
   return el(
     "div",
@@ -317,7 +351,13 @@ function group(sheet: Sheet, { field, path }: Place, beside: Child, rows: Child[
     { title: field.meaning, "data-id": `${key} group` },
     icon(ICONS.down),
     el("span", { class: "group-name" }, field.label),
-    error ? el("span", { class: `bad-dot${isWarned(sheet, path) ? " odd" : ""}`, role: "img", "aria-label": word("panel.hasAnError") }) : null,
+    error
+      ? el("span", {
+          class: `bad-dot${isWarned(sheet, path) ? " odd" : ""}`,
+          role: "img",
+          "aria-label": word("panel.hasAnError"),
+        })
+      : null,
     el("span", { class: "count" }, count),
   );
   const details = el(

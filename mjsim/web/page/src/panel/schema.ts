@@ -66,9 +66,13 @@ export class SchemaBook {
   /** What several definitions have in common: the properties that all of them have alike; null when there are none. */
   shared(names: string[]): Schema | null {
     const each = names.map((name) => (this.definition(name)?.["properties"] ?? {}) as Record<string, Schema>);
-    const [first, ...others] = each.map((properties) => Object.entries(properties).map((entry) => JSON.stringify(entry)));
+    const [first, ...others] = each.map((properties) =>
+      Object.entries(properties).map((entry) => JSON.stringify(entry)),
+    );
     const alike = new Set((first ?? []).filter((entry) => others.every((other) => other.includes(entry))));
-    const properties = Object.fromEntries(Object.entries(each[0] ?? {}).filter((entry) => alike.has(JSON.stringify(entry))));
+    const properties = Object.fromEntries(
+      Object.entries(each[0] ?? {}).filter((entry) => alike.has(JSON.stringify(entry))),
+    );
     return alike.size ? { ...this.definition(names[0] ?? ""), properties } : null;
   }
 
@@ -99,9 +103,12 @@ export class SchemaBook {
     const of = (schema: Schema): Field[] => this.open(this.kind("", this.forms(schema).main, schema), has);
     if (kind.is === "union") return kind.options.flatMap(({ schema }) => of(schema));
     if (kind.is === "list") return of(kind.entry);
-    if (kind.is === "map") return kind.names.filter((name) => !has.includes(name)).flatMap((name) => this.inside(kind, name, has));
+    if (kind.is === "map")
+      return kind.names.filter((name) => !has.includes(name)).flatMap((name) => this.inside(kind, name, has));
     if (kind.is !== "object" && kind.is !== "module") return [];
-    const names = Object.keys(kind.schema["properties"] as Record<string, Schema>).filter((name) => !has.includes(name));
+    const names = Object.keys(kind.schema["properties"] as Record<string, Schema>).filter(
+      (name) => !has.includes(name),
+    );
     return names.flatMap((name) => this.inside(kind, name, has));
   }
 
@@ -251,7 +258,8 @@ export class SchemaBook {
     const { main } = this.forms(entry);
     const isNumber = main.length === 1 && ["number", "integer"].includes(String(main[0]?.["type"]));
     if (typeof count === "number" && count <= 4 && schema["minItems"] === count && isNumber) {
-      const parts = AXES[key]?.slice(0, count).map((part) => wordFor("part", part)) ?? ["x", "y", "z", "w"].slice(0, count);
+      const parts =
+        AXES[key]?.slice(0, count).map((part) => wordFor("part", part)) ?? ["x", "y", "z", "w"].slice(0, count);
       return { is: "numbers", parts, entry };
     }
     return { is: "list", entry };
@@ -259,7 +267,12 @@ export class SchemaBook {
 
   private option(form: Schema): Option {
     const schema = this.resolve(form);
-    const plain: Record<string, string> = { boolean: word("panel.onOrOff"), string: word("panel.text"), number: word("panel.number"), array: word("panel.several") };
+    const plain: Record<string, string> = {
+      boolean: word("panel.onOrOff"),
+      string: word("panel.text"),
+      number: word("panel.number"),
+      array: word("panel.several"),
+    };
     const title =
       schema["type"] === "object"
         ? wordFor("form", String(schema["title"] ?? "more"))
@@ -313,7 +326,7 @@ function pretty(unit: string): string {
 
 /** The unit that a description names, or a key ends in. */
 function unitOf(key: string, said: string): string {
-  const named = /\[([^\[\],]*)\]\s*[.;]?/.exec(said.replace(/\[[^\]]*,[^\]]*\]/g, ""))?.[1];
+  const named = /\[([^[\],]*)\]\s*[.;]?/.exec(said.replace(/\[[^\]]*,[^\]]*\]/g, ""))?.[1];
   if (named) return pretty(named);
   if (key.endsWith("_deg")) return "°";
   return key.endsWith("_hz") ? "Hz" : "";

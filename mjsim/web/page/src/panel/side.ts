@@ -40,7 +40,10 @@ export class SideDrawing {
   }
 
   show(pose: Pose, subject: Item): void {
-    this.svg.setAttribute("aria-label", word(pose.look === "side" ? "panel.thingFromTheSide" : "panel.thingFromAhead", { thing: subject.label }));
+    this.svg.setAttribute(
+      "aria-label",
+      word(pose.look === "side" ? "panel.thingFromTheSide" : "panel.thingFromAhead", { thing: subject.label }),
+    );
     // While something is dragged the paper stays where it is.
     if (!this.held) this.fit(pose);
     const chosen = this.poser.joint?.name;

@@ -1,7 +1,7 @@
 /** Paper with a grid of round metres, and rulers along its upper and left edges. */
 
 import type { Palette } from "./palette";
-import { metres, roundStep, type PlanView } from "./view";
+import { metres, type PlanView, roundStep } from "./view";
 
 export const RULER = 22;
 /** Fine lines are at least this far apart [px]; every fifth or tenth is strong. */

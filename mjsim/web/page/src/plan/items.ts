@@ -272,7 +272,11 @@ function drawBeacon({ context, item, shapes, palette, look, facing, at, view }: 
   if (!item.values["image"] && !item.values["marker"]) {
     context.fillStyle = palette.paper;
     context.lineWidth = 2;
-    if (item.values["anchor"]) trace(context, [0, 90, 180, 270].map((turn) => add(place, times(direction(turn), 5))));
+    if (item.values["anchor"])
+      trace(
+        context,
+        [0, 90, 180, 270].map((turn) => add(place, times(direction(turn), 5))),
+      );
     else disc(context, place, 4);
     context.fill();
     context.stroke();

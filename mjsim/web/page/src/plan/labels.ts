@@ -2,8 +2,8 @@
 
 import type { Bounds, Item, Point } from "../api";
 import { boundsOf, direction, overlaps } from "./geometry";
-import type { Palette } from "./palette";
 import { outlines, type Stand } from "./items";
+import type { Palette } from "./palette";
 import type { PlanView } from "./view";
 
 const SIZE = 11;

@@ -18,14 +18,14 @@
 
 import Konva from "konva/lib/Core";
 import type { Bounds, Item, Path, Point } from "../api";
-import { Signal } from "../signal";
 import { themeChanged } from "../shell/theme";
+import { Signal } from "../signal";
 import { boundsOf, distance, distanceTo, overlaps } from "./geometry";
 import { Gestures, type Spot, type Tool } from "./gestures";
 import { drawGrid, drawRulers, RULER } from "./grid";
-import { drawItem, inOrder, outlines, type Look, type Stand } from "./items";
+import { drawItem, inOrder, type Look, outlines, type Stand } from "./items";
 import { drawLabels } from "./labels";
-import { readPalette, type Palette } from "./palette";
+import { type Palette, readPalette } from "./palette";
 import { PlanView, roundStep } from "./view";
 
 export type Painter = (context: CanvasRenderingContext2D, plan: Plan) => void;
@@ -144,7 +144,10 @@ export class Plan {
 
   /** Show all of the world. */
   fit(): void {
-    this.view.fit(this.bounds, this.rulers ? RULER + Math.min(22, 0.06 * Math.min(this.view.width, this.view.height)) : 16);
+    this.view.fit(
+      this.bounds,
+      this.rulers ? RULER + Math.min(22, 0.06 * Math.min(this.view.width, this.view.height)) : 16,
+    );
     if (this.rulers) this.view.left += RULER / 2;
     if (this.rulers) this.view.top += RULER / 2;
     this.fitted = this.whole = this.view.width > 20;

@@ -2,29 +2,23 @@
 
 import uPlot from "uplot";
 
-import { Chart, NO_MARKS, type Line } from "../charts/chart";
+import { Chart, type Line, NO_MARKS } from "../charts/chart";
 import { noNees } from "../charts/sheet";
 import { el, fill } from "../dom";
 import { clock } from "../run/bar";
 import { button, sign, write } from "../run/controls";
-import { faded, ROW_COLORS, rowColor } from "../run/ink";
+import { faded } from "../run/ink";
 import type { Studio } from "../shell/view";
 import { Signal } from "../signal";
-import { compare, type Comparison, type Group, type TimeLine } from "./comparison";
+import { word } from "../words/words";
 import { comparisonFigures } from "./compare_figures";
 import { ComparePlan } from "./compare_plan";
+import { type Comparison, compare, type Group, styleOf, type TimeLine } from "./comparison";
 import { Player } from "./player";
 import { Scrub } from "./scrub";
-import { word } from "../words/words";
 
 /** Steps by keys, and of the bar [s]. */
 const STEP = 0.04;
-
-/** How the lines of group k of so many look: later ones are thinner, so that equal lines all show; those beyond the colours are dashed. */
-export function styleOf(k: number, count: number): Pick<Line, "color" | "dash"> & { width: number } {
-  const width = 2.4 - (1.2 * k) / Math.max(count - 1, 1);
-  return { color: () => rowColor(k), width, ...(k >= ROW_COLORS ? { dash: [7, 4] } : {}) };
-}
 
 export class Compare {
   readonly element = el("section", { class: "compare", tabindex: -1, "aria-label": word("review.comparison") });
@@ -35,11 +29,24 @@ export class Compare {
   private turn = 0;
   private readonly scrub = new Scrub((time) => this.player.seek(time));
   private readonly plan = new ComparePlan();
-  private readonly figures = el("div", { class: "compare-figures", tabindex: 0, role: "region", "aria-label": word("review.figures") });
-  private readonly sheet = el("div", { class: "run-sheet", "data-empty": word("charts.noneChosen"), tabindex: 0, role: "group", "aria-label": word("review.chartsCompared") });
+  private readonly figures = el("div", {
+    class: "compare-figures",
+    tabindex: 0,
+    role: "region",
+    "aria-label": word("review.figures"),
+  });
+  private readonly sheet = el("div", {
+    class: "run-sheet",
+    "data-empty": word("charts.noneChosen"),
+    tabindex: 0,
+    role: "group",
+    "aria-label": word("review.chartsCompared"),
+  });
   private readonly title = el("strong", {}, "");
   private readonly time = el("output", { class: "run-value run-time" });
-  private readonly play = button({ class: "primary run-main", title: word("review.playSpace") }, () => this.player.toggle());
+  private readonly play = button({ class: "primary run-main", title: word("review.playSpace") }, () =>
+    this.player.toggle(),
+  );
   private charts: Chart[] = [];
   private seconds = 0;
 
@@ -52,7 +59,12 @@ export class Compare {
       el(
         "div",
         { class: "run-bar", role: "toolbar", "aria-label": word("review.comparison") },
-        button({ title: word("review.backToTheRecordingsEscape") }, () => this.close(), sign("left"), word("review.back")),
+        button(
+          { title: word("review.backToTheRecordingsEscape") },
+          () => this.close(),
+          sign("left"),
+          word("review.back"),
+        ),
         this.play,
         this.title,
         el("span", { class: "run-spring" }),
@@ -116,7 +128,12 @@ export class Compare {
     const { groups } = comparison;
     this.host.append(this.element);
     this.host.toggleAttribute("data-comparing", true);
-    write(this.title, groups.length === 1 ? word("review.chosenOfOneKind", { chosen }) : word("review.chosenOfKinds", { chosen, kinds: groups.length }));
+    write(
+      this.title,
+      groups.length === 1
+        ? word("review.chosenOfOneKind", { chosen })
+        : word("review.chosenOfKinds", { chosen, kinds: groups.length }),
+    );
     fill(this.figures, ...comparisonFigures(comparison));
     this.draw(comparison);
     this.plan.take(comparison);
@@ -132,7 +149,9 @@ export class Compare {
     for (const chart of this.charts) chart.close();
     const handlers = { pick: (time: number) => this.player.seek(time) };
     const lines: Line[] = [];
-    groups.forEach((group, k) => lines.push(...errorLines(group, styleOf(k, groups.length), lines.length)));
+    for (const [k, group] of groups.entries()) {
+      lines.push(...errorLines(group, styleOf(k, groups.length), lines.length));
+    }
     const errors = new Chart(
       { title: word("review.positionError"), unit: "m", lines, fromZero: true, atLeast: [0, 0.02], each: true },
       handlers,
@@ -183,12 +202,22 @@ function errorLines({ label, errors, runs }: Group, style: ReturnType<typeof sty
     const own: Line = { label: number ? "" : told, ...name, ...style };
     if (!spread) return [own];
     const bound: Line = { label: "", name: `${label}: 95 %`, color: () => faded(style.color(), 0.35), width: 0.75 };
-    return [own, bound, { ...bound, name: `${label}: 5 %`, fillTo: before + 2, fill: () => faded(style.color(), 0.14) }];
+    return [
+      own,
+      bound,
+      { ...bound, name: `${label}: 5 %`, fillTo: before + 2, fill: () => faded(style.color(), 0.14) },
+    ];
   });
 }
 
 function columnsOf({ time, values, low, high }: TimeLine): Column[] {
-  return low && high ? [[time, values], [time, high], [time, low]] : [[time, values]];
+  return low && high
+    ? [
+        [time, values],
+        [time, high],
+        [time, low],
+      ]
+    : [[time, values]];
 }
 
 type Column = [time: number[], values: (number | null)[]];

@@ -1,28 +1,51 @@
 /** The figures of a comparison as tables: what is certain, what to know, the means, all differences. */
 
+import { save } from "../charts/save";
 import { el } from "../dom";
 import { button, sign } from "../run/controls";
-import { save } from "../charts/save";
 import { rowColor } from "../run/ink";
 import { themeChanged } from "../shell/theme";
-import type { Comparison, Difference, Group } from "./comparison";
 import { said, word, wordOr } from "../words/words";
+import type { Comparison, Difference, Group } from "./comparison";
 
 export function comparisonFigures(comparison: Comparison): HTMLElement[] {
   const { groups, know, cells, differences } = comparison;
   const titled = (name: string): string => titleOf(name, comparison);
-  const certain = comparison.certain.map(([better = "", than = "", figure = "", ...rest]) => [better, than, titled(figure), ...rest]);
+  const certain = comparison.certain.map(([better = "", than = "", figure = "", ...rest]) => [
+    better,
+    than,
+    titled(figure),
+    ...rest,
+  ]);
   const means = comparison.means.map(([figure = "", ...rest]) => [titled(figure), ...rest]);
   const nothing = el("p", {}, word("review.noFigureIsCertainTo"));
-  const heads = [word("review.better"), word("review.than"), word("review.in"), word("review.byInterval"), word("review.pairs")];
+  const heads = [
+    word("review.better"),
+    word("review.than"),
+    word("review.in"),
+    word("review.byInterval"),
+    word("review.pairs"),
+  ];
   return [
     legend(groups),
     el("h3", {}, word("review.whatIsCertain")),
     certain.length ? table(heads, certain, { class: "compare-certain" }) : nothing,
-    ...(know.length ? [el("h3", {}, word("review.whatToKnow")), el("ul", { class: "compare-know" }, ...know.map((told) => el("li", {}, `${said(told)}.`)))] : []),
-    el("div", { class: "run-figures-head" }, el("h3", {}, word("review.figuresOf", { cells: said(cells) })), csvButton(comparison)),
+    ...(know.length
+      ? [
+          el("h3", {}, word("review.whatToKnow")),
+          el("ul", { class: "compare-know" }, ...know.map((told) => el("li", {}, `${said(told)}.`))),
+        ]
+      : []),
+    el(
+      "div",
+      { class: "run-figures-head" },
+      el("h3", {}, word("review.figuresOf", { cells: said(cells) })),
+      csvButton(comparison),
+    ),
     table([word("review.figure"), ...groups.map(({ label }) => label)], means, { class: "compare-means" }),
-    ...(differences.length ? [el("h3", {}, word("review.differencesOfPairsMeanInterval")), ...differenceTables(differences)] : []),
+    ...(differences.length
+      ? [el("h3", {}, word("review.differencesOfPairsMeanInterval")), ...differenceTables(differences)]
+      : []),
   ];
 }
 
@@ -40,7 +63,13 @@ function legend(groups: Group[]): HTMLElement {
     paint();
     // Each comparison makes others: those that are gone need no colours.
     const stop = themeChanged.on(() => (swatch.isConnected ? paint() : stop()));
-    return el("li", {}, swatch, el("b", {}, label), el("span", { class: "hint" }, word(runs === 1 ? "review.oneRun" : "review.runs", { runs })));
+    return el(
+      "li",
+      {},
+      swatch,
+      el("b", {}, label),
+      el("span", { class: "hint" }, word(runs === 1 ? "review.oneRun" : "review.runs", { runs })),
+    );
   });
   return el("ul", { class: "compare-legend", "aria-label": word("review.groups") }, ...entries);
 }
@@ -70,5 +99,9 @@ function table(heads: string[], rows: string[][], attributes: { class: string })
   const row = ([first, ...cells]: string[]): HTMLElement =>
     el("tr", {}, el("th", { scope: "row" }, first ?? ""), ...cells.map((cell) => el("td", {}, cell)));
   const head = el("tr", {}, ...heads.map((text) => (text ? el("th", { scope: "col" }, text) : el("td", {}))));
-  return el("div", { class: "compare-table" }, el("table", attributes, el("thead", {}, head), el("tbody", {}, ...rows.map(row))));
+  return el(
+    "div",
+    { class: "compare-table" },
+    el("table", attributes, el("thead", {}, head), el("tbody", {}, ...rows.map(row))),
+  );
 }

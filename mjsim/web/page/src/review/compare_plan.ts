@@ -1,19 +1,18 @@
 /** The paths of runs that are compared, on the plan of their world. */
 
+import type { Point } from "../api";
 import { inkNow } from "../charts/chart";
+import { type Curve, type Figure, rangeOf } from "../charts/figure";
 import { rowAt } from "../charts/rows";
-import { rangeOf, type Curve, type Figure } from "../charts/figure";
 import { savingMenu } from "../charts/saving";
 import { el } from "../dom";
-import type { Point } from "../api";
 import { Plan } from "../plan/plan";
 import { button, sign } from "../run/controls";
 import { faded, inLight, readTokens } from "../run/ink";
 import { makeTile, type Tile } from "../run/tile";
 import { color } from "../shell/theme";
-import type { Comparison, Group, RunPath } from "./comparison";
-import { styleOf } from "./compare";
 import { word } from "../words/words";
+import { type Comparison, type Group, type RunPath, styleOf } from "./comparison";
 
 /** Paths of more runs of a group are drawn paler, and their spots smaller. */
 const FEW = 3;
@@ -22,7 +21,12 @@ const SOLID = new Set(["wall", "obstacle"]);
 
 export class ComparePlan {
   readonly tile: Tile;
-  private readonly host = el("div", { class: "run-floor", tabindex: 0, role: "group", "aria-label": word("run.planKeys") });
+  private readonly host = el("div", {
+    class: "run-floor",
+    tabindex: 0,
+    role: "group",
+    "aria-label": word("run.planKeys"),
+  });
   private readonly note = el("p", { class: "hint compare-no-plan" }, word("review.noPathsWereKept"));
   private readonly legend = el("span", { class: "run-legend" });
   private readonly plan = new Plan(this.host);
@@ -31,7 +35,11 @@ export class ComparePlan {
   private time = 0;
 
   constructor() {
-    const fit = button({ class: "quiet square", title: word("review.showTheWholePlan") }, () => this.plan.fit(), sign("fit"));
+    const fit = button(
+      { class: "quiet square", title: word("review.showTheWholePlan") },
+      () => this.plan.fit(),
+      sign("fit"),
+    );
     const spring = el("span", { class: "run-spring" });
     this.host.append(this.note);
     this.tile = makeTile("compare", word("review.paths"), this.host, this.legend, spring, fit, savingMenu(this));
@@ -95,9 +103,23 @@ export class ComparePlan {
       const points = path[which].map(pointOf);
       const [x, y] = [points.map(([x]) => x), points.map(([, y]) => y)];
       const strength = this.strength();
-      if (which === "truth") return { label: k ? "" : word("review.truthWideAndPale"), color: faded(color(), strength.truth), width: 5, x, y };
+      if (which === "truth")
+        return {
+          label: k ? "" : word("review.truthWideAndPale"),
+          color: faded(color(), strength.truth),
+          width: 5,
+          x,
+          y,
+        };
       const first = this.paths.findIndex((other) => other.group === group) === k;
-      return { label: first ? (this.labels[group] ?? "") : "", color: strength.estimate < 1 ? faded(color(), strength.estimate) : color(), width, ...(dash ? { dash } : {}), x, y };
+      return {
+        label: first ? (this.labels[group] ?? "") : "",
+        color: strength.estimate < 1 ? faded(color(), strength.estimate) : color(),
+        width,
+        ...(dash ? { dash } : {}),
+        x,
+        y,
+      };
     });
   }
 
@@ -105,7 +127,8 @@ export class ComparePlan {
     context.save();
     context.lineJoin = context.lineCap = "round";
     const { truth, estimate } = this.strength();
-    for (const { path, group } of this.paths) this.line(context, path.truth, faded(this.style(group).color(), truth), 5, []);
+    for (const { path, group } of this.paths)
+      this.line(context, path.truth, faded(this.style(group).color(), truth), 5, []);
     for (const { path, group } of this.paths) {
       const { color, dash, width } = this.style(group);
       this.line(context, path.estimate, estimate < 1 ? faded(color(), estimate) : color(), width, dash ?? []);
@@ -114,7 +137,13 @@ export class ComparePlan {
     context.restore();
   }
 
-  private line(context: CanvasRenderingContext2D, points: Partial<Point>[], color: string, width: number, dash: number[]): void {
+  private line(
+    context: CanvasRenderingContext2D,
+    points: Partial<Point>[],
+    color: string,
+    width: number,
+    dash: number[],
+  ): void {
     context.beginPath();
     let begun = false;
     for (const point of points) {
@@ -136,7 +165,10 @@ export class ComparePlan {
     const size = this.strength().estimate < 1 ? 3.5 : 5.5;
     const [was, believed] = [truth[row], estimate[row]];
     context.setLineDash([]);
-    for (const [point, filled] of [[was, false], [believed, true]] as const) {
+    for (const [point, filled] of [
+      [was, false],
+      [believed, true],
+    ] as const) {
       if (!point || !isKnown(point)) continue;
       const [x, y] = this.plan.view.toScreen(point);
       context.beginPath();
@@ -153,7 +185,10 @@ export class ComparePlan {
 /** What the lines are, and which paths are missing. */
 function told(groups: Group[]): string {
   const without = groups.filter(({ paths }) => !paths.length).map(({ label }) => label);
-  const [drawn, runs] = [groups.reduce((sum, { paths }) => sum + paths.length, 0), groups.reduce((sum, each) => sum + each.runs, 0)];
+  const [drawn, runs] = [
+    groups.reduce((sum, { paths }) => sum + paths.length, 0),
+    groups.reduce((sum, each) => sum + each.runs, 0),
+  ];
   const lines = word("review.linesEstimatesWideAndPale");
   if (without.length) return word("review.linesButNotOf", { lines, labels: without.join(", ") });
   return drawn < runs ? word("review.linesOfRuns", { lines, drawn, runs }) : lines;

@@ -1,6 +1,8 @@
 /** What the server tells of runs that are compared. */
 
-import { getJson, type Bounds, type Item, type Point } from "../api";
+import { type Bounds, getJson, type Item, type Point } from "../api";
+import type { Line } from "../charts/chart";
+import { ROW_COLORS, rowColor } from "../run/ink";
 
 type Values = (number | null)[];
 
@@ -67,4 +69,10 @@ export interface Comparison {
 
 export function compare(paths: string[]): Promise<Comparison> {
   return getJson(`/api/compare?${new URLSearchParams(paths.map((path) => ["path", path]))}`);
+}
+
+/** How the lines of group k of so many look: later ones are thinner, so that equal lines all show; those beyond the colours are dashed. */
+export function styleOf(k: number, count: number): Pick<Line, "color" | "dash"> & { width: number } {
+  const width = 2.4 - (1.2 * k) / Math.max(count - 1, 1);
+  return { color: () => rowColor(k), width, ...(k >= ROW_COLORS ? { dash: [7, 4] } : {}) };
 }

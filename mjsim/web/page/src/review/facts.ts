@@ -14,7 +14,9 @@ export interface RecordingCard {
 
 /** Date, length, world and robots, as far as they are known. */
 export function factsOf({ when, seconds, world, robots }: RecordingCard): string[] {
-  return [dateOf(new Date(1000 * when)), seconds === null ? "" : lengthOf(seconds), world, robots.join(", ")].filter(Boolean);
+  return [dateOf(new Date(1000 * when)), seconds === null ? "" : lengthOf(seconds), world, robots.join(", ")].filter(
+    Boolean,
+  );
 }
 
 /** As ISO 8601 has it, in the time of this place: it reads the same in all languages. */

@@ -3,8 +3,8 @@
 import { ApiError } from "../api";
 import { el, fill } from "../dom";
 import { button, sign } from "../run/controls";
-import { recordings, type Recording } from "./recording";
 import { said, word } from "../words/words";
+import { type Recording, recordings } from "./recording";
 
 /** The server is asked how far it is so often [ms]. */
 const ASK = 400;

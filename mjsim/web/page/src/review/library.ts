@@ -3,11 +3,11 @@
 import { ApiError } from "../api";
 import { el, refill } from "../dom";
 import { button } from "../run/controls";
-import type { Studio } from "../shell/view";
 import { theme, themeChanged } from "../shell/theme";
+import type { Studio } from "../shell/view";
+import { said, word } from "../words/words";
 import { factsOf, type RecordingCard } from "./facts";
 import { recordings } from "./recording";
-import { said, word } from "../words/words";
 
 /** Fewer recordings are found without a search. */
 const FEW = 6;
@@ -38,7 +38,8 @@ export class Library {
     private readonly compare: (paths: string[]) => Promise<void>,
   ) {
     themeChanged.on(() => {
-      for (const picture of this.list.querySelectorAll("img")) picture.src = recordings.plan(picture.dataset["of"] ?? "", theme());
+      for (const picture of this.list.querySelectorAll("img"))
+        picture.src = recordings.plan(picture.dataset["of"] ?? "", theme());
     });
     this.element.append(this.search, this.list, this.sweeps, this.hint, this.foot);
   }
@@ -50,18 +51,22 @@ export class Library {
 
   show(chosen: string | null): void {
     const { recordings, sweeps } = this.studio.folder;
-    const newest = [...new Set([...this.cards.map(({ path }) => path), ...recordings])].filter((path) => recordings.includes(path));
+    const newest = [...new Set([...this.cards.map(({ path }) => path), ...recordings])].filter((path) =>
+      recordings.includes(path),
+    );
     for (const path of this.ticked) if (!recordings.includes(path) && !sweeps.includes(path)) this.ticked.delete(path);
     refill(this.list, ...newest.map((path) => el("li", {}, this.box(path), this.entry(path, path === chosen))));
     const swept = sweeps.map((path) => el("li", {}, el("label", {}, this.box(path), path)));
-    refill(this.sweeps, sweeps.length > 0 && el("h2", {}, word("review.sweeps")), sweeps.length > 0 && el("ul", {}, ...swept));
+    refill(
+      this.sweeps,
+      sweeps.length > 0 && el("h2", {}, word("review.sweeps")),
+      sweeps.length > 0 && el("ul", {}, ...swept),
+    );
     this.foot.hidden = recordings.length + sweeps.length === 0;
     this.search.hidden = recordings.length < FEW;
     this.filter();
     this.count();
-    this.hint.textContent = recordings.length
-      ? word("review.orDropAnMcapFile")
-      : word("review.thereIsNoRecordingIn");
+    this.hint.textContent = recordings.length ? word("review.orDropAnMcapFile") : word("review.thereIsNoRecordingIn");
   }
 
   /** Focus the button that starts a comparison. */
@@ -96,7 +101,11 @@ export class Library {
   }
 
   private box(path: string): HTMLInputElement {
-    const box = el("input", { type: "checkbox", checked: this.ticked.has(path), "aria-label": word("review.compare2", { path }) });
+    const box = el("input", {
+      type: "checkbox",
+      checked: this.ticked.has(path),
+      "aria-label": word("review.compare2", { path }),
+    });
     box.addEventListener("change", () => {
       if (box.checked) this.ticked.add(path);
       else this.ticked.delete(path);
@@ -131,7 +140,9 @@ export class Library {
     this.go.disabled = !enough;
     const all = this.studio.folder.recordings.every((path) => this.ticked.has(path));
     this.every.textContent = all ? word("review.tickNone") : word("review.tickAll");
-    this.go.textContent = enough ? word("review.compareChosen", { paths: paths.length }) : word("review.compareTickTwoOrMore");
+    this.go.textContent = enough
+      ? word("review.compareChosen", { paths: paths.length })
+      : word("review.compareTickTwoOrMore");
   }
 
   private entry(path: string, chosen: boolean): HTMLButtonElement {
@@ -147,10 +158,14 @@ export class Library {
         "aria-current": chosen ? "true" : null,
         onclick: () => this.open(path),
       },
-      card?.world ? el("img", { src: recordings.plan(path, theme()), alt: "", loading: "lazy", "data-of": path }) : null,
+      card?.world
+        ? el("img", { src: recordings.plan(path, theme()), alt: "", loading: "lazy", "data-of": path })
+        : null,
       el("b", {}, path.slice(cut)),
       el("span", { class: "hint" }, path.slice(0, cut)),
-      card ? el("span", { class: "run-facts" }, ...factsOf(card).map((fact) => el("span", { class: "hint" }, fact))) : null,
+      card
+        ? el("span", { class: "run-facts" }, ...factsOf(card).map((fact) => el("span", { class: "hint" }, fact)))
+        : null,
     );
   }
 

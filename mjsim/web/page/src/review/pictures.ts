@@ -1,15 +1,15 @@
 /** Pictures of the time that is looked at: each view fetches the newest one it has time for. */
 
 import { el } from "../dom";
-import { newestWins } from "../signal";
 import { remembered, toggle } from "../run/controls";
 import { Orbit, overlook } from "../run/orbit";
 import type { Outside, TickNews } from "../run/protocol";
 import { drawRecognised, pixelRatio } from "../run/screen";
 import { makeTile, type Tile } from "../run/tile";
-import { titleOf } from "./film";
-import { recordings, type Recording } from "./recording";
+import { newestWins } from "../signal";
 import { said, word } from "../words/words";
+import { titleOf } from "./film";
+import { type Recording, recordings } from "./recording";
 
 interface Shown {
   tile: Tile;
@@ -46,7 +46,12 @@ export class Pictures {
   ) {
     this.switches.append(
       ...KINDS.map(([kind, label]) =>
-        toggle({ class: "quiet run-small", "data-kind": kind }, this.wanted.has(kind), (on) => this.want(kind, on), label),
+        toggle(
+          { class: "quiet run-small", "data-kind": kind },
+          this.wanted.has(kind),
+          (on) => this.want(kind, on),
+          label,
+        ),
       ),
     );
   }
@@ -59,7 +64,12 @@ export class Pictures {
     this.views.clear();
     this.outside = overlook(recording.scene.bounds);
     // Only cameras have these, and robots are followed from behind.
-    const needs = { depth: recording.cameras, segmentation: recording.cameras, outside: [true], chase: recording.robots };
+    const needs = {
+      depth: recording.cameras,
+      segmentation: recording.cameras,
+      outside: [true],
+      chase: recording.robots,
+    };
     for (const [kind] of KINDS)
       this.switches.querySelector(`[data-kind=${kind}]`)?.toggleAttribute("hidden", needs[kind].length === 0);
   }

@@ -1,9 +1,9 @@
 /** What the server knows of a recording. */
 
-import { getBytes, getJson, postJson, type Bounds, type Item } from "../api";
-import type { RecordingCard } from "./facts";
+import { type Bounds, getBytes, getJson, type Item, postJson } from "../api";
 import type { Column, Field } from "../charts/plotter";
 import type { EventNews, JointFacts, Outside, RobotFacts, RobotTick, TickNews, TrackHistory } from "../run/protocol";
+import type { RecordingCard } from "./facts";
 
 export interface Recording {
   path: string;
@@ -55,7 +55,9 @@ export const recordings = {
     getJson<Column>(query("/api/recording/column", { path, topic, field })),
   /** Of a part, or of all where both ends are null. */
   statistics: (path: string, from: number | null, to: number | null) =>
-    getJson<Figures>(query("/api/recording/statistics", { path, ...(from === null || to === null ? {} : { from, to }) })),
+    getJson<Figures>(
+      query("/api/recording/statistics", { path, ...(from === null || to === null ? {} : { from, to }) }),
+    ),
   film: (path: string, from: number, to: number, view: string) =>
     postJson<{ job: string }>("/api/recording/video", { path, from, to, view }),
   job: (id: string) => getJson<Job>(query("/api/job", { id })),

@@ -12,7 +12,13 @@ export interface Part {
 
 export class Scrub {
   readonly element = el("div", { class: "run-scrub" });
-  private readonly range = el("input", { type: "range", min: 0, max: 1, step: "any", "aria-label": word("review.time") });
+  private readonly range = el("input", {
+    type: "range",
+    min: 0,
+    max: 1,
+    step: "any",
+    "aria-label": word("review.time"),
+  });
   private readonly band = el("div", { class: "run-scrub-part", hidden: true });
   private readonly flags = el("div", { class: "run-scrub-events" });
   private seconds = 1;

@@ -1,10 +1,10 @@
 /** The figures between two times, as a table and as CSV. */
 
-import { el, fill } from "../dom";
 import { csvOf, save } from "../charts/save";
+import { el, fill } from "../dom";
 import { button, sign } from "../run/controls";
-import type { Figures } from "./recording";
 import { word, wordOr } from "../words/words";
+import type { Figures } from "./recording";
 
 interface Row {
   robot: string;
@@ -114,14 +114,7 @@ export class Table {
   /** Say how a part is marked. */
   ask(): void {
     this.rows = [];
-    fill(
-      this.element,
-      el(
-        "p",
-        { class: "hint" },
-        word("review.markAPartToGet"),
-      ),
-    );
+    fill(this.element, el("p", { class: "hint" }, word("review.markAPartToGet")));
   }
 
   wait(): void {
@@ -136,7 +129,9 @@ export class Table {
   show(figures: Figures, from: number | null, to: number | null): void {
     this.rows = rowsOf(figures);
     const isPart = from !== null && to !== null;
-    this.title = isPart ? word("review.fromTo", { from: from.toFixed(2), to: to.toFixed(2) }) : word("review.wholeRecording");
+    this.title = isPart
+      ? word("review.fromTo", { from: from.toFixed(2), to: to.toFixed(2) })
+      : word("review.wholeRecording");
     const copy = button(
       { class: "run-small", title: word("review.copyAsCsv") },
       () => void this.copy(),

@@ -1,14 +1,12 @@
 /** All that is seen of a recording, at one time of it. */
 
 import { ApiError } from "../api";
-import { chartChips } from "../charts/chips";
 import type { Marks } from "../charts/chart";
-import { rowAt } from "../charts/rows";
+import { chartChips } from "../charts/chips";
 import { Plotter } from "../charts/plotter";
-import { kindsOf, Sheet, type Kind } from "../charts/sheet";
+import { rowAt } from "../charts/rows";
+import { type Kind, kindsOf, Sheet } from "../charts/sheet";
 import { el, fill } from "../dom";
-import { newestWins } from "../signal";
-import type { Studio, View } from "../shell/view";
 import { clock } from "../run/bar";
 import { button, choice, sign, write } from "../run/controls";
 import { EventList } from "../run/events";
@@ -18,17 +16,19 @@ import type { RobotTick, TickNews } from "../run/protocol";
 import { RunRecord } from "../run/record";
 import { Tabs } from "../run/tabs";
 import { Stage } from "../run/tile";
+import { SolidsTile } from "../scene/tile";
+import type { Studio, View } from "../shell/view";
+import { newestWins } from "../signal";
+import { word } from "../words/words";
 import { Compare } from "./compare";
 import { Film } from "./film";
 import { Library } from "./library";
-import { SolidsTile } from "../scene/tile";
 import { RecordedNumbers } from "./numbers";
 import { Pictures } from "./pictures";
 import { Player } from "./player";
-import { NOTHING, recordings, type Recording } from "./recording";
-import { Scrub, type Part } from "./scrub";
+import { NOTHING, type Recording, recordings } from "./recording";
+import { type Part, Scrub } from "./scrub";
 import { Table } from "./table";
-import { word } from "../words/words";
 
 const SPEEDS = [
   ["0.25", "¼ ×"],
@@ -55,7 +55,9 @@ export class ReviewView implements View {
   );
   private readonly scrub = new Scrub((time) => this.player.seek(time));
   private readonly film = new Film();
-  private readonly events = new EventList(word("review.nothingHappenedInThisRecording"), (time) => this.player.seek(time));
+  private readonly events = new EventList(word("review.nothingHappenedInThisRecording"), (time) =>
+    this.player.seek(time),
+  );
   private readonly joints = new JointStates();
   private readonly table: Table;
   private readonly library: Library;
@@ -77,7 +79,11 @@ export class ReviewView implements View {
   );
   private readonly time = el("output", { class: "run-value run-time" }, "–");
   private readonly title = el("strong", { class: "review-title" }, word("review.noRecording"));
-  private readonly cut = el("span", { class: "run-state", "data-state": "paused", hidden: true }, word("review.endsEarlyCutOff"));
+  private readonly cut = el(
+    "span",
+    { class: "run-state", "data-state": "paused", hidden: true },
+    word("review.endsEarlyCutOff"),
+  );
   private readonly empty = el("div", { class: "state" });
   private readonly content: HTMLElement;
   private recording: Recording | null = null;
@@ -197,7 +203,12 @@ export class ReviewView implements View {
   }
 
   private bar(): HTMLElement {
-    const speeds = choice({ "aria-label": word("review.speed") }, SPEEDS, "1", (value) => (this.player.speed = Number(value)));
+    const speeds = choice(
+      { "aria-label": word("review.speed") },
+      SPEEDS,
+      "1",
+      (value) => (this.player.speed = Number(value)),
+    );
     return el(
       "div",
       { class: "run-bar", role: "toolbar", "aria-label": word("review.recording"), inert: true },
@@ -214,7 +225,11 @@ export class ReviewView implements View {
         { class: "run-group" },
         button({ title: word("review.thePartBeginsHereI") }, () => this.markFrom(), word("review.markBegin")),
         button({ title: word("review.thePartEndsHereO") }, () => this.markTo(), word("review.markEnd")),
-        button({ class: "quiet", title: word("review.markNothingEscape") }, () => this.mark({ from: null, to: null }), word("review.clear")),
+        button(
+          { class: "quiet", title: word("review.markNothingEscape") },
+          () => this.mark({ from: null, to: null }),
+          word("review.clear"),
+        ),
       ),
       el("span", { class: "run-spring" }),
       this.title,
@@ -390,11 +405,14 @@ export class ReviewView implements View {
 
   private showEmpty(): void {
     const some = this.studio.folder.recordings.length > 0;
-    const hint = some
-      ? word("review.chooseOneOnTheLeft")
-      : word("review.recordARunFirstOr");
+    const hint = some ? word("review.chooseOneOnTheLeft") : word("review.recordARunFirstOr");
     const run = button({ class: "primary" }, () => this.studio.show("run"), word("review.goToRun"));
-    fill(this.empty, el("h2", {}, word("review.noRecordingIsOpen")), el("p", { class: "hint" }, hint), some ? null : run);
+    fill(
+      this.empty,
+      el("h2", {}, word("review.noRecordingIsOpen")),
+      el("p", { class: "hint" }, hint),
+      some ? null : run,
+    );
     this.content.querySelector(".run-stage")?.append(this.empty);
   }
 }

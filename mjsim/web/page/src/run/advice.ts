@@ -2,9 +2,9 @@
 
 import type { Item } from "../api";
 import { el, fill } from "../dom";
+import { word } from "../words/words";
 import { button } from "./controls";
 import type { RunNews } from "./protocol";
-import { word } from "../words/words";
 
 /** What there is to run, and what the person may be led to. */
 export interface Outlook {
@@ -56,11 +56,17 @@ export class Advice {
     if (state === "loading") return [word("run.loadingTheWorld")];
     if (run && (state === "running" || state === "paused")) return [whileRunning(run, outlook)];
     if (run?.recording && state === "ended")
-      return [word("run.recordedTo", { recording: run.recording }), [word("run.reviewIt"), () => this.ways.review(run.recording ?? "")]];
+      return [
+        word("run.recordedTo", { recording: run.recording }),
+        [word("run.reviewIt"), () => this.ways.review(run.recording ?? "")],
+      ];
     if (!world)
-      return [word("run.noWorldIsOpenMake"), [word("run.newWorld"), this.ways.make], [word("run.openAWorld"), this.ways.open]];
-    if (!world.hasMotion)
-      return [word("run.noRobotIsInThis"), [word("run.goToEdit"), this.ways.edit]];
+      return [
+        word("run.noWorldIsOpenMake"),
+        [word("run.newWorld"), this.ways.make],
+        [word("run.openAWorld"), this.ways.open],
+      ];
+    if (!world.hasMotion) return [word("run.noRobotIsInThis"), [word("run.goToEdit"), this.ways.edit]];
     return [""];
   }
 }

@@ -5,7 +5,8 @@ import type { Point, Values } from "../api";
 /** A goal of a robot as an event of the world file; without a heading where the drag was shorter than `least` [m]. */
 export function goalEvent(robot: string, from: Point, to: Point, least: number): Values {
   const [along, aside] = [to[0] - from[0], to[1] - from[1]];
-  const heading = Math.hypot(along, aside) < least ? {} : { heading_deg: rounded((Math.atan2(aside, along) * 180) / Math.PI, 10) };
+  const heading =
+    Math.hypot(along, aside) < least ? {} : { heading_deg: rounded((Math.atan2(aside, along) * 180) / Math.PI, 10) };
   return { goal: robot, to: from.map((value) => rounded(value, 1000)), ...heading };
 }
 

@@ -1,12 +1,12 @@
 /** Sliders for the joints of a robot's arms, and fields for where their tools are. The rows serve mechanisms as well. */
 
+import type { Values } from "../api";
 import { el, fill } from "../dom";
+import { word } from "../words/words";
 import { button, sign } from "./controls";
 import { dragged, rounded, scale, shown, unit } from "./joint_units";
 import type { Leader } from "./leader";
-import type { Values } from "../api";
 import type { ArmFacts, JointFacts, RobotFacts, RobotTick } from "./protocol";
-import { word } from "../words/words";
 
 const HINT = word("run.startARunOfA");
 const TOOL = ["x", "y", "z", "roll", "pitch", "yaw"] as const;
@@ -68,7 +68,9 @@ export class ArmPanel {
         if (document.activeElement !== row.slider) row.slider.value = String(value);
         put(row.field, shown(row.facts, value));
       });
-      part.tool.forEach((field, k) => put(field, (now.tool[k] ?? 0) * (k < 3 ? 1 : 180 / Math.PI), k < 3 ? 4 : 2));
+      for (const [k, field] of part.tool.entries()) {
+        put(field, (now.tool[k] ?? 0) * (k < 3 ? 1 : 180 / Math.PI), k < 3 ? 4 : 2);
+      }
     }
   }
 
@@ -85,7 +87,9 @@ export class ArmPanel {
 
   private part(facts: ArmFacts): HTMLElement[] {
     const rows = facts.joints.map(jointRow);
-    const tool = TOOL.map((name, k) => this.field(word("run.toolOf", { arm: facts.name, part: name }), () => this.moveTool(part), k < 3 ? 0.01 : 1));
+    const tool = TOOL.map((name, k) =>
+      this.field(word("run.toolOf", { arm: facts.name, part: name }), () => this.moveTool(part), k < 3 ? 0.01 : 1),
+    );
     const release = button(
       { class: "quiet", title: word("run.letTheNavigatorMoveThis") },
       () => {
@@ -98,7 +102,8 @@ export class ArmPanel {
     const part: Part = { facts, rows, tool, release, goal: [], wanted: null };
     this.parts.push(part);
     rows.forEach((row, k) => {
-      const slid = (): Values => this.jointEvent(part, k, dragged(row.facts, Number(row.slider.value)) * scale(row.facts));
+      const slid = (): Values =>
+        this.jointEvent(part, k, dragged(row.facts, Number(row.slider.value)) * scale(row.facts));
       row.slider.addEventListener("input", () => this.leader.lead(slid()));
       row.slider.addEventListener("change", () => this.leader.end(slid()));
       whenEntered(row.field, (value) => this.leader.touch(this.jointEvent(part, k, value * scale(row.facts))));
@@ -157,7 +162,13 @@ export function jointRow(facts: JointFacts): Row {
   return { slider, field, facts };
 }
 
-export function line(label: string, slider: HTMLElement, field: HTMLElement, unit: string, more: HTMLElement | null = null): HTMLElement {
+export function line(
+  label: string,
+  slider: HTMLElement,
+  field: HTMLElement,
+  unit: string,
+  more: HTMLElement | null = null,
+): HTMLElement {
   return el(
     "div",
     { class: "run-noise-row" },

@@ -27,7 +27,11 @@ export function ballAfter({ at, grip }: JointGrip, by: Place): Place {
 export function rotationAfter({ ball }: JointGrip, rotation: Place, by: Place): Place {
   if (!ball) return rotation;
   const [a = 1, b = 0, c = 0, d = 0, e = 1, f = 0, g = 0, h = 0, i = 1] = ball.axes;
-  const own: Place = [a * by[0] + b * by[1] + c * by[2], d * by[0] + e * by[1] + f * by[2], g * by[0] + h * by[1] + i * by[2]];
+  const own: Place = [
+    a * by[0] + b * by[1] + c * by[2],
+    d * by[0] + e * by[1] + f * by[2],
+    g * by[0] + h * by[1] + i * by[2],
+  ];
   const turned = product(ofVector(own), ofVector(times(rotation, ball.way)));
   return times(toVector(turned), ball.way);
 }
@@ -50,16 +54,22 @@ export function ballTo(grip: JointGrip, draw: (place: Place) => Point, to: Point
     return [x - to[0], y - to[1]];
   };
   const far = (way: Place): number => Math.hypot(...missed(way));
-  const ways = [lever, ...directions().map((way) => times(way, size / Math.hypot(...way)))].map((way) => nearest(way, missed));
+  const ways = [lever, ...directions().map((way) => times(way, size / Math.hypot(...way)))].map((way) =>
+    nearest(way, missed),
+  );
   const [x, y] = draw(grip.at);
-  const reach = Math.max(...ways.map((way) => Math.hypot(draw(plus(grip.at, way))[0] - x, draw(plus(grip.at, way))[1] - y)));
+  const reach = Math.max(
+    ...ways.map((way) => Math.hypot(draw(plus(grip.at, way))[0] - x, draw(plus(grip.at, way))[1] - y)),
+  );
   const limit = Math.min(...ways.map(far)) + EQUAL * reach;
   const turns = ways.filter((way) => far(way) <= limit).map((way) => between(lever, way));
   return turns.reduce((best, each) => (Math.hypot(...each) < Math.hypot(...best) ? each : best));
 }
 
 function directions(): Place[] {
-  return SIDES.flatMap((x) => SIDES.flatMap((y) => SIDES.map((z): Place => [x, y, z]))).filter((way) => Math.hypot(...way) > 0);
+  return SIDES.flatMap((x) => SIDES.flatMap((y) => SIDES.map((z): Place => [x, y, z]))).filter(
+    (way) => Math.hypot(...way) > 0,
+  );
 }
 
 /** Tilt a direction until what is missed grows no less, by the method of Gauss and Newton. */
@@ -77,7 +87,10 @@ function nearest(way: Place, missed: (way: Place) => Point): Place {
     const damping = 1e-6 * (a + c) + 1e-12;
     const [p, q] = [-(u[0] * x + u[1] * y), -(v[0] * x + v[1] * y)];
     const determinant = (a + damping) * (c + damping) - b * b;
-    const tilt = plus(times(axes[0], ((c + damping) * p - b * q) / determinant), times(axes[1], ((a + damping) * q - b * p) / determinant));
+    const tilt = plus(
+      times(axes[0], ((c + damping) * p - b * q) / determinant),
+      times(axes[1], ((a + damping) * q - b * p) / determinant),
+    );
     const angle = Math.hypot(...tilt);
     const next = rotated(way, angle > 0.5 ? times(tilt, 0.5 / angle) : tilt);
     if (Math.hypot(...missed(next)) >= Math.hypot(x, y)) break;

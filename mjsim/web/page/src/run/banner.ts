@@ -1,11 +1,10 @@
 /** The line above the views: that the server is away, or why a run failed. */
 
 import { el } from "../dom";
-import type { LinkState } from "./link";
 import { word } from "../words/words";
+import type { LinkState } from "./link";
 
-const OUT =
-  word("run.mjsimWasStartedAnewAnd");
+const OUT = word("run.mjsimWasStartedAnewAnd");
 const LOST = word("run.theServerDoesNotAnswer");
 
 export class Banner {

@@ -1,10 +1,10 @@
 /** The strip above a run: start, pause, speed, time. */
 
 import { el } from "../dom";
+import { word } from "../words/words";
 import { button, choice, sign, write } from "./controls";
 import type { LinkState } from "./link";
 import type { RunNews, TickNews } from "./protocol";
-import { word } from "../words/words";
 
 const SPEEDS = [
   ["0.25", "¼ ×"],
@@ -69,7 +69,12 @@ export class Bar {
     /** Whether runs are started here; else one is watched that was begun elsewhere. */
     private readonly starts: boolean,
   ) {
-    this.main = button({ class: "primary run-main" }, () => this.press(), sign("play"), el("span", {}, word("run.start")));
+    this.main = button(
+      { class: "primary run-main" },
+      () => this.press(),
+      sign("play"),
+      el("span", {}, word("run.start")),
+    );
     this.step = button({ class: "square", title: word("run.singleTick") }, () => orders.tick(), sign("step"));
     this.again = button(
       { class: "square", title: word("run.restartFromTheBeginning") },
@@ -77,10 +82,15 @@ export class Bar {
       sign("restart"),
     );
     this.halt = button({ class: "square", title: word("run.stopTheRun") }, () => orders.stop(), sign("stop"));
-    this.speeds = choice<Speed>({ "aria-label": word("run.speed") }, SPEEDS, "1", (value) => orders.speed(speedOf(value)));
+    this.speeds = choice<Speed>({ "aria-label": word("run.speed") }, SPEEDS, "1", (value) =>
+      orders.speed(speedOf(value)),
+    );
     const figure = (label: string, value: HTMLElement): HTMLElement =>
       el("label", { class: "run-figure" }, el("span", {}, label), value);
-    this.steering = [el("div", { class: "run-group" }, this.step, this.again, this.halt), figure(word("run.speed"), this.speeds)];
+    this.steering = [
+      el("div", { class: "run-group" }, this.step, this.again, this.halt),
+      figure(word("run.speed"), this.speeds),
+    ];
     this.element.append(
       this.main,
       ...this.steering,
@@ -140,7 +150,11 @@ export class Bar {
     const whole = this.news?.seconds;
     write(
       this.time,
-      this.news?.state === "idle" ? "–" : !whole ? clock(time) : word("review.timeOf", { time: clock(time), whole: clock(whole).replace(".00", "") }),
+      this.news?.state === "idle"
+        ? "–"
+        : !whole
+          ? clock(time)
+          : word("review.timeOf", { time: clock(time), whole: clock(whole).replace(".00", "") }),
     );
   }
 

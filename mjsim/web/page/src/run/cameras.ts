@@ -1,13 +1,13 @@
 /** The pictures of a run: every camera, with depth and segmentation where wanted, and the view from outside. */
 
-import { el } from "../dom";
 import type { Bounds } from "../api";
+import { el } from "../dom";
+import { word } from "../words/words";
 import { remembered, toggle } from "./controls";
 import { Orbit, overlook } from "./orbit";
-import type { FrameHead, RunRequest, Outside, RobotFacts } from "./protocol";
+import type { FrameHead, Outside, RobotFacts, RunRequest } from "./protocol";
 import { Screen } from "./screen";
 import { makeTile, type Tile } from "./tile";
-import { word } from "../words/words";
 
 /** The server is asked for another view from outside at most this often [ms]. */
 const CALM = 60;
@@ -53,7 +53,10 @@ export class Cameras {
     };
     const button = (kind: Kind | "outside", label: string): HTMLButtonElement =>
       toggle({ class: "quiet run-small" }, this.wanted[kind], (on) => this.want(kind, on), label);
-    this.buttons = { depth: button("depth", word("run.depth")), segmentation: button("segmentation", word("run.segments")) };
+    this.buttons = {
+      depth: button("depth", word("run.depth")),
+      segmentation: button("segmentation", word("run.segments")),
+    };
     this.switches.append(...Object.values(this.buttons), button("outside", word("run.outside")));
   }
 
@@ -144,7 +147,9 @@ export class Cameras {
   /** Width and height of the pictures of a view [px]. */
   private sizeOf(key: string): readonly [number, number] {
     const [name] = key.split(":");
-    const cameras = this.robots.flatMap((robot) => robot.cameras.filter((each) => name === `${robot.name}/${each.name}`));
+    const cameras = this.robots.flatMap((robot) =>
+      robot.cameras.filter((each) => name === `${robot.name}/${each.name}`),
+    );
     const [camera] = cameras;
     return camera ? [camera.width, camera.height] : OUTSIDE_SIZE;
   }

@@ -1,6 +1,6 @@
 /** Buttons, switches and lists, and what the page remembers of them. */
 
-import { el, icon, type Attributes, type Child } from "../dom";
+import { type Attributes, type Child, el, icon } from "../dom";
 
 /** Outlines on a field of 20 by 20. */
 const ICONS = {

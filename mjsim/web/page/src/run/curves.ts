@@ -31,7 +31,9 @@ export function curveTo(grip: JointGrip, draw: (place: Place) => Point, to: Poin
     const by = (k + share) * step - along;
     return { by: closed ? by - length * Math.round(by / length) : by, far: Math.hypot(x - to[0], y - to[1]) };
   });
-  const spans = [0, 1].map((axis) => drawn.map((place) => place[axis as 0 | 1])).map((each) => Math.max(...each) - Math.min(...each));
+  const spans = [0, 1]
+    .map((axis) => drawn.map((place) => place[axis as 0 | 1]))
+    .map((each) => Math.max(...each) - Math.min(...each));
   // Of parts of the curve that cross in the picture it is the one that the point is on.
   const dear = (NEARER * Math.max(...spans)) / length;
   const cost = ({ by, far }: { by: number; far: number }): number => far + dear * Math.abs(by);
@@ -41,13 +43,18 @@ export function curveTo(grip: JointGrip, draw: (place: Place) => Point, to: Poin
 /** Whether the curve is seen from above as more than a line straight up. */
 export function isSeenFromAbove(grip: JointGrip, flat: number): boolean {
   const places = placesOf(grip);
-  const [x, y] = [0, 1].map((axis) => places.map((place) => place[axis as 0 | 1])).map((each) => Math.max(...each) - Math.min(...each));
+  const [x, y] = [0, 1]
+    .map((axis) => places.map((place) => place[axis as 0 | 1]))
+    .map((each) => Math.max(...each) - Math.min(...each));
   return Math.max(x ?? 0, y ?? 0) > flat * (grip.curve?.length ?? 1);
 }
 
 function placesOf({ curve }: JointGrip): Place[] {
   const { points = [] } = curve ?? {};
-  return Array.from({ length: points.length / 3 }, (_, k): Place => [points[3 * k] ?? 0, points[3 * k + 1] ?? 0, points[3 * k + 2] ?? 0]);
+  return Array.from(
+    { length: points.length / 3 },
+    (_, k): Place => [points[3 * k] ?? 0, points[3 * k + 1] ?? 0, points[3 * k + 2] ?? 0],
+  );
 }
 
 /** Where the point is on the curve once it has gone so far, 0 to 1. */

@@ -1,10 +1,10 @@
 /** What happened, newest first. */
 
-import { clock } from "./bar";
 import { el } from "../dom";
+import { said, word, wordOr } from "../words/words";
+import { clock } from "./bar";
 import { button } from "./controls";
 import type { EventNews } from "./protocol";
-import { said, word, wordOr } from "../words/words";
 
 /** Most that are shown. */
 const MOST = 300;

@@ -1,7 +1,7 @@
 /** What robots measure and what their modules show, on the plan: scans, the ring, points, lines, grids and texts. */
 
-import type { Grids } from "./grids";
 import { color } from "../shell/theme";
+import type { Grids } from "./grids";
 import { faded, readTokens } from "./ink";
 import type { View } from "./overlay";
 import type { PlanarPose, RobotFacts, RobotTick, ShownNews } from "./protocol";
@@ -73,9 +73,15 @@ export class Evidence {
     this.context.fillStyle = color("--error");
     for (const bearing of tick.bump ?? []) {
       const turn = bearing / (2 * Math.PI);
-      const rim = robot.rims[Math.round((turn - Math.floor(turn)) * robot.rims.length) % robot.rims.length] ?? robot.radius;
+      const rim =
+        robot.rims[Math.round((turn - Math.floor(turn)) * robot.rims.length) % robot.rims.length] ?? robot.radius;
       this.context.beginPath();
-      this.context.arc(...this.point(x + rim * Math.cos(heading + bearing), y + rim * Math.sin(heading + bearing)), 4, 0, 2 * Math.PI);
+      this.context.arc(
+        ...this.point(x + rim * Math.cos(heading + bearing), y + rim * Math.sin(heading + bearing)),
+        4,
+        0,
+        2 * Math.PI,
+      );
       this.context.fill();
     }
   }

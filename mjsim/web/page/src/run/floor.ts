@@ -1,23 +1,23 @@
 /** The plan of a run: what stands still, drawn by the plan; what moves, drawn over it. */
 
-import { el } from "../dom";
-import type { Thoughts } from "../scene/thoughts";
 import type { Bounds, Item, Point } from "../api";
+import { el } from "../dom";
 import { keyOf, Plan } from "../plan/plan";
+import type { Thoughts } from "../scene/thoughts";
+import { word } from "../words/words";
 import { button, isPressed, setPressed, sign, toggle } from "./controls";
 import { Evidence } from "./evidence";
 import { Grids } from "./grids";
-import { Layers } from "./layers";
-import { Overlay } from "./overlay";
 import type { Joints } from "./joint_grips";
+import { Layers } from "./layers";
 import { Leader, NOBODY } from "./leader";
-import type { JointFacts, JointGrip, JointRow, PlanarPose, RobotFacts, RobotTick } from "./protocol";
-import { Touch, type Standing } from "./touch";
-import type { Hands } from "./touch_tools";
+import { Overlay } from "./overlay";
 import { PlanTools } from "./plan_tools";
+import type { JointFacts, JointGrip, JointRow, PlanarPose, RobotFacts, RobotTick } from "./protocol";
 import type { RunRecord } from "./record";
 import { makeTile, type Tile } from "./tile";
-import { word } from "../words/words";
+import { type Standing, Touch } from "./touch";
+import type { Hands } from "./touch_tools";
 
 /** While following, so much of the world is seen at least [px/m]. */
 const CLOSE = 90;
@@ -60,7 +60,13 @@ export class Floor {
     leader: Leader = new Leader(NOBODY),
   ) {
     this.plan = new Plan(this.host);
-    const floorplan = { plan: this.plan, robots: () => this.standing(), hands: () => this.moment?.hands ?? {}, joints: () => this.joints(), removed: () => this.removed };
+    const floorplan = {
+      plan: this.plan,
+      robots: () => this.standing(),
+      hands: () => this.moment?.hands ?? {},
+      joints: () => this.joints(),
+      removed: () => this.removed,
+    };
     this.touch = new Touch(floorplan, leader);
     this.tools = new PlanTools(this.plan);
     this.tools.taken.on(() => isPressed(this.touch.button) && this.touch.hold(false));
@@ -124,7 +130,11 @@ export class Floor {
   show(moment: Moment): void {
     this.moment = moment;
     for (const tick of Object.values(moment.robots)) this.layers.offer((tick.show ?? []).map((item) => item.name));
-    const changed = [this.takeAway(moment.removed ?? []), this.move(moment.things), this.pose({ ...moment.people, ...moment.bodies })];
+    const changed = [
+      this.takeAway(moment.removed ?? []),
+      this.move(moment.things),
+      this.pose({ ...moment.people, ...moment.bodies }),
+    ];
     if (changed.includes(true)) this.plan.refresh();
     const pose = moment.robots[this.chosen]?.truth;
     if (pose && isPressed(this.follow)) this.plan.follow([pose[0], pose[1]]);
@@ -232,7 +242,9 @@ export class Floor {
     }
     for (const robot of this.robots) overlay.trails(this.record.of(robot.name).trails);
     for (const [robot, tick] of ticks) overlay.robot(robot, tick, { named: this.robots.length > 1 });
-    if (shown.truth) for (const { name, arms } of this.robots) for (const arm of arms) overlay.arm(this.moment?.bodies?.[`${name}/${arm.name}`] ?? []);
+    if (shown.truth)
+      for (const { name, arms } of this.robots)
+        for (const arm of arms) overlay.arm(this.moment?.bodies?.[`${name}/${arm.name}`] ?? []);
   }
 }
 

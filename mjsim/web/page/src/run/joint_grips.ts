@@ -5,8 +5,8 @@ import type { Place } from "../scene/grip";
 import { ballAfter, ballTo, both, rotationAfter, rotationOf } from "./balls";
 import { curveAfter, curveTo, isSeenFromAbove } from "./curves";
 import { dragged, rounded, shown, unit } from "./joint_units";
-import { crossed, dot, minus, plus, times } from "./rotations";
 import type { JointFacts, JointGrip, JointRow, RobotTick } from "./protocol";
+import { crossed, dot, minus, plus, times } from "./rotations";
 
 /** Values of a joint that turns are tried so far apart, all the way round [rad]. */
 const TRIED = Math.PI / 90;
@@ -57,7 +57,12 @@ export function heldJoints({ facts, grips, rows }: Joints): HeldJoint[] {
 
 /** Whether its motion is seen from above. */
 export function showsOnPlan(grip: JointGrip): boolean {
-  const { slides, axis: [x, y, z], ball, curve } = grip;
+  const {
+    slides,
+    axis: [x, y, z],
+    ball,
+    curve,
+  } = grip;
   if (ball) return true;
   if (curve) return isSeenFromAbove(grip, FLAT);
   return slides ? Math.hypot(x, y) > FLAT : Math.abs(z) > FLAT;
@@ -128,7 +133,8 @@ export function changeTo({ grip, facts, value }: HeldJoint, draw: (place: Place)
   };
   const far = (by: number): number => Math.hypot(...missed(by));
   let best = 0;
-  for (let by = TRIED; !grip.slides && by <= Math.PI; by += TRIED) for (const each of [by, -by]) if (far(each) < far(best) - 1e-9) best = each;
+  for (let by = TRIED; !grip.slides && by <= Math.PI; by += TRIED)
+    for (const each of [by, -by]) if (far(each) < far(best) - 1e-9) best = each;
   for (let step = 0; step < STEPS; step++) {
     const [x, y] = missed(best);
     const [u, v] = missed(best + SLOPE);
@@ -180,7 +186,11 @@ function within(value: number, { lower, upper }: JointFacts): number {
 }
 
 /** The event that takes a joint to its value; that of an arm keeps where its other joints shall be. */
-export function jointEvent({ grip, facts, value, rotation }: HeldJoint, all: Record<string, JointFacts[]>, robots: Record<string, RobotTick>): Values {
+export function jointEvent(
+  { grip, facts, value, rotation }: HeldJoint,
+  all: Record<string, JointFacts[]>,
+  robots: Record<string, RobotTick>,
+): Values {
   if (rotation) return { lead: grip.of, joint: grip.joint, rotation_deg: rotation.map((each) => dragged(facts, each)) };
   const to_deg = dragged(facts, value);
   const goals = goalsOf(grip, robots);

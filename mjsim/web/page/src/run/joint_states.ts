@@ -1,10 +1,10 @@
 /** How joints move now: a table for each arm, each balancing base and each mechanism. */
 
 import { el } from "../dom";
-import { shown, unit } from "./joint_units";
-import { write } from "./controls";
-import type { JointFacts, JointRow } from "./protocol";
 import { word } from "../words/words";
+import { write } from "./controls";
+import { shown, unit } from "./joint_units";
+import type { JointFacts, JointRow } from "./protocol";
 
 interface Line {
   facts: JointFacts;
@@ -32,7 +32,7 @@ export class JointStates {
     for (const [key, lines] of Object.entries(this.tables))
       for (const { facts, cells } of lines) {
         const texts = read(facts, rows?.[key]?.[facts.name] ?? []);
-        cells.forEach((cell, k) => write(cell, texts[k] ?? ""));
+        for (const [k, cell] of cells.entries()) write(cell, texts[k] ?? "");
       }
   }
 

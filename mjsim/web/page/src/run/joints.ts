@@ -1,13 +1,13 @@
 /** All about the joints of a run: sliders of arms and mechanisms, and how all joints move. */
 
 import { el, fill } from "../dom";
+import type { Toasts } from "../shell/toasts";
+import { word } from "../words/words";
 import { ArmPanel } from "./arms";
 import { JointStates } from "./joint_states";
 import type { Leader } from "./leader";
 import { MechanismPanel } from "./mechanisms";
 import type { RunNews, TickNews } from "./protocol";
-import type { Toasts } from "../shell/toasts";
-import { word } from "../words/words";
 
 export class JointPanel {
   readonly element: HTMLElement;
@@ -34,7 +34,9 @@ export class JointPanel {
     this.mechanisms.show(run?.mechanisms ?? [], enabled);
     const said = Object.keys(run?.joints ?? {}).flatMap((name) => notLed(run, name) ?? []);
     fill(this.fixed, ...said.map((text) => el("p", { class: "hint" }, text)));
-    const facts = Object.entries(run?.joints ?? {}).filter(([key]) => !key.includes("/") || key.startsWith(`${chosen}/`));
+    const facts = Object.entries(run?.joints ?? {}).filter(
+      ([key]) => !key.includes("/") || key.startsWith(`${chosen}/`),
+    );
     this.states.show(Object.fromEntries(facts));
     this.arms.hint.hidden = facts.length > 0;
   }

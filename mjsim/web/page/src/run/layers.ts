@@ -2,9 +2,9 @@
 
 import { el } from "../dom";
 import { Signal } from "../signal";
+import { word } from "../words/words";
 import { remembered, sign } from "./controls";
 import type { Shown } from "./overlay";
-import { word } from "../words/words";
 
 const LAYERS: [keyof Shown, string][] = [
   ["truth", word("run.truth")],
@@ -58,7 +58,12 @@ export class Layers {
 
   private menu(): HTMLDetailsElement {
     const boxes = LAYERS.map(([key, label]) => box(label, this.shown[key], (on) => this.set(key, on)));
-    const list = el("div", { class: "run-menu", role: "group", "aria-label": word("run.whatIsShown") }, ...boxes, this.own);
+    const list = el(
+      "div",
+      { class: "run-menu", role: "group", "aria-label": word("run.whatIsShown") },
+      ...boxes,
+      this.own,
+    );
     const title = { title: word("run.whatIsShown"), "aria-label": word("run.whatIsShown") };
     const summary = el("summary", { class: "button quiet square", ...title }, sign("layers"));
     const details = el("details", { class: "run-layers" }, summary, list);

@@ -19,7 +19,13 @@ export interface Telling {
 
 const nothing = (): undefined => undefined;
 /** Where there is no run to touch. */
-export const NOBODY: Telling = { isLive: () => false, send: nothing, refused: nothing, short: nothing, reached: nothing };
+export const NOBODY: Telling = {
+  isLive: () => false,
+  send: nothing,
+  refused: nothing,
+  short: nothing,
+  reached: nothing,
+};
 
 interface Sent {
   event: Values;

@@ -2,12 +2,12 @@
 
 import type { Values } from "../api";
 import { el } from "../dom";
-import { button, sign } from "./controls";
+import { word } from "../words/words";
 import { jointRow, line, put, type Row, whenEntered } from "./arms";
+import { button, sign } from "./controls";
 import { dragged, rounded, shown, unit } from "./joint_units";
 import type { Leader } from "./leader";
 import type { MechanismFacts, MechanismTick } from "./protocol";
-import { word } from "../words/words";
 
 interface Part {
   facts: MechanismFacts;
@@ -29,7 +29,8 @@ export class MechanismPanel {
     const shape = JSON.stringify(mechanisms);
     if (shape !== this.shape) this.build(mechanisms);
     this.shape = shape;
-    for (const { slider, field } of this.parts.flatMap((part) => part.rows)) slider.disabled = field.disabled = !enabled;
+    for (const { slider, field } of this.parts.flatMap((part) => part.rows))
+      slider.disabled = field.disabled = !enabled;
     for (const each of this.releases) each.disabled = !enabled;
   }
 
@@ -82,7 +83,11 @@ export class MechanismPanel {
   /** A button that gives a joint back. */
   private release(release: string, { facts }: Row): HTMLButtonElement {
     const title = word(facts.held ? "run.letGoOf" : "run.letItFollowItsSignal", { joint: facts.name });
-    const made = button({ class: "quiet square", title }, () => this.leader.touch({ release, joint: facts.name }), sign("restart"));
+    const made = button(
+      { class: "quiet square", title },
+      () => this.leader.touch({ release, joint: facts.name }),
+      sign("restart"),
+    );
     this.releases.push(made);
     return made;
   }

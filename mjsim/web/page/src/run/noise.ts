@@ -1,9 +1,9 @@
 /** Sliders for the noise of a run while it goes on. */
 
 import { el } from "../dom";
+import { meaningOf, word, wordFor } from "../words/words";
 import { button, sign, write } from "./controls";
 import type { NoiseFigure } from "./protocol";
-import { meaningOf, word, wordFor } from "../words/words";
 
 /** The slider's way is cut into so many steps. */
 const STEPS = 1000;

@@ -38,7 +38,8 @@ export class LiveNumbers implements Source {
 
   /** Note a tick; one that does not come after the last is not noted. */
   add(news: TickNews): void {
-    if (this.passed++ % this.every || news.time <= (this.time[this.time.length - 1] ?? Number.NEGATIVE_INFINITY)) return;
+    if (this.passed++ % this.every || news.time <= (this.time[this.time.length - 1] ?? Number.NEGATIVE_INFINITY))
+      return;
     const row = this.time.push(news.time) - 1;
     for (const [topic, name, value] of numbersOf(news)) {
       const values = this.valuesOf([topic, name]);
@@ -81,7 +82,8 @@ function* numbersOf(news: TickNews): Generator<[topic: string, name: string, val
   yield ["/run", "pace", news.pace];
   for (const [robot, tick] of Object.entries(news.robots))
     for (const [key, value] of Object.entries(tick))
-      if (!LEFT_OUT.has(key)) for (const [name, number] of leaves(key, value, PARTS[key])) yield [`/${robot}`, name, number];
+      if (!LEFT_OUT.has(key))
+        for (const [name, number] of leaves(key, value, PARTS[key])) yield [`/${robot}`, name, number];
   for (const [key, joints] of Object.entries(news.joints ?? {}))
     for (const [joint, row] of Object.entries(joints))
       for (const [k, value] of row.entries()) yield [`/${key}/joints`, `${joint}.${JOINT[k] ?? k}`, value];

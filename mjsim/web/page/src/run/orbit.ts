@@ -16,7 +16,12 @@ const FARTHEST = 1000;
 export function overlook(bounds: [number, number, number, number]): Outside {
   const [left, low, right, high] = bounds;
   const size = Math.max(right - left, (high - low) * 1.3, 2);
-  return { azimuth_deg: 90, elevation_deg: -55, distance: Math.min(size * 1.2, FARTHEST), at: [(left + right) / 2, (low + high) / 2] };
+  return {
+    azimuth_deg: 90,
+    elevation_deg: -55,
+    distance: Math.min(size * 1.2, FARTHEST),
+    at: [(left + right) / 2, (low + high) / 2],
+  };
 }
 
 /** Lets an element turn a view; `changed` hears of each new one. */

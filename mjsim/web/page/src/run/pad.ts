@@ -1,9 +1,9 @@
 /** Arrows on the screen for those who drive with a finger. */
 
 import { el } from "../dom";
-import { sign, type IconName } from "./controls";
-import type { Wheel } from "./keys";
 import { word } from "../words/words";
+import { type IconName, sign } from "./controls";
+import type { Wheel } from "./keys";
 
 const WAYS: [IconName, string, [number, number, number]][] = [
   ["turnLeft", word("run.turnLeftA"), [0, 0, 1]],

@@ -25,7 +25,9 @@ abstract class Dragged implements Tool {
   protected to: Point = [0, 0];
 
   constructor(protected readonly plan: Plan) {
-    plan.overlay.push((context) => this.from && this.draw(context, plan.view.toScreen(this.from), plan.view.toScreen(this.to)));
+    plan.overlay.push(
+      (context) => this.from && this.draw(context, plan.view.toScreen(this.from), plan.view.toScreen(this.to)),
+    );
   }
 
   protected abstract draw(context: CanvasRenderingContext2D, from: Point, to: Point): void;

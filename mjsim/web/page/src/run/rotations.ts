@@ -22,7 +22,12 @@ export function toVector([w, x, y, z]: Quaternion): Place {
 
 /** First the second rotation, then the first one. */
 export function product([a, b, c, d]: Quaternion, [w, x, y, z]: Quaternion): Quaternion {
-  return [a * w - b * x - c * y - d * z, a * x + b * w + c * z - d * y, a * y - b * z + c * w + d * x, a * z + b * y - c * x + d * w];
+  return [
+    a * w - b * x - c * y - d * z,
+    a * x + b * w + c * z - d * y,
+    a * y - b * z + c * w + d * x,
+    a * z + b * y - c * x + d * w,
+  ];
 }
 
 export function inverse([w, x, y, z]: Quaternion): Quaternion {

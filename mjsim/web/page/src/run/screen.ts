@@ -1,8 +1,8 @@
 /** One picture on the page: a canvas that shows the newest JPEG, with what was recognised in it. */
 
+import { Rate } from "./frames";
 import { readTokens } from "./ink";
 import type { FrameHead } from "./protocol";
-import { Rate } from "./frames";
 
 type Recognised = FrameHead["recognised"];
 
@@ -106,7 +106,7 @@ export function drawRecognised(context: CanvasRenderingContext2D, found: Recogni
   for (const [, corners] of found) {
     const outline = new Path2D();
     // Pixel centres lie at whole numbers in the message, and half a pixel further on the canvas.
-    corners.forEach(([x, y], k) => (k ? outline.lineTo(x + 0.5, y + 0.5) : outline.moveTo(x + 0.5, y + 0.5)));
+    for (const [x, y] of corners) outline.lineTo(x + 0.5, y + 0.5);
     outline.closePath();
     stroke(context, outline, 4 * ratio, paper);
     stroke(context, outline, 2 * ratio, seen);

@@ -1,7 +1,7 @@
 /** What a run begins with: the same form as in Edit, for settings that the world need not keep, and a file to record to. */
 
 import type { Change, Problem, Values } from "../api";
-import { el, refill, type Child } from "../dom";
+import { type Child, el, refill } from "../dom";
 import { applied, differences, isSame } from "../panel/changes";
 import { driverRows, type RunValues, suggestion } from "../panel/driver";
 import { ModuleShelf } from "../panel/modules";
@@ -105,9 +105,22 @@ export class Setup {
   private state(): HTMLElement {
     const count = this.changes.length;
     if (!count) return el("p", { class: "hint" }, word("run.changesTakeEffectWithThe"));
-    const keep = el("button", { class: "primary", type: "button", "data-id": "keep", onclick: () => void this.keep() }, word("run.keepInTheWorld"));
-    const discard = el("button", { type: "button", "data-id": "discard", onclick: () => (this.discard(), this.draw()) }, word("run.discardChanges"));
-    return el("div", { class: "run-unkept", role: "status" }, el("p", {}, word("run.notInTheWorld", { count })), el("div", {}, keep, discard));
+    const keep = el(
+      "button",
+      { class: "primary", type: "button", "data-id": "keep", onclick: () => void this.keep() },
+      word("run.keepInTheWorld"),
+    );
+    const discard = el(
+      "button",
+      { type: "button", "data-id": "discard", onclick: () => (this.discard(), this.draw()) },
+      word("run.discardChanges"),
+    );
+    return el(
+      "div",
+      { class: "run-unkept", role: "status" },
+      el("p", {}, word("run.notInTheWorld", { count })),
+      el("div", {}, keep, discard),
+    );
   }
 
   private change(changes: Change[]): void {

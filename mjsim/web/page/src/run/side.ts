@@ -1,7 +1,7 @@
 /** Whether the column with setup, noise and events is shown: as it was left, else where there is room for it. */
 
-import { remembered, setPressed, sign, toggle } from "./controls";
 import { word } from "../words/words";
+import { remembered, setPressed, sign, toggle } from "./controls";
 
 /** A button that shows and hides the column. */
 export function sideSwitch(side: HTMLElement): HTMLButtonElement {

@@ -1,9 +1,9 @@
 /** A framed view with a heading; one of them is large, the others stand beside it. */
 
-import { el, put, type Child } from "../dom";
+import { type Child, el, put } from "../dom";
 import { Signal } from "../signal";
-import { button, sign } from "./controls";
 import { word } from "../words/words";
+import { button, sign } from "./controls";
 
 export interface Tile {
   key: string;

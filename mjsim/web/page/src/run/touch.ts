@@ -5,15 +5,41 @@ import { add, distance, length, minus, times } from "../plan/geometry";
 import type { Spot, Tool } from "../plan/gestures";
 import type { Plan } from "../plan/plan";
 import type { Door } from "../scene/door";
-import { toggle, isPressed, setPressed, sign } from "./controls";
+import { Signal } from "../signal";
+import { word } from "../words/words";
+import { isPressed, setPressed, sign, toggle } from "./controls";
+import {
+  type Change,
+  changeTo,
+  goesOn,
+  gripAfter,
+  type HeldJoint,
+  heldJoints,
+  isFrozen,
+  isStill,
+  type Joints,
+  jointAfter,
+  jointEvent,
+  letGoOf,
+  rankOf,
+  stepped,
+  still,
+} from "./joint_grips";
 import type { Leader } from "./leader";
-import { type Change, changeTo, goesOn, gripAfter, type HeldJoint, heldJoints, isFrozen, isStill, jointAfter, jointEvent, type Joints, letGoOf, rankOf, stepped, still } from "./joint_grips";
 import type { PlanarPose, RobotFacts, RobotTick, ShortNews } from "./protocol";
 import { drawGrab, type Grab, letters, PER_METRE } from "./touch_draw";
 import { openTouchMenu } from "./touch_menu";
-import { drawTools, handLeads, type Hands, type Held, jointLeads, ledEvent, reachEvent, toolLeads, toolsOf } from "./touch_tools";
-import { Signal } from "../signal";
-import { word } from "../words/words";
+import {
+  drawTools,
+  type Hands,
+  type Held,
+  handLeads,
+  jointLeads,
+  ledEvent,
+  reachEvent,
+  toolLeads,
+  toolsOf,
+} from "./touch_tools";
 
 /** The pointer may slip so far and it is still a click [px]. */
 const SLIP = 4;
@@ -94,7 +120,9 @@ export class Touch implements Tool {
 
   /** What was touched is where it was led, or no longer led. */
   reached(event: Values): void {
-    const there = this.short.delete(`${String(event["reach"] ?? event["release"])}/${String(event["hand"] ?? event["arm"])}`);
+    const there = this.short.delete(
+      `${String(event["reach"] ?? event["release"])}/${String(event["hand"] ?? event["arm"])}`,
+    );
     if (!there) return;
     this.floor.plan.drawOver();
     this.showLeads();
@@ -124,7 +152,13 @@ export class Touch implements Tool {
     const { floor } = this;
     const on = isPressed(this.button);
     if (!on && !this.hasLeads) return;
-    const leads = on ? [...toolLeads(floor.robots(), this.noteOf), ...handLeads(floor.hands(), this.noteOf), ...jointLeads(this.joints())] : [];
+    const leads = on
+      ? [
+          ...toolLeads(floor.robots(), this.noteOf),
+          ...handLeads(floor.hands(), this.noteOf),
+          ...jointLeads(this.joints()),
+        ]
+      : [];
     const isShown = this.solids?.lead(leads, on ? this.draggable() : []) ?? false;
     this.hasLeads = on || !isShown;
     this.goAlong();
@@ -152,7 +186,14 @@ export class Touch implements Tool {
   private jointEvent(held: HeldJoint): Values {
     const { settled } = this;
     // Steps towards the pointer end where they hardly differ.
-    if (held.grip.toward && this.leader.leads && settled && isSame(held, settled) && Math.abs(held.value - settled.value) < SETTLED) held = settled;
+    if (
+      held.grip.toward &&
+      this.leader.leads &&
+      settled &&
+      isSame(held, settled) &&
+      Math.abs(held.value - settled.value) < SETTLED
+    )
+      held = settled;
     this.settled = held;
     return jointEvent(held, this.floor.joints().facts, this.ticks());
   }
@@ -226,7 +267,15 @@ export class Touch implements Tool {
     const { grab, leader } = this;
     this.grab = null;
     const { held } = grab?.thing ?? {};
-    const back = grab && leader.leads && this.heldEvent({ ...grab, to: grab.thing.at, joint: held && "grip" in held ? held : null, by: unmoved(grab.thing) });
+    const back =
+      grab &&
+      leader.leads &&
+      this.heldEvent({
+        ...grab,
+        to: grab.thing.at,
+        joint: held && "grip" in held ? held : null,
+        by: unmoved(grab.thing),
+      });
     if (back) leader.end(back);
     else if (grab) leader.drop();
     this.floor.plan.drawOver();
@@ -282,7 +331,10 @@ export class Touch implements Tool {
   private next(step: number): void {
     const things = this.things();
     const first = Math.min(0, -step); // back from nothing is the last one
-    const now = Math.max(first, things.findIndex((thing) => thing.name === this.grab?.thing.name));
+    const now = Math.max(
+      first,
+      things.findIndex((thing) => thing.name === this.grab?.thing.name),
+    );
     const thing = things[(now + step + things.length) % Math.max(things.length, 1)] ?? things[0];
     if (thing) this.grab = grabbed(thing, null, false);
   }
@@ -337,7 +389,8 @@ export class Touch implements Tool {
       thing.held || robots.has(thing.name)
         ? distance(thing.at, world) <= Math.max(thing.radius, plan.px(12))
         : under.includes(thing.name);
-    const order = (a: Touchable, b: Touchable): number => rank(a) - rank(b) || distance(a.at, world) - distance(b.at, world);
+    const order = (a: Touchable, b: Touchable): number =>
+      rank(a) - rank(b) || distance(a.at, world) - distance(b.at, world);
     // Of handles that lie on each other those of joints come last.
     return things.filter((thing) => thing.held && near(thing)).sort(order)[0] ?? things.find(near) ?? null;
   }

@@ -4,7 +4,7 @@ import type { Point } from "../api";
 import { length, minus } from "../plan/geometry";
 import type { Palette } from "../plan/palette";
 import type { PlanView } from "../plan/view";
-import { type Change, gripAfter, type HeldJoint, type LetGo, jointAfter, jointSaid } from "./joint_grips";
+import { type Change, gripAfter, type HeldJoint, jointAfter, jointSaid, type LetGo } from "./joint_grips";
 import type { Touchable } from "./touch";
 import { drawJoint } from "./touch_tools";
 
@@ -59,7 +59,12 @@ export function drawGrab(context: CanvasRenderingContext2D, grab: Grab, now: Poi
   context.setLineDash([]);
   const way = minus(grab.to, grab.thing.at);
   const place = grab.to.map((value) => value.toFixed(2)).join(", ");
-  letters(context, grab.push ? `${(length(way) * PER_METRE).toFixed(1)} N s` : `${grab.thing.name}  ${place}`, to, palette);
+  letters(
+    context,
+    grab.push ? `${(length(way) * PER_METRE).toFixed(1)} N s` : `${grab.thing.name}  ${place}`,
+    to,
+    palette,
+  );
 }
 
 /** Write beside a place of the plan. */

@@ -5,12 +5,14 @@ import { el, fill } from "../dom";
 import type { Studio } from "../shell/view";
 import { button } from "./controls";
 import { Leader } from "./leader";
+
 export type { TouchAnswer } from "./leader";
-import type { RunNews, ShortNews, Touch as TouchRequest } from "./protocol";
+
 import type { Toasts } from "../shell/toasts";
+import { said, word } from "../words/words";
+import type { RunNews, ShortNews, Touch as TouchRequest } from "./protocol";
 import type { Touch } from "./touch";
 import type { Hands } from "./touch_tools";
-import { said, word } from "../words/words";
 
 /** A button above the list of events. */
 export class Keep {
@@ -37,12 +39,22 @@ export class Keep {
     const fresh = this.fresh(touched).length;
     this.head.hidden = touched.length === 0 || this.studio.folder.mode === "live";
     this.keep.disabled = fresh === 0;
-    fill(this.keep, fresh === 0 ? word("run.keptAsEvents") : fresh === 1 ? word("run.keepOneAsEvent") : word("run.keepAsEvents", { fresh }));
+    fill(
+      this.keep,
+      fresh === 0
+        ? word("run.keptAsEvents")
+        : fresh === 1
+          ? word("run.keepOneAsEvent")
+          : word("run.keepAsEvents", { fresh }),
+    );
   }
 
   /** Those that do not stand in the text as they are now, each with what stands there. */
   private fresh(touched: Values[]): [Values | undefined, Values][] {
-    const found = touched.map((event): [Values | undefined, Values] => [this.kept.findLast((before) => goesOn(before, event)), event]);
+    const found = touched.map((event): [Values | undefined, Values] => [
+      this.kept.findLast((before) => goesOn(before, event)),
+      event,
+    ]);
     return found.filter(([before, event]) => JSON.stringify(before) !== JSON.stringify(event));
   }
 
@@ -50,7 +62,9 @@ export class Keep {
   private change(before: Values | undefined, value: Values): Change {
     const events = (this.studio.document.parsed.run["events"] ?? []) as unknown[];
     const place = before ? events.findLastIndex((each) => goesOn(before, each)) : -1;
-    return place < 0 ? { op: "add", path: ["run", "events"], value } : { op: "set", path: ["run", "events", place], value };
+    return place < 0
+      ? { op: "add", path: ["run", "events"], value }
+      : { op: "set", path: ["run", "events", place], value };
   }
 
   private async write(): Promise<void> {
@@ -64,18 +78,23 @@ export class Keep {
     if (!(await document.change(fresh.map(([before, event]) => this.change(before, event))))) return;
     this.kept = touched;
     this.show(run);
-    toasts.done(fresh.length === 1 ? word("run.oneEventWasAdded") : word("run.eventsWereAdded", { count: fresh.length }));
+    toasts.done(
+      fresh.length === 1 ? word("run.oneEventWasAdded") : word("run.eventsWereAdded", { count: fresh.length }),
+    );
   }
 }
 
 /** Whether an event of the text is this one, perhaps with more targets; numbers are rounded there. */
 function goesOn(event: Values, other: unknown): boolean {
   const rest = Object.entries(event).filter(([key]) => key !== "then");
-  return typeof other === "object" && other !== null && rest.every(([key, value]) => isAlike(value, (other as Values)[key]));
+  return (
+    typeof other === "object" && other !== null && rest.every(([key, value]) => isAlike(value, (other as Values)[key]))
+  );
 }
 
 function isAlike(one: unknown, other: unknown): boolean {
-  if (Array.isArray(one)) return Array.isArray(other) && one.length === other.length && one.every((each, k) => isAlike(each, other[k]));
+  if (Array.isArray(one))
+    return Array.isArray(other) && one.length === other.length && one.every((each, k) => isAlike(each, other[k]));
   return typeof one === "number" && typeof other === "number" ? Math.abs(one - other) < 1e-3 : one === other;
 }
 

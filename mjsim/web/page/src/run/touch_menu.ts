@@ -3,9 +3,9 @@
 import type { Item, Point, Values } from "../api";
 import { direction, times } from "../plan/geometry";
 import { type Entry, openMenu } from "../shell/menu";
+import { type Key, word } from "../words/words";
 import { releaseEvent } from "./joint_grips";
 import type { Touchable } from "./touch";
-import { type Key, word } from "../words/words";
 
 /** A push of the menu [N s]. */
 const PUSH = 5;
@@ -43,7 +43,10 @@ function ofThing(thing: Touchable, send: (event: Values) => void): Entry[][] {
     const text = word(held.grip.of.includes("/") ? "run.giveBackToItsNavigator" : moved);
     return [[{ text, act: () => send(releaseEvent(held.grip)) }]];
   }
-  if (held) return [[{ text: word("run.giveBackToItsNavigator"), act: () => send({ release: held.robot.name, arm: held.arm }) }]];
+  if (held)
+    return [
+      [{ text: word("run.giveBackToItsNavigator"), act: () => send({ release: held.robot.name, arm: held.arm }) }],
+    ];
   const push = (key: Key, turn: number): Entry => {
     const way = times(direction(thing.heading_deg + turn), PUSH).map((value) => Math.round(value * 1000) / 1000);
     return { text: word(key, { push: PUSH }), act: () => send({ shove: thing.name, impulse: [...way, 0] }) };
@@ -71,10 +74,18 @@ function ofItem(item: Item, name: string, removed: ReadonlySet<string>, send: (e
     ];
   }
   if (item.kind === "beacon" || item.kind === "marker")
-    return [away ? entry(word("run.switchOn", { name }), { restore: name }) : entry(word("run.switchOff", { name }), { remove: name })];
+    return [
+      away
+        ? entry(word("run.switchOn", { name }), { restore: name })
+        : entry(word("run.switchOff", { name }), { remove: name }),
+    ];
   if (item.kind === "light")
-    return [entry(word("run.switchOff", { name }), { lamp: name, brightness: 0 }), entry(word("run.switchOn", { name }), { lamp: name, brightness: 1 })];
-  if ((item.kind === "obstacle" || item.kind === "mover") && !away) return [entry(word("run.takeAway", { name }), { remove: name })];
+    return [
+      entry(word("run.switchOff", { name }), { lamp: name, brightness: 0 }),
+      entry(word("run.switchOn", { name }), { lamp: name, brightness: 1 }),
+    ];
+  if ((item.kind === "obstacle" || item.kind === "mover") && !away)
+    return [entry(word("run.takeAway", { name }), { remove: name })];
   return [];
 }
 

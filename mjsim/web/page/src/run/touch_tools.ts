@@ -73,8 +73,17 @@ function armTools(robots: Standing[]): Touchable[] {
     Object.entries(robot.tick.arms ?? {}).map(([arm, { tool }]): Touchable => {
       const [x = 0, y = 0, z = 0, , , yaw = 0] = tool;
       const [left, top, heading] = robot.pose;
-      const at: Point = [left + x * Math.cos(heading) - y * Math.sin(heading), top + x * Math.sin(heading) + y * Math.cos(heading)];
-      return { name: `${robot.name}/${arm}`, at, heading_deg: ((heading + yaw) * 180) / Math.PI, radius: 0, held: { robot, arm, z } };
+      const at: Point = [
+        left + x * Math.cos(heading) - y * Math.sin(heading),
+        top + x * Math.sin(heading) + y * Math.cos(heading),
+      ];
+      return {
+        name: `${robot.name}/${arm}`,
+        at,
+        heading_deg: ((heading + yaw) * 180) / Math.PI,
+        radius: 0,
+        held: { robot, arm, z },
+      };
     }),
   );
 }
@@ -84,7 +93,13 @@ export function toolLeads(robots: Standing[], noteOf: (tool: string) => string |
   return robots.flatMap(({ name, pose, tick }) =>
     Object.entries(tick.arms ?? {}).map(([arm, { tool }]): Lead => {
       const [x = 0, y = 0, z = 0] = tool;
-      return { key: JSON.stringify([name, arm]), body: `${name}/base`, stands: pose, at: [x, y, z], note: noteOf(`${name}/${arm}`) };
+      return {
+        key: JSON.stringify([name, arm]),
+        body: `${name}/base`,
+        stands: pose,
+        at: [x, y, z],
+        note: noteOf(`${name}/${arm}`),
+      };
     }),
   );
 }
@@ -115,7 +130,12 @@ function rounded(value: number): number {
 }
 
 /** Draw a handle at each tool and hand, and a round one at each joint, with the line to its axis. */
-export function drawTools(context: CanvasRenderingContext2D, tools: Touchable[], view: PlanView, palette: Palette): void {
+export function drawTools(
+  context: CanvasRenderingContext2D,
+  tools: Touchable[],
+  view: PlanView,
+  palette: Palette,
+): void {
   for (const { at, held } of tools) {
     const [x, y] = view.toScreen(at);
     context.lineWidth = 2;

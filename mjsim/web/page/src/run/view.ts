@@ -1,25 +1,26 @@
 /** All that is seen of a run, and what is done to it. */
 
 import { getBytes } from "../api";
-import { el, fill } from "../dom";
 import { chartChips } from "../charts/chips";
 import { Plotter } from "../charts/plotter";
-import { kindsOf, Sheet, type Kind } from "../charts/sheet";
+import { type Kind, kindsOf, Sheet } from "../charts/sheet";
+import { el, fill } from "../dom";
 import { SolidsTile } from "../scene/tile";
 import type { Studio, View } from "../shell/view";
 import { throttled } from "../signal";
+import { said, word } from "../words/words";
 import { Advice, canMove } from "./advice";
 import { Banner } from "./banner";
 import { Bar } from "./bar";
 import { Cameras } from "./cameras";
 import { EventList } from "./events";
 import { Floor } from "./floor";
-import { Wheel, type Push } from "./keys";
 import { explainJoints, JointPanel } from "./joints";
+import { type Push, Wheel } from "./keys";
 import { Link, type LinkState } from "./link";
 import { NoisePanel } from "./noise";
 import { Pad } from "./pad";
-import type { News, RunRequest, RefusedNews, RunNews, TickNews } from "./protocol";
+import type { News, RefusedNews, RunNews, RunRequest, TickNews } from "./protocol";
 import { RunRecord } from "./record";
 import { Setup } from "./setup";
 import { sideSwitch } from "./side";
@@ -27,7 +28,6 @@ import { startWorld } from "./start";
 import { Tabs } from "./tabs";
 import { Stage } from "./tile";
 import { Keep, leaderOf, type TouchAnswer } from "./touch_keep";
-import { said, word } from "../words/words";
 
 /** Charts are drawn at most this often [ms]. */
 const CALM = 120;
@@ -37,7 +37,8 @@ export class RunView implements View {
   readonly element = el("section", { class: "view run", "aria-label": word("run.run") });
   private readonly record = new RunRecord();
   private readonly leader = leaderOf({
-    isLive: () => this.run?.state === "running", send: (touch) => this.send(touch),
+    isLive: () => this.run?.state === "running",
+    send: (touch) => this.send(touch),
     told: () => ({ touch: this.floor.touch, hands: this.newest?.hands ?? {}, toasts: this.studio.toasts }),
   });
   private readonly floor: Floor = new Floor(this.record, this.leader);
@@ -51,7 +52,10 @@ export class RunView implements View {
   private readonly joints = new JointPanel(this.leader);
   private readonly events = new EventList(word("run.whatHappensToRobotsAnd"));
   private readonly keep: Keep;
-  private readonly wheel = new Wheel(() => this.canDrive(), (push) => this.drive(push));
+  private readonly wheel = new Wheel(
+    () => this.canDrive(),
+    (push) => this.drive(push),
+  );
   private readonly pad = new Pad(this.wheel);
   private readonly cameras = new Cameras(
     (request) => void this.link?.send(request),
@@ -105,7 +109,9 @@ export class RunView implements View {
     };
     this.bar = new Bar(orders, !this.live);
     this.sheet = new Sheet(FIRST_CHARTS, {}, "run");
-    this.plotter = new Plotter(this.sheet.element, "run", this.record.numbers, {}, (error) => studio.toasts.error(error));
+    this.plotter = new Plotter(this.sheet.element, "run", this.record.numbers, {}, (error) =>
+      studio.toasts.error(error),
+    );
     this.setup = new Setup(studio);
     this.keep = new Keep(studio, this.events.element);
     this.build();
@@ -159,7 +165,12 @@ export class RunView implements View {
     this.solids.door.chosen.on((item) => item?.kind === "robot" && this.chooseRobot(item.name ?? ""));
     this.floor.touch.missed.on((names) => explainJoints(names, this.run, this.studio.toasts));
     this.bar.element.prepend(sideSwitch(side));
-    const dock = el("div", { class: "run-dock" }, el("div", { class: "run-dock-head" }, this.robot, chips), this.sheet.element);
+    const dock = el(
+      "div",
+      { class: "run-dock" },
+      el("div", { class: "run-dock-head" }, this.robot, chips),
+      this.sheet.element,
+    );
     const rail = el("div", { class: "run-rail" }, this.cameras.switches, this.noPictures, this.stage.rail);
     const middle = el("div", { class: "run-middle" }, this.stage.element, this.advice.element);
     this.element.append(
@@ -241,7 +252,9 @@ export class RunView implements View {
     if (!this.run) this.other = !this.live && isOpen && news.path !== path;
     if (news.state === "loading") this.other = this.driven = false;
     const over = news.state === "ended" || news.state === "failed";
-    return this.other && over ? { ...news, state: "idle", time: 0, error: null, recording: null, robots: [], mechanisms: [] } : news;
+    return this.other && over
+      ? { ...news, state: "idle", time: 0, error: null, recording: null, robots: [], mechanisms: [] }
+      : news;
   }
 
   private takeRun(news: RunNews): void {
@@ -363,7 +376,8 @@ export class RunView implements View {
   private showArms(): void {
     const robot = this.run?.robots.find((each) => each.name === this.chosen) ?? null;
     // A page of one arm alone is there to move it.
-    if (this.live && robot?.arms.length && this.run?.robots.length === 1 && !this.joints.hasArms) this.tabs?.show("arms");
+    if (this.live && robot?.arms.length && this.run?.robots.length === 1 && !this.joints.hasArms)
+      this.tabs?.show("arms");
     this.joints.show(this.run, this.chosen, this.running() && (this.run?.controllable ?? false));
     this.tabs?.offer("arms", Object.keys(this.run?.joints ?? {}).length > 0);
   }
@@ -382,6 +396,13 @@ export class RunView implements View {
   private advise(): void {
     const { path, items } = this.studio.document;
     const world = path === null ? null : { path, hasMotion: items.some(canMove) };
-    this.advice.show({ run: this.run, world, live: this.live, robot: this.chosen, driven: this.driven, other: this.other });
+    this.advice.show({
+      run: this.run,
+      world,
+      live: this.live,
+      robot: this.chosen,
+      driven: this.driven,
+      other: this.other,
+    });
   }
 }

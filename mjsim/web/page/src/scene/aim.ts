@@ -13,7 +13,10 @@ export class Aim {
 
   constructor(private readonly stage: Stage3d) {
     const { canvas } = stage;
-    canvas.addEventListener("pointerdown", (event) => (this.from = event.button || !this.isOn ? null : this.onFloor(event)));
+    canvas.addEventListener(
+      "pointerdown",
+      (event) => (this.from = event.button || !this.isOn ? null : this.onFloor(event)),
+    );
     canvas.addEventListener("pointerup", (event) => {
       const [from, to] = [this.from, this.onFloor(event)];
       this.from = null;

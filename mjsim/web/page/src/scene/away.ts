@@ -1,12 +1,13 @@
 /** What events have taken away is not drawn, nor picked, until it is back. */
 
-import { Mesh, type BufferGeometry, type Object3D } from "three";
+import { type BufferGeometry, Mesh, type Object3D } from "three";
 import { thingsOf } from "./solids";
 
 /** Take these beacons and obstacles out of a scene, by their names, and bring all others back. */
 export function takeAway(root: Object3D, names: string[]): void {
   const own = names.flatMap((name) => [`obstacle/${name}`, `beacon/${name}`]);
-  const isAway = (thing: string): boolean => own.some((each) => thing === each || thing.startsWith(`${each}/`) || thing.startsWith(`${each}:`));
+  const isAway = (thing: string): boolean =>
+    own.some((each) => thing === each || thing.startsWith(`${each}/`) || thing.startsWith(`${each}:`));
   root.traverse((object) => object instanceof Mesh && leaveOut(object, isAway));
 }
 

@@ -1,6 +1,6 @@
 /** The directions of x, y and z as the view has them, in a corner of it. */
 
-import { Quaternion, type Camera } from "three";
+import { type Camera, Quaternion } from "three";
 import { setAttributes } from "../dom";
 import { endsOf } from "./frame";
 
@@ -21,7 +21,11 @@ export class Axes {
   });
 
   constructor() {
-    setAttributes(this.element, { class: "scene-axes", viewBox: `${-HALF} ${-HALF} ${2 * HALF} ${2 * HALF}`, "aria-hidden": "true" });
+    setAttributes(this.element, {
+      class: "scene-axes",
+      viewBox: `${-HALF} ${-HALF} ${2 * HALF} ${2 * HALF}`,
+      "aria-hidden": "true",
+    });
     this.element.append(...this.arms.map(({ arm }) => arm));
   }
 

@@ -38,7 +38,9 @@ export function trailsOf(trails: Trails, shown: Shown): Object3D[] {
   return kinds.flatMap((kind, k) =>
     trails[kind].pieces
       .filter((piece) => piece.length > 1)
-      .map((piece) => ribbon(level(piece, (k + 2) * ABOVE_FLOOR), TRAILS[kind], { color: color(`--${kind}`), through: false })),
+      .map((piece) =>
+        ribbon(level(piece, (k + 2) * ABOVE_FLOOR), TRAILS[kind], { color: color(`--${kind}`), through: false }),
+      ),
   );
 }
 
@@ -67,7 +69,8 @@ function body({ estimate: [x, y], covariance: P }: RobotTick, rgb: string): Obje
   const [u = 0, v = 0, turn = 0] = sigma;
   const half = Math.min(Math.max(SIGMAS_95 * turn * METRES_A_RADIAN, FLATTEST), Math.PI * METRES_A_RADIAN);
   const reach = [Math.sqrt(CHI_SQUARE_95) * u, Math.sqrt(CHI_SQUARE_95) * v, half];
-  const related = (row: number, column: number): number => (sigma[row] && sigma[column] ? at(row, column) / (sigma[row] * sigma[column]) : 0);
+  const related = (row: number, column: number): number =>
+    sigma[row] && sigma[column] ? at(row, column) / (sigma[row] * sigma[column]) : 0;
   // It rests on the floor where it is higher than what is seen stands.
   return ellipsoid([x, y, Math.max(EYE, half)], reach, [related(0, 1), related(0, 2), related(1, 2)], rgb);
 }
@@ -76,12 +79,27 @@ function body({ estimate: [x, y], covariance: P }: RobotTick, rgb: string): Obje
 export function landmarksOf(tick: RobotTick, shown: Shown): Object3D[] {
   const rows = shown.landmarks ? Object.values(tick.landmarks).filter((row) => row.every(Number.isFinite)) : [];
   if (!rows.length) return [];
-  const crosses = rows.flatMap(([x, y]) => [x - CROSS, y, EYE, x + CROSS, y, EYE, x, y - CROSS, EYE, x, y + CROSS, EYE]);
+  const crosses = rows.flatMap(([x, y]) => [
+    x - CROSS,
+    y,
+    EYE,
+    x + CROSS,
+    y,
+    EYE,
+    x,
+    y - CROSS,
+    EYE,
+    x,
+    y + CROSS,
+    EYE,
+  ]);
   const seen = color("--seen");
   const count = rows.length > MANY ? FEW_CORNERS : CORNERS;
-  const ellipses = shown.ellipses ? rows.flatMap((row) => (known(ellipse(row, count)))) : [];
+  const ellipses = shown.ellipses ? rows.flatMap((row) => known(ellipse(row, count))) : [];
   const edges = ellipses.flatMap((corners) =>
-    [ABOVE_FLOOR, COLUMN].flatMap((z) => corners.flatMap(([x, y], k) => [x, y, z, ...(corners[(k + 1) % count] ?? [x, y]), z])),
+    [ABOVE_FLOOR, COLUMN].flatMap((z) =>
+      corners.flatMap(([x, y], k) => [x, y, z, ...(corners[(k + 1) % count] ?? [x, y]), z]),
+    ),
   );
   const ink = new LineBasicMaterial({ color: seen, depthTest: false, transparent: true });
   return [new LineSegments(points([...crosses, ...edges]), ink), ...columns(ellipses, [ABOVE_FLOOR, COLUMN], seen)];
@@ -125,9 +143,14 @@ function outline(robot: RobotFacts, pose: PlanarPose, rgb: string): Object3D[] {
     const angle = (2 * Math.PI * k) / CORNERS;
     return [robot.radius * Math.cos(angle), robot.radius * Math.sin(angle)];
   });
-  const corners = (robot.outline?.length ? robot.outline : around).map(([u, v]): Point => [x + cos * u - sin * v, y + sin * u + cos * v]);
+  const corners = (robot.outline?.length ? robot.outline : around).map(
+    ([u, v]): Point => [x + cos * u - sin * v, y + sin * u + cos * v],
+  );
   const ahead = Math.max(1.35 * robot.radius, NOSE);
-  const nose: Point[] = [[x, y], [x + ahead * cos, y + ahead * sin]];
+  const nose: Point[] = [
+    [x, y],
+    [x + ahead * cos, y + ahead * sin],
+  ];
   return [loop(corners, rgb), loop(nose, rgb)];
 }
 
@@ -139,10 +162,19 @@ function loop(corners: Point[], rgb: string): Object3D {
 /** What lies within convex outlines, as a veil that hides nothing. */
 function veil(outlines: Point[][], height: number, rgb: string): Object3D {
   const triangles = outlines.flatMap((corners) =>
-    corners.slice(2).flatMap((corner, k) => [corners[0], corners[k + 1], corner].flatMap((at) => [...(at ?? [0, 0]), height])),
+    corners
+      .slice(2)
+      .flatMap((corner, k) => [corners[0], corners[k + 1], corner].flatMap((at) => [...(at ?? [0, 0]), height])),
   );
   if (!triangles.length) return new Group();
-  const material = new MeshBasicMaterial({ color: rgb, transparent: true, opacity: 0.22, side: DoubleSide, depthTest: false, depthWrite: false });
+  const material = new MeshBasicMaterial({
+    color: rgb,
+    transparent: true,
+    opacity: 0.22,
+    side: DoubleSide,
+    depthTest: false,
+    depthWrite: false,
+  });
   return new Mesh(points(triangles), material);
 }
 

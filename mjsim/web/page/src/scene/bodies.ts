@@ -1,6 +1,14 @@
 /** Bodies of what is believed: they are shaded, seen through everything, and hide nothing. */
 
-import { BufferGeometry, Float32BufferAttribute, Matrix4, Mesh, MeshLambertMaterial, SphereGeometry, type Object3D } from "three";
+import {
+  BufferGeometry,
+  Float32BufferAttribute,
+  Matrix4,
+  Mesh,
+  MeshLambertMaterial,
+  type Object3D,
+  SphereGeometry,
+} from "three";
 import type { Point } from "../api";
 
 /** Parts of a ball around and from pole to pole. */
@@ -49,6 +57,12 @@ export function columns(outlines: Point[][], [low, high]: [number, number], rgb:
 }
 
 function seenThrough(geometry: BufferGeometry, rgb: string): Mesh {
-  const material = new MeshLambertMaterial({ color: rgb, transparent: true, opacity: OPACITY, depthTest: false, depthWrite: false });
+  const material = new MeshLambertMaterial({
+    color: rgb,
+    transparent: true,
+    opacity: OPACITY,
+    depthTest: false,
+    depthWrite: false,
+  });
   return new Mesh(geometry, material);
 }

@@ -1,15 +1,15 @@
 /** The way to the view in 3-D: its program is fetched when it is first opened. */
 
+import type { Item, Point } from "../api";
 import { ApiError } from "../api";
-import { newestWins, Signal } from "../signal";
-import { el, type Child } from "../dom";
+import { type Child, el } from "../dom";
 import { keyOf } from "../plan/plan";
 import { themeChanged } from "../shell/theme";
-import type { Item, Point } from "../api";
+import { newestWins, Signal } from "../signal";
+import { word } from "../words/words";
 import type { Grip, Lead, Led, LooseThing, Pull, Put } from "./grip";
 import type { SceneView } from "./scene";
 import type { Thoughts } from "./thoughts";
-import { word } from "../words/words";
 import "./scene.css";
 
 const PROGRAM = "/scene.js";
@@ -152,7 +152,10 @@ export class Door {
       if (this.asked !== key) return;
       const code = error instanceof ApiError && JSON.stringify(error.data["needs_trust"]);
       const isNew = Boolean(code) && code !== this.declined;
-      this.say(error.message, code && !isNew ? el("button", { onclick: () => void this.ask(code) }, word("edit.lookAtWhatItIs")) : "");
+      this.say(
+        error.message,
+        code && !isNew ? el("button", { onclick: () => void this.ask(code) }, word("edit.lookAtWhatItIs")) : "",
+      );
       if (code && isNew) await this.ask(code);
     }
   }

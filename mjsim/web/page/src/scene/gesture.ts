@@ -1,6 +1,14 @@
 /** A press on a handle in 3-D that becomes a drag: before the view is turned by it, by one pointer, given up with Escape. */
 
-import { type Group, LineSegments, type LineBasicMaterial, Mesh, MeshBasicMaterial, SphereGeometry, type Vector3 } from "three";
+import {
+  type Group,
+  type LineBasicMaterial,
+  LineSegments,
+  Mesh,
+  MeshBasicMaterial,
+  SphereGeometry,
+  type Vector3,
+} from "three";
 import type { Stage3d } from "./stage";
 
 /** How long a handle is, as a share of how far away the thing is. */
@@ -38,12 +46,12 @@ export class Gesture {
     this.listen("pointermove", (event) => this.move(event));
     this.listen("pointerup", (event) => this.isHolder(event) && this.end(true));
     this.listen("pointercancel", (event) => this.isHolder(event) && this.end(false));
-    const escape = (event: KeyboardEvent): void => {
+    const giveUp = (event: KeyboardEvent): void => {
       if (event.key !== "Escape" || !this.start) return;
       event.stopImmediatePropagation();
       this.end(false);
     };
-    window.addEventListener("keydown", escape, true);
+    window.addEventListener("keydown", giveUp, true);
   }
 
   /** Let go of what is held, as if Escape were pressed. */
@@ -51,7 +59,10 @@ export class Gesture {
     if (this.start) this.end(false);
   }
 
-  private listen(kind: "pointerdown" | "pointermove" | "pointerup" | "pointercancel", heard: (event: PointerEvent) => void): void {
+  private listen(
+    kind: "pointerdown" | "pointermove" | "pointerup" | "pointercancel",
+    heard: (event: PointerEvent) => void,
+  ): void {
     const { canvas } = this.stage;
     // Before the view itself is turned by the same press.
     const first = (event: PointerEvent): void => {

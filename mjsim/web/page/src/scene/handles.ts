@@ -125,7 +125,8 @@ function knobsOf(grip: Grip): Knob[] {
   });
   const knobs: Knob[] = ways.length > 1 ? [{ kind: "move", place: new Vector3() }, ...ways] : ways;
   if (grip.lift) knobs.push({ kind: "lift", place: new Vector3(0, 0, 1) });
-  if (grip.heading !== null) knobs.push({ kind: "turn", place: new Vector3(...times(direction(grip.heading + 45), 0.7), 0) });
+  if (grip.heading !== null)
+    knobs.push({ kind: "turn", place: new Vector3(...times(direction(grip.heading + 45), 0.7), 0) });
   return knobs;
 }
 

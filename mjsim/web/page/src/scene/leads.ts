@@ -4,11 +4,21 @@
  */
 
 import { Group, LineBasicMaterial, LineSegments, Matrix4, type Object3D, Vector3 } from "three";
-import { type Change, changeTo, goesOn, gripAfter, isFrozen, jointAfter, type LetGo, letGoOf, rankOf } from "../run/joint_grips";
+import type { Point } from "../api";
 import { el } from "../dom";
+import {
+  type Change,
+  changeTo,
+  goesOn,
+  gripAfter,
+  isFrozen,
+  jointAfter,
+  type LetGo,
+  letGoOf,
+  rankOf,
+} from "../run/joint_grips";
 import { color } from "../shell/theme";
 import { Signal } from "../signal";
-import type { Point } from "../api";
 import { clearHandles, Gesture, handleLength, inFront, inkOf, knobMesh, knobsNear, type Owner } from "./gesture";
 import type { Lead, Led } from "./grip";
 import { points } from "./marks";
@@ -47,7 +57,10 @@ export class Leads implements Owner {
   readonly notes = el("div", { class: "scene-notes" });
   private readonly group = new Group();
   /** The line from what is led to where it is to be. */
-  private readonly thread = new LineSegments(points([0, 0, 0, 0, 0, 1]), new LineBasicMaterial(inkOf(color("--accent"))));
+  private readonly thread = new LineSegments(
+    points([0, 0, 0, 0, 0, 1]),
+    new LineBasicMaterial(inkOf(color("--accent"))),
+  );
   private leads: Lead[] = [];
   private find: Find = () => null;
   /** Which of them has handles along axes. */
@@ -66,12 +79,14 @@ export class Leads implements Owner {
   /** Put handles where tools and hands are now; `find` gives bodies that move. */
   show(leads: Lead[], find: Find): void {
     [this.leads, this.find] = [leads, find];
-    if (!this.leads.some(({ key }) => key === this.active)) this.active = this.leads.find(({ joint }) => !joint)?.key ?? "";
+    if (!this.leads.some(({ key }) => key === this.active))
+      this.active = this.leads.find(({ joint }) => !joint)?.key ?? "";
     if (this.held && !this.leads.some(({ key }) => key === this.held?.key)) this.gesture.giveUp();
     this.build();
     // A joint of a loop comes nearer to a pointer that rests.
     if (this.held?.pointer && this.held.lead.joint?.grip.toward) this.turn(this.held, this.held.pointer);
-    if (this.held?.letGo && !(this.held.lead.joint && goesOn(this.held.lead.joint, this.held.by, this.held.letGo))) this.finish(this.held);
+    if (this.held?.letGo && !(this.held.lead.joint && goesOn(this.held.lead.joint, this.held.by, this.held.letGo)))
+      this.finish(this.held);
     this.stage.soon();
   }
 
@@ -98,12 +113,17 @@ export class Leads implements Owner {
       const place = this.placeOf(lead);
       made?.position.copy(place);
       made?.scale.setScalar(handleLength(this.stage, place));
-      if (lead.joint && made) pointTo(made, new Vector3(...lead.joint.grip.at).sub(place).divideScalar(handleLength(this.stage, place)));
+      if (lead.joint && made)
+        pointTo(made, new Vector3(...lead.joint.grip.at).sub(place).divideScalar(handleLength(this.stage, place)));
     });
     this.pull();
     this.stage.orbit.updateMatrixWorld();
     this.write();
-    const places = this.knobs().map((knob) => [knob.key, knob.way ?? "", ...this.stage.onCanvas(this.knobPlace(knob)).map(Math.round)]);
+    const places = this.knobs().map((knob) => [
+      knob.key,
+      knob.way ?? "",
+      ...this.stage.onCanvas(this.knobPlace(knob)).map(Math.round),
+    ]);
     this.stage.canvas.dataset["leads"] = JSON.stringify(places);
   }
 
@@ -178,7 +198,9 @@ export class Leads implements Owner {
     if (!held) return;
     held.pointer = [clientX, clientY];
     if (held.lead.joint) return this.turn(held, held.pointer);
-    const seen = held.way ? stage.onLine(clientX, clientY, held.taken, WAYS[held.way]) : stage.onFacing(clientX, clientY, held.taken);
+    const seen = held.way
+      ? stage.onLine(clientX, clientY, held.taken, WAYS[held.way])
+      : stage.onFacing(clientX, clientY, held.taken);
     if (seen) held.to = held.from.clone().add(seen.sub(held.taken));
     if (held.to) this.tell(held, held.to, "drag");
     stage.soon();
@@ -220,7 +242,13 @@ export class Leads implements Owner {
     const lead = this.leads.find(({ key }) => key === held.key);
     if (!lead) return;
     const { joint } = held.lead;
-    if (joint) return this.led.emit({ key: lead.key, phase, to: to.toArray(), joint: phase === "cancel" ? joint : jointAfter(joint, held.by) });
+    if (joint)
+      return this.led.emit({
+        key: lead.key,
+        phase,
+        to: to.toArray(),
+        joint: phase === "cancel" ? joint : jointAfter(joint, held.by),
+      });
     this.led.emit({ key: lead.key, phase, to: to.clone().applyMatrix4(this.frame(lead).clone().invert()).toArray() });
   }
 
@@ -235,7 +263,11 @@ export class Leads implements Owner {
 /** A knob that is smaller, with the line to the axis of its joint. */
 function drawnJoint(): Group {
   const ink = inkOf(color("--seen"));
-  return inFront(new Group(), knobMesh(new Vector3(), ink, 0.8), new LineSegments(points([0, 0, 0, 0, 0, 1]), new LineBasicMaterial(ink)));
+  return inFront(
+    new Group(),
+    knobMesh(new Vector3(), ink, 0.8),
+    new LineSegments(points([0, 0, 0, 0, 0, 1]), new LineBasicMaterial(ink)),
+  );
 }
 
 /** Let the line of a joint's knob end there, in units of the handles' length. */
@@ -251,5 +283,9 @@ function drawn(active: boolean): Group {
   const ink = inkOf(color("--accent"));
   const places = [new Vector3(), ...(active ? Object.values(WAYS) : [])];
   const lines = places.flatMap((place) => [0, 0, 0, ...place.toArray()]);
-  return inFront(new Group(), ...places.map((place) => knobMesh(place, ink)), new LineSegments(points(lines), new LineBasicMaterial(ink)));
+  return inFront(
+    new Group(),
+    ...places.map((place) => knobMesh(place, ink)),
+    new LineSegments(points(lines), new LineBasicMaterial(ink)),
+  );
 }

@@ -1,6 +1,6 @@
 /** Robots and movable things in 3-D that are dragged on the level: a ghost shows where they will stand. */
 
-import { Group, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, type Object3D, Vector3 } from "three";
+import { Group, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, type Object3D, type Vector3 } from "three";
 import { el } from "../dom";
 import { color } from "../shell/theme";
 import { Signal } from "../signal";
@@ -82,14 +82,22 @@ export class Loose implements Owner {
   /** Copies of the bodies of a thing, and the way on the floor, which moves with them. */
   private build({ name, at: [x, y] }: LooseThing): void {
     this.clear();
-    const material = new MeshLambertMaterial({ color: color("--accent"), transparent: true, opacity: OPACITY, depthWrite: false });
+    const material = new MeshLambertMaterial({
+      color: color("--accent"),
+      transparent: true,
+      opacity: OPACITY,
+      depthWrite: false,
+    });
     const own = this.bodies.filter((body) => isOf({ name }, String(body.userData["name"])));
     for (const body of own) {
       const copy = body.clone(true);
       copy.traverse((part) => part instanceof Mesh && (part.material = material));
       this.ghost.add(copy);
     }
-    const foot = new LineSegments(points([x - 0.1, y, 0, x + 0.1, y, 0, x, y - 0.1, 0, x, y + 0.1, 0]), new LineBasicMaterial(inkOf(color("--accent"))));
+    const foot = new LineSegments(
+      points([x - 0.1, y, 0, x + 0.1, y, 0, x, y - 0.1, 0, x, y + 0.1, 0]),
+      new LineBasicMaterial(inkOf(color("--accent"))),
+    );
     inFront(this.ghost, foot);
     this.stage.canvas.dataset["ghost"] = name;
   }
@@ -117,5 +125,10 @@ export class Loose implements Owner {
 
 /** Whether a body or a geom of a name is a part of a robot or an obstacle. */
 function isOf({ name }: { name: string }, part: string): boolean {
-  return part.startsWith(`${name}/`) || part === `obstacle/${name}` || part.startsWith(`obstacle/${name}/`) || part.startsWith(`obstacle/${name}:`);
+  return (
+    part.startsWith(`${name}/`) ||
+    part === `obstacle/${name}` ||
+    part.startsWith(`obstacle/${name}/`) ||
+    part.startsWith(`obstacle/${name}:`)
+  );
 }

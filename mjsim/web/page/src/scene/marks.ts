@@ -9,12 +9,12 @@ import {
   LineSegments,
   Mesh,
   MeshBasicMaterial,
-  Vector3,
   type Object3D,
+  Vector3,
 } from "three";
 import type { Bounds, Item, Point } from "../api";
-import { boundsOf, distanceTo } from "../plan/geometry";
 import { heightOf } from "../edit/lift";
+import { boundsOf, distanceTo } from "../plan/geometry";
 import { color } from "../shell/theme";
 import { thingsOf } from "./solids";
 
@@ -94,10 +94,10 @@ export function heights(item: Item, root: Object3D): [number, number] {
     }
   });
   const found = own.length ? own : around;
-  return found.reduce<[number, number]>(([low, high], z) => [Math.min(low, z), Math.max(high, z)], [
-    found[0] ?? 0,
-    found[0] ?? 0,
-  ]);
+  return found.reduce<[number, number]>(
+    ([low, high], z) => [Math.min(low, z), Math.max(high, z)],
+    [found[0] ?? 0, found[0] ?? 0],
+  );
 }
 
 /** The corners of triangles of a mesh, in the world; one vector is used for all. */

@@ -56,9 +56,20 @@ void main() {
 const view = new Vector4();
 
 /** A line through points, x, y, z [m] of one after the other, so wide [px]; seen through everything or not. */
-export function ribbon(numbers: number[], width: number, { color, through }: { color: string; through: boolean }): Mesh {
+export function ribbon(
+  numbers: number[],
+  width: number,
+  { color, through }: { color: string; through: boolean },
+): Mesh {
   const uniforms = { page: { value: new Vector2(1, 1) }, width: { value: width }, ink: { value: new Color(color) } };
-  const material = new ShaderMaterial({ uniforms, vertexShader: VERTEX, fragmentShader: FRAGMENT, depthTest: !through, depthWrite: false, transparent: true });
+  const material = new ShaderMaterial({
+    uniforms,
+    vertexShader: VERTEX,
+    fragmentShader: FRAGMENT,
+    depthTest: !through,
+    depthWrite: false,
+    transparent: true,
+  });
   const made = new Mesh(stretches(numbers), material);
   made.frustumCulled = false;
   made.onBeforeRender = (renderer: WebGLRenderer) => {

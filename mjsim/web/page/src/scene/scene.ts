@@ -1,10 +1,10 @@
 /** The view in 3-D of Edit, Run and Review: the scene, what is done with the mouse, and a bar with its switches. */
 
-import { Box3, Group, Line, LineBasicMaterial, Vector3, type Intersection, type Material, type Mesh } from "three";
+import { Box3, Group, type Intersection, Line, LineBasicMaterial, type Material, type Mesh, Vector3 } from "three";
 import type { Item } from "../api";
+import { type Child, el, fill } from "../dom";
 import { isPressed, remembered, toggle } from "../run/controls";
 import { Grids } from "../run/grids";
-import { el, fill, type Child } from "../dom";
 import { color } from "../shell/theme";
 import { Signal } from "../signal";
 import { Aim } from "./aim";
@@ -15,9 +15,9 @@ import { Handles } from "./handles";
 import { Leads } from "./leads";
 import { Loose } from "./loose";
 import { type AsDragged, clearMarks, heights, itemAt, MarkInk, markOf, points } from "./marks";
-import { boxOfThings, countThings, dispose, pose, readSolids, thingOf, type Solids } from "./solids";
+import { boxOfThings, countThings, dispose, pose, readSolids, type Solids, thingOf } from "./solids";
 import { ABOVE, Stage3d } from "./stage";
-import { forget, thoughtsOf, type Thoughts } from "./thoughts";
+import { forget, type Thoughts, thoughtsOf } from "./thoughts";
 import { Touching } from "./touching";
 
 /** What looks up words. The page gives its own, so that their table is in one program only. */
@@ -85,7 +85,12 @@ export class SceneView {
     );
     const fit = (): void => this.stage.fit();
     const whole = el("button", { class: "quiet", type: "button", onclick: fit }, word("scene.showAll"));
-    const edges = toggle({ class: "quiet" }, remembered("scene.edges") === "yes", (on) => this.setEdges(on), word("scene.edges"));
+    const edges = toggle(
+      { class: "quiet" },
+      remembered("scene.edges") === "yes",
+      (on) => this.setEdges(on),
+      word("scene.edges"),
+    );
     this.stage.setEdges(isPressed(edges));
     const bar = el("div", { class: "scene-bar", role: "group", "aria-label": word("scene.bar") });
     bar.append(this.eye, this.follow, whole, edges, this.ruler, this.said);
@@ -212,7 +217,8 @@ export class SceneView {
 
   private mark(): void {
     clearMarks(this.marks);
-    if (this.solids && this.selected.length) this.marks.add(markOf(this.selected, this.solids.root, this.dragged ?? ((item) => item), this.ink));
+    if (this.solids && this.selected.length)
+      this.marks.add(markOf(this.selected, this.solids.root, this.dragged ?? ((item) => item), this.ink));
     if (!this.dragged) this.handles.hold(this.measuring ? null : this.grip, this.middle());
     this.canvas.dataset["selected"] = this.selected.map((item) => item.label).join();
     this.stage.soon();
@@ -251,7 +257,10 @@ export class SceneView {
       this.said.value = this.word("scene.pressTheOtherPlace");
       return;
     }
-    const line = new Line(points([...from.toArray(), ...to.toArray()]), new LineBasicMaterial({ color: color("--seen"), depthTest: false }));
+    const line = new Line(
+      points([...from.toArray(), ...to.toArray()]),
+      new LineBasicMaterial({ color: color("--seen"), depthTest: false }),
+    );
     line.renderOrder = 3;
     this.measure.add(line);
     const parts = { distance: from.distanceTo(to), level: Math.hypot(to.x - from.x, to.y - from.y), up: to.z - from.z };
@@ -263,9 +272,16 @@ export class SceneView {
   private offer({ bodies, cameras }: Solids): void {
     const names = bodies.slice(1).map((body) => String(body.userData["name"]));
     const robots = names.filter((name) => name.endsWith("/base"));
-    refill(this.follow, [["", this.word("scene.followNothing")], ...robots.map((name) => [name, this.word("scene.followRobot", { name: name.split("/")[0] })] as const)]);
+    refill(this.follow, [
+      ["", this.word("scene.followNothing")],
+      ...robots.map((name) => [name, this.word("scene.followRobot", { name: name.split("/")[0] })] as const),
+    ]);
     const aboard = [...cameras.keys()].filter((name) => name.includes("/") && !name.endsWith("/chase"));
-    refill(this.eye, [["", this.word("scene.fromAnywhere")], ...SIDES.map(([name]) => [name, this.word(name)] as const), ...aboard.map((name) => [name, this.word("scene.camera", { name })] as const)]);
+    refill(this.eye, [
+      ["", this.word("scene.fromAnywhere")],
+      ...SIDES.map(([name]) => [name, this.word(name)] as const),
+      ...aboard.map((name) => [name, this.word("scene.camera", { name })] as const),
+    ]);
     this.follow.hidden = robots.length === 0;
     this.setEye();
     this.followed = this.place();
@@ -294,7 +310,10 @@ export class SceneView {
   }
 
   private followedBody(): Solids["bodies"][number] | null {
-    return this.solids?.bodies.find((body) => this.follow.value !== "" && body.userData["name"] === this.follow.value) ?? null;
+    return (
+      this.solids?.bodies.find((body) => this.follow.value !== "" && body.userData["name"] === this.follow.value) ??
+      null
+    );
   }
 
   private place(): Vector3 | null {

@@ -4,17 +4,17 @@ import {
   DepthTexture,
   GLSL3,
   HalfFloatType,
+  type IUniform,
   Mesh,
   NearestFilter,
   OrthographicCamera,
+  type PerspectiveCamera,
   PlaneGeometry,
   RawShaderMaterial,
   Scene,
   Vector2,
-  WebGLRenderTarget,
-  type IUniform,
-  type PerspectiveCamera,
   type WebGLRenderer,
+  WebGLRenderTarget,
 } from "three";
 import CORNERS from "./corners.glsl";
 import OCCLUSION from "./occlusion.glsl";
@@ -33,7 +33,11 @@ export class Shade {
   /** Whether the colours of the scene include its light. */
   isBaked = false;
   private readonly drawn: WebGLRenderTarget;
-  private readonly open = new WebGLRenderTarget(1, 1, { depthBuffer: false, minFilter: NearestFilter, magFilter: NearestFilter });
+  private readonly open = new WebGLRenderTarget(1, 1, {
+    depthBuffer: false,
+    minFilter: NearestFilter,
+    magFilter: NearestFilter,
+  });
   private readonly pixel = { value: new Vector2() };
   private readonly occlusion: RawShaderMaterial;
   private readonly picture: RawShaderMaterial;
@@ -45,7 +49,13 @@ export class Shade {
     this.drawn = new WebGLRenderTarget(1, 1, { type: HalfFloatType, samples, depthTexture: new DepthTexture(1, 1) });
     const depth = { value: this.drawn.depthTexture };
     this.sheet.frustumCulled = false;
-    this.occlusion = pass(OCCLUSION, { depth, pixel: this.pixel, unproject: { value: null }, project: { value: null }, reach: { value: REACH } });
+    this.occlusion = pass(OCCLUSION, {
+      depth,
+      pixel: this.pixel,
+      unproject: { value: null },
+      project: { value: null },
+      reach: { value: REACH },
+    });
     const [colors, open] = [{ value: this.drawn.texture }, { value: this.open.texture }];
     const numbers = { darkest: { value: DARKEST }, edges: { value: 0 }, planes: { value: new Vector2() } };
     this.picture = pass(PICTURE, { depth, pixel: this.pixel, colors, open, ...numbers });
@@ -61,7 +71,7 @@ export class Shade {
     const { darkest, edges, planes } = this.picture.uniforms as Record<string, IUniform>;
     if (darkest) darkest.value = this.isBaked ? DARKEST_BAKED : DARKEST;
     if (edges) edges.value = Number(this.edges);
-    (planes?.value as Vector2).set(eye.near, eye.far);
+    (planes?.value as Vector2 | undefined)?.set(eye.near, eye.far);
     this.lay(renderer, this.picture, null);
   }
 
@@ -81,5 +91,12 @@ export class Shade {
 }
 
 function pass(fragmentShader: string, uniforms: Record<string, IUniform>): RawShaderMaterial {
-  return new RawShaderMaterial({ glslVersion: GLSL3, vertexShader: CORNERS, fragmentShader, uniforms, depthTest: false, depthWrite: false });
+  return new RawShaderMaterial({
+    glslVersion: GLSL3,
+    vertexShader: CORNERS,
+    fragmentShader,
+    uniforms,
+    depthTest: false,
+    depthWrite: false,
+  });
 }

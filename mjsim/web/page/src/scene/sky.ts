@@ -1,6 +1,6 @@
 /** A light from nearly above all things: what stands darkens the floor beside it. */
 
-import { Box3, DirectionalLight, Sphere, Vector3 } from "three";
+import { type Box3, DirectionalLight, Sphere, Vector3 } from "three";
 
 const FROM = new Vector3(0.12, 0.2, 1).normalize();
 
@@ -19,7 +19,14 @@ export class Sky extends DirectionalLight {
     this.target.position.copy(center);
     this.position.copy(center).addScaledVector(FROM, 2 * radius);
     const { camera } = this.shadow;
-    Object.assign(camera, { left: -radius, right: radius, top: radius, bottom: -radius, near: radius, far: 3.1 * radius });
+    Object.assign(camera, {
+      left: -radius,
+      right: radius,
+      top: radius,
+      bottom: -radius,
+      near: radius,
+      far: 3.1 * radius,
+    });
     camera.updateProjectionMatrix();
     // Two cells [m].
     this.shadow.normalBias = (4 * radius) / this.cells;

@@ -2,21 +2,21 @@
 
 import {
   Box3,
+  type BufferAttribute,
+  type BufferGeometry,
   Camera,
   Group,
-  Material,
+  type Material,
   Mesh,
   MeshBasicMaterial,
   MeshLambertMaterial,
-  MeshStandardMaterial,
-  Object3D,
-  Texture,
+  type MeshStandardMaterial,
+  type Object3D,
+  type Texture,
   TextureLoader,
   Vector3,
-  type BufferAttribute,
-  type BufferGeometry,
 } from "three";
-import { GLTFLoader, type GLTF, type GLTFParser } from "three/addons/loaders/GLTFLoader.js";
+import { type GLTF, GLTFLoader, type GLTFParser } from "three/addons/loaders/GLTFLoader.js";
 
 /** Bytes before the poses: time [s], how many bodies, how many contacts. */
 const HEAD = 16;
@@ -73,7 +73,11 @@ export function pose(solids: Solids, data: ArrayBuffer): Moment {
     body.quaternion.fromArray(numbers, ROW * k + 3);
   });
   const names = new TextDecoder().decode(new Uint8Array(data, HEAD + numbers.byteLength));
-  return { time: head.getFloat64(0, true), contacts: numbers.subarray(ROW * bodies), removed: JSON.parse(names) as string[] };
+  return {
+    time: head.getFloat64(0, true),
+    contacts: numbers.subarray(ROW * bodies),
+    removed: JSON.parse(names) as string[],
+  };
 }
 
 /** Give back what the graphics card holds of it. */
@@ -124,7 +128,8 @@ function ownBoxOfThings(mesh: Mesh): Box3 {
   for (const [name, count] of thingsOf(mesh)) {
     const end = next + 3 * count;
     if (/^floor(\/|$)/.test(name)) next = end;
-    for (; next < end; next++) box.expandByPoint(at.fromBufferAttribute(attributes["position"] as BufferAttribute, index?.getX(next) ?? next));
+    for (; next < end; next++)
+      box.expandByPoint(at.fromBufferAttribute(attributes["position"] as BufferAttribute, index?.getX(next) ?? next));
   }
   return box;
 }

@@ -3,11 +3,14 @@
 import {
   AmbientLight,
   Box3,
+  type Camera,
   Color,
   DirectionalLight,
   Group,
+  type Intersection,
   Mesh,
   MeshBasicMaterial,
+  type Object3D,
   PerspectiveCamera,
   Plane,
   Raycaster,
@@ -16,15 +19,12 @@ import {
   Vector2,
   Vector3,
   WebGLRenderer,
-  type Camera,
-  type Intersection,
-  type Object3D,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { Point } from "../api";
 import { el } from "../dom";
-import { Signal } from "../signal";
 import { color } from "../shell/theme";
+import { Signal } from "../signal";
 import { whenDrawn } from "./fence";
 import { distanceToSee } from "./frame";
 import { drawnBy, isSlow } from "./graphics";
@@ -157,7 +157,13 @@ export class Stage3d {
   /** Whether all of it is looked at since nobody has turned the view. */
   private get isFitted(): boolean {
     const [from, to] = this.fitted ?? [];
-    return this.isFree && from !== undefined && to !== undefined && from.equals(this.orbit.position) && to.equals(this.controls.target);
+    return (
+      this.isFree &&
+      from !== undefined &&
+      to !== undefined &&
+      from.equals(this.orbit.position) &&
+      to.equals(this.controls.target)
+    );
   }
 
   /** Turn to a place and stand so far off [m]. */
@@ -279,7 +285,9 @@ export class Stage3d {
     this.render(!this.isSlow && this.share === 1);
     // What waits for a polished picture says nothing of its own time.
     const waits = this.polishes;
-    whenDrawn(this.renderer.getContext() as WebGL2RenderingContext, () => this.done(waits ? null : performance.now() - began));
+    whenDrawn(this.renderer.getContext() as WebGL2RenderingContext, () =>
+      this.done(waits ? null : performance.now() - began),
+    );
     window.clearTimeout(this.calm);
     if (this.has < 1 || !this.isShaded) this.calm = window.setTimeout(() => this.sharpen(), CALM);
   }
@@ -372,7 +380,13 @@ export class Stage3d {
     const from = this.pressed;
     this.pressed = null;
     // What the view is not turned by is for others.
-    if (!from || event.button || this.controls.mouseButtons.LEFT === null || Math.hypot(event.clientX - from[0], event.clientY - from[1]) > STILL) return;
+    if (
+      !from ||
+      event.button ||
+      this.controls.mouseButtons.LEFT === null ||
+      Math.hypot(event.clientX - from[0], event.clientY - from[1]) > STILL
+    )
+      return;
     this.picked.emit(this.under(event.clientX, event.clientY));
   }
 

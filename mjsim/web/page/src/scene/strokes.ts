@@ -1,6 +1,6 @@
 /** Points that are seen well from near and far, also while few pixels are drawn. */
 
-import { Points, PointsMaterial, type BufferGeometry } from "three";
+import { type BufferGeometry, Points, PointsMaterial } from "three";
 
 /** Across a point at least, of half the height of the view. */
 const LEAST = 0.009;
@@ -15,7 +15,12 @@ export interface Ink {
 }
 
 /** Round points, so large [m], and at least so large in the picture [of half its height]. */
-export function dots(places: BufferGeometry, size: number, { color, through = false }: Ink, least = LEAST): Points<BufferGeometry, PointsMaterial> {
+export function dots(
+  places: BufferGeometry,
+  size: number,
+  { color, through = false }: Ink,
+  least = LEAST,
+): Points<BufferGeometry, PointsMaterial> {
   const material = new PointsMaterial({ color, size, depthTest: !through, depthWrite: false, transparent: true });
   material.onBeforeCompile = (shader) => {
     shader.vertexShader = shader.vertexShader.replace(

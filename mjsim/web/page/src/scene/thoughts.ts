@@ -1,23 +1,23 @@
 /** What robots measure and believe and what their modules show, in the scene: scans, sightings, ellipses, lines, grids. */
 
 import {
-  BufferGeometry,
+  type BufferGeometry,
   CanvasTexture,
   DoubleSide,
   Group,
   Line,
   LineBasicMaterial,
   LineSegments,
+  type Material,
   Matrix4,
   Mesh,
   MeshBasicMaterial,
   NearestFilter,
+  type Object3D,
   PlaneGeometry,
   Sprite,
   SpriteMaterial,
   Vector3,
-  type Material,
-  type Object3D,
 } from "three";
 import { frameOf } from "../run/evidence";
 import type { Grids } from "../run/grids";
@@ -55,7 +55,8 @@ function* robotOf(name: string, { robots, facts, trails, shown, hidden }: Though
   if (!tick) return;
   const robot = facts.find((each) => each.name === name);
   yield* trailsOf(trails(name), shown);
-  if (shown.scans) for (const scan of Object.values(tick.scans ?? {})) yield dots(lifted(scan), 0, { color: color("--scanned") });
+  if (shown.scans)
+    for (const scan of Object.values(tick.scans ?? {})) yield dots(lifted(scan), 0, { color: color("--scanned") });
   if (shown.ring && robot) yield ring(tick, robot);
   if (shown.sightings) yield rays(tick);
   yield* landmarksOf(tick, shown);

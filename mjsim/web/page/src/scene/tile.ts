@@ -28,7 +28,12 @@ export class SolidsTile {
     { yields = false } = {},
   ) {
     this.door = new Door(scene);
-    this.tile = makeTile("scene", word("scene.bar"), el("div", { class: "scene-place" }, this.door.element, this.rest), this.menus);
+    this.tile = makeTile(
+      "scene",
+      word("scene.bar"),
+      el("div", { class: "scene-place" }, this.door.element, this.rest),
+      this.menus,
+    );
     this.on = remembered(kept) === "yes";
     this.show(this.on);
     this.switch = toggle(

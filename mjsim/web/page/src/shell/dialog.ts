@@ -1,6 +1,6 @@
 /** Questions: a dialog over the page that keeps the keyboard until it is answered. */
 
-import { el, type Child } from "../dom";
+import { type Child, el } from "../dom";
 import { word } from "../words/words";
 
 export interface Choice<T> {

@@ -2,11 +2,11 @@
 
 import type { Opened } from "../api";
 import { newestWins } from "../signal";
+import { word } from "../words/words";
 import type { Files } from "./files";
 import type { Notices } from "./notices";
 import type { TabLink } from "./tab";
 import type { Studio } from "./view";
-import { word } from "../words/words";
 
 /** While a drag goes on, or a save, it is looked at again after this long [ms]. */
 const LATER = 300;
@@ -68,7 +68,9 @@ export class Disk {
   private noteGone(path: string): void {
     this.notices.clear("disk");
     const text = word("shell.isNoLongerOn", { path });
-    this.notices.set("gone", text, [{ text: word("shell.saveItAgain"), kind: "primary", act: () => void this.files.save() }]);
+    this.notices.set("gone", text, [
+      { text: word("shell.saveItAgain"), kind: "primary", act: () => void this.files.save() },
+    ]);
     this.studio.document.noteGone(true);
   }
 

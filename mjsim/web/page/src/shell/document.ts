@@ -1,11 +1,21 @@
 /** The world that is open: its text, all texts before, what the server reads from it, what is selected. */
 
-import { type Api, ApiError, type Change, type Edited, type Item, type Opened, type Parsed, type Past, type Path } from "../api";
+import {
+  type Api,
+  ApiError,
+  type Change,
+  type Edited,
+  type Item,
+  type Opened,
+  type Parsed,
+  type Past,
+  type Path,
+} from "../api";
 import { debounced, newestWins, Signal } from "../signal";
 import { difference } from "../text/difference";
+import { said, word, wordFor } from "../words/words";
 import { History } from "./history";
 import { named } from "./naming";
-import { said, word, wordFor } from "../words/words";
 
 const EMPTY: Parsed = { problems: [], items: [], bounds: [0, 0, 10, 8], name: "", run: {}, needs_trust: {}, files: {} };
 /** Typing is read after so long a pause [ms]. */
@@ -235,7 +245,11 @@ export class WorldDocument {
     }
     this.asked++;
     this.typedAt = 0;
-    this.push(edited.text, false, named(changes, (at) => this.itemAround(at)));
+    this.push(
+      edited.text,
+      false,
+      named(changes, (at) => this.itemAround(at)),
+    );
     this.textChanged.emit("edit");
     this.stateChanged.emit();
     this.noteRaw(changes);

@@ -3,11 +3,11 @@
 import { ApiError, type Draft, type DraftKept, type DraftText } from "../api";
 import { el, fill } from "../dom";
 import { newestWins, throttled } from "../signal";
+import { word } from "../words/words";
 import { askWith } from "./dialog";
 import type { Notices } from "./notices";
 import type { TabLink } from "./tab";
 import type { Studio } from "./view";
-import { word } from "../words/words";
 
 /** Changes are kept this long after the first of them [ms], also while the person types on. */
 const PAUSE = 400;

@@ -1,13 +1,13 @@
 /** Opening, making and saving worlds; a file that changed on disk is never overwritten without asking. */
 
 import { ApiError, type Draft, type Opened } from "../api";
-import { el, type Child } from "../dom";
+import { type Child, el } from "../dom";
+import { meaningOf, word } from "../words/words";
 import { ask, askWith } from "./dialog";
 import { Drafts } from "./drafts";
 import type { Notices } from "./notices";
 import type { TabLink } from "./tab";
 import type { Studio } from "./view";
-import { meaningOf, word } from "../words/words";
 
 type Wanted = { open: string } | { make: string | undefined } | { restore: Draft };
 
@@ -72,7 +72,12 @@ export class Files {
   async saveAs(): Promise<void> {
     const { document: world } = this.studio;
     await world.settled();
-    const field = el("input", { value: this.freshName(), spellcheck: false, required: true, "aria-label": word("shell.file") });
+    const field = el("input", {
+      value: this.freshName(),
+      spellcheck: false,
+      required: true,
+      "aria-label": word("shell.file"),
+    });
     const note = el("p", { class: "hint" }, word("shell.in", { folder: this.studio.folder.folder }));
     const answer = await ask(
       word("shell.saveAs"),
@@ -200,10 +205,7 @@ export class Files {
   /** The file is not as it was when it was read: whose text shall stand? */
   private async conflict(path: string, error: ApiError): Promise<void> {
     const same = path === this.studio.document.path;
-    const body = [
-      el("p", {}, error.message),
-      el("p", { class: "hint" }, word("shell.yourTextIsKept")),
-    ];
+    const body = [el("p", {}, error.message), el("p", { class: "hint" }, word("shell.yourTextIsKept"))];
     const title = same ? word("shell.isNotAsIt", { path }) : word("shell.isThereAlready", { path });
     const answer = await ask<"mine" | "theirs" | "name">(title, body, [
       { text: word("shell.overwriteIt"), value: "mine", kind: "danger" },
@@ -230,7 +232,12 @@ export class Files {
       worlds.map((world) => {
         const about = folder.abouts[prefix + world] ?? "";
         const said = { class: "card", "aria-label": world, "aria-description": about || null };
-        return el("button", { ...said, onclick: () => answer({ open: prefix + world }) }, called(world), about && el("span", { class: "hint" }, about));
+        return el(
+          "button",
+          { ...said, onclick: () => answer({ open: prefix + world }) },
+          called(world),
+          about && el("span", { class: "hint" }, about),
+        );
       });
     const own = folder.worlds.length
       ? el("div", { class: "cards" }, ...cards(folder.worlds, ""))

@@ -37,7 +37,8 @@ export class History {
     this.steps.length = this.at;
     const last = joined ? this.steps.pop() : undefined;
     const before = last ? undone(this.text, last) : this.text;
-    if (text !== before) this.steps.push({ ...stepBetween(before, text), what: last?.what ?? what.slice(0, LONGEST_NAME) });
+    if (text !== before)
+      this.steps.push({ ...stepBetween(before, text), what: last?.what ?? what.slice(0, LONGEST_NAME) });
     this.at = this.steps.length;
     this.text = text;
   }

@@ -2,9 +2,9 @@
 
 import { postJson } from "../api";
 import { el } from "../dom";
+import { word } from "../words/words";
 import { ask, type Choice } from "./dialog";
 import type { Toasts } from "./toasts";
-import { word } from "../words/words";
 
 interface Invitation {
   url: string;
@@ -28,7 +28,9 @@ export async function askInvite(toasts: Toasts): Promise<void> {
   const body = [el("p", {}, word("shell.openThisAddressIn")), address, el("p", { class: "hint" }, hint)];
   const close: Choice<boolean> = { text: word("shell.close"), value: false };
   // Browsers have no clipboard for pages of other machines without encryption.
-  const choices = window.isSecureContext ? [close, { text: word("shell.copy"), value: true, kind: "primary" as const }] : [close];
+  const choices = window.isSecureContext
+    ? [close, { text: word("shell.copy"), value: true, kind: "primary" as const }]
+    : [close];
   const copy = await ask(word("shell.openInAnotherBrowser"), body, choices);
   if (copy) await navigator.clipboard.writeText(url).catch((error: unknown) => toasts.error(error));
 }

@@ -49,13 +49,19 @@ function button({ text, keys, checked, faint, act }: Entry, close: () => void): 
     act();
   };
   const shown = keys ? el("kbd", { "aria-hidden": "true" }, keys) : null;
-  const role = checked === undefined ? { role: "menuitem" } : { role: "menuitemradio", "aria-checked": String(checked) };
-  return el("button", { class: faint ? "quiet faint" : "quiet", ...role, tabindex: -1, onclick: press }, el("span", {}, text), shown);
+  const role =
+    checked === undefined ? { role: "menuitem" } : { role: "menuitemradio", "aria-checked": String(checked) };
+  return el(
+    "button",
+    { class: faint ? "quiet faint" : "quiet", ...role, tabindex: -1, onclick: press },
+    el("span", {}, text),
+    shown,
+  );
 }
 
 function steer(event: KeyboardEvent, menu: HTMLElement, close: () => void): void {
   const entries = [...menu.querySelectorAll("button")];
-  const now = entries.findIndex((entry) => entry === document.activeElement);
+  const now = entries.indexOf(document.activeElement as HTMLButtonElement);
   const places: Record<string, number> = {
     ArrowDown: now + 1,
     ArrowUp: now - 1 + entries.length,

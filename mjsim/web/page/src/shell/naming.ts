@@ -21,13 +21,25 @@ export function named(changes: Change[], itemAt: ItemAt): string {
   const [first] = changes;
   if (!first) return word("step.change");
   // What goes along with these, such as the driver of a robot, is not told.
-  if (first.op === "add" || first.op === "rename") return withThings(first.op === "add" ? "step.add" : "step.rename", changes.filter(({ op }) => op === first.op).map(newName));
+  if (first.op === "add" || first.op === "rename")
+    return withThings(
+      first.op === "add" ? "step.add" : "step.rename",
+      changes.filter(({ op }) => op === first.op).map(newName),
+    );
   const removed = changes.filter(({ op, path }) => op === "remove" && typeof path.at(-1) === "number");
   // Events that go along with things are not told.
   const ofThings = removed.filter(({ path }) => itemAt(path));
   const deleted = ofThings.length ? ofThings : removed;
-  if (deleted.length) return withThings("step.delete", deleted.map(({ path }) => itemAt(path)?.label ?? shown(path)));
-  if (first.op === "single" || first.op === "apart") return withThings("step.single", changes.map(({ path }) => itemAt(path)?.label ?? shown(path)));
+  if (deleted.length)
+    return withThings(
+      "step.delete",
+      deleted.map(({ path }) => itemAt(path)?.label ?? shown(path)),
+    );
+  if (first.op === "single" || first.op === "apart")
+    return withThings(
+      "step.single",
+      changes.map(({ path }) => itemAt(path)?.label ?? shown(path)),
+    );
   const things = [...new Set(changes.map(({ path }) => itemAt(path)?.label ?? ""))];
   if (things[0] === "") return word(first.op === "set" ? "step.set" : "step.reset", { key: shown(first.path) });
   const keys = changes.map(({ path }) => String(path[itemAt(path)?.path.length ?? 0]));

@@ -14,7 +14,10 @@ export function beside(world: string | null, file: string): string {
 
 /** How a world names a file of the folder. */
 export function seenFrom(world: string | null, file: string): string {
-  const from = (world ?? "").replace(/^shipped:/, "").split("/").slice(0, -1);
+  const from = (world ?? "")
+    .replace(/^shipped:/, "")
+    .split("/")
+    .slice(0, -1);
   const to = file.split("/");
   let same = 0;
   while (same < from.length && same < to.length - 1 && from[same] === to[same]) same++;

@@ -6,31 +6,35 @@ import { makeEditView } from "../edit/edit";
 import { tellUnhandled } from "../failures";
 import { makeReviewView } from "../review/index";
 import { makeRunView } from "../run/index";
-import { placeAt, type Place } from "./address";
-import { WorldDocument } from "./document";
+import { word } from "../words/words";
+import { type Place, placeAt } from "./address";
 import { Disk } from "./disk";
+import { WorldDocument } from "./document";
 import { Files } from "./files";
 import { askHelp } from "./help";
 import { ICONS } from "./icons";
 import { askInvite } from "./invite";
 import { languageButton } from "./language";
 import { Notices } from "./notices";
-import { TabLink } from "./tab";
 import { stepsButton } from "./steps";
+import { TabLink } from "./tab";
 import { switchTheme, theme, themeChanged } from "./theme";
 import { Toasts } from "./toasts";
 import { takeTour } from "./tour";
 import { askTrust, type RunCode } from "./trust";
 import type { Moment, Studio, View, ViewName } from "./view";
 import { Way } from "./way";
-import { word } from "../words/words";
 
 const MAKERS: Record<ViewName, (studio: Studio) => View> = {
   edit: makeEditView,
   run: makeRunView,
   review: makeReviewView,
 };
-const TITLES: Record<ViewName, string> = { edit: word("shell.edit"), run: word("shell.run"), review: word("shell.review") };
+const TITLES: Record<ViewName, string> = {
+  edit: word("shell.edit"),
+  run: word("shell.run"),
+  review: word("shell.review"),
+};
 const NAMES = Object.keys(TITLES) as ViewName[];
 
 export class Shell implements Studio {

@@ -1,10 +1,10 @@
 /** The list of undo steps: what each did, the newest first; pressing one goes to the text after it. */
 
 import { el, icon } from "../dom";
+import { word } from "../words/words";
 import type { WorldDocument } from "./document";
 import { ICONS } from "./icons";
 import { openMenu } from "./menu";
-import { word } from "../words/words";
 
 export function stepsButton(world: WorldDocument): HTMLButtonElement {
   const title = word("shell.undoSteps");

@@ -21,7 +21,9 @@ type News =
 
 export class TabLink {
   /** Another one each time the page is loaded: a tab that is duplicated or reloaded is a tab of its own. */
-  readonly id = [...crypto.getRandomValues(new Uint8Array(8))].map((byte) => byte.toString(16).padStart(2, "0")).join("");
+  readonly id = [...crypto.getRandomValues(new Uint8Array(8))]
+    .map((byte) => byte.toString(16).padStart(2, "0"))
+    .join("");
   /** The file of the world has other content, of this stamp; null: it is gone. */
   readonly disk = new Signal<{ path: string; stamp: string | null }>();
   /** Files that the world names have changed. */

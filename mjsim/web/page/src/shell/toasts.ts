@@ -1,7 +1,7 @@
 /** Short messages at the foot of the page: what went wrong and what to do, or that something was done. */
 
-import { el } from "../dom";
 import { ApiError } from "../api";
+import { el } from "../dom";
 import { word } from "../words/words";
 
 const STAYS = { error: 9000, done: 3000 };
@@ -29,7 +29,11 @@ export class Toasts {
 
   private say(text: string, kind: "error" | "done"): void {
     for (const old of [...this.element.children]) if (old.firstChild?.textContent === text) old.remove();
-    const close = el("button", { class: "quiet", "aria-label": word("shell.close"), onclick: () => toast.remove() }, "✕");
+    const close = el(
+      "button",
+      { class: "quiet", "aria-label": word("shell.close"), onclick: () => toast.remove() },
+      "✕",
+    );
     const toast = el("div", { class: `toast ${kind}` }, el("span", {}, text), close);
     this.element.append(toast);
     while (this.element.children.length > 4) this.element.firstElementChild?.remove();

@@ -3,8 +3,8 @@
 import { el } from "../dom";
 import { remembered } from "../run/controls";
 import "./tour.css";
-import type { Studio, ViewName } from "./view";
 import { word } from "../words/words";
+import type { Studio, ViewName } from "./view";
 
 interface Step {
   view: ViewName;
@@ -133,14 +133,21 @@ class Tour {
     const [mostX, mostY] = [window.innerWidth - width - GAP, window.innerHeight - height - GAP];
     let [x, y] = [mostX / 2, mostY / 2];
     if (shown) {
-      Object.assign(this.spot.style, { left: `${box.left}px`, top: `${box.top}px`, width: `${box.width}px`, height: `${box.height}px` });
+      Object.assign(this.spot.style, {
+        left: `${box.left}px`,
+        top: `${box.top}px`,
+        width: `${box.width}px`,
+        height: `${box.height}px`,
+      });
       const places: [number, number][] = [
         [box.right + GAP, box.top],
         [box.left - width - GAP, box.top],
         [within(box.left, mostX), box.bottom + GAP],
         [within(box.left, mostX), box.top - height - GAP],
       ];
-      [x, y] = places.find(([left, top]) => left >= GAP && left <= mostX && top >= GAP && top <= window.innerHeight - GAP) ?? [x, y];
+      [x, y] = places.find(
+        ([left, top]) => left >= GAP && left <= mostX && top >= GAP && top <= window.innerHeight - GAP,
+      ) ?? [x, y];
     }
     this.dialog.style.left = `${within(x, mostX)}px`;
     this.dialog.style.top = `${within(y, mostY)}px`;

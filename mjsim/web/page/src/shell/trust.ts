@@ -2,9 +2,9 @@
 
 import { ApiError, type Code } from "../api";
 import { el } from "../dom";
+import { word } from "../words/words";
 import { ask } from "./dialog";
 import type { Studio } from "./view";
-import { word } from "../words/words";
 
 /** Code that a run was refused for, and the text that it was to run. */
 export interface RunCode {
@@ -42,11 +42,7 @@ function mayRun(code: Code): Promise<boolean> {
   const body = [
     el("p", {}, word("shell.thisWorldBringsIts")),
     el("ul", {}, ...Object.keys(code).map((name) => el("li", { class: "mono" }, name))),
-    el(
-      "p",
-      { class: "hint" },
-      word("shell.allowItIfYou"),
-    ),
+    el("p", { class: "hint" }, word("shell.allowItIfYou")),
   ];
   return ask(word("shell.letThisWorldsCode"), body, [
     { text: word("shell.notNow"), value: false },

@@ -1,9 +1,9 @@
 /** What the three views have in common, and what the shell gives to each of them. */
 
-import type { RunCode } from "./trust";
 import type { Api, Folder } from "../api";
 import type { WorldDocument } from "./document";
 import type { Toasts } from "./toasts";
+import type { RunCode } from "./trust";
 
 export type ViewName = "edit" | "run" | "review";
 

@@ -1,7 +1,7 @@
 /** Keeps the address of the page up to date, so that a reload, a bookmark, Back and Forward lead to what was shown. */
 
 import { throttled } from "../signal";
-import { addressOf, isSamePlace, placeAt, type Place } from "./address";
+import { addressOf, isSamePlace, type Place, placeAt } from "./address";
 
 /**
  * What is shown is looked at so long after something was changed [ms]: opening a world changes the view, too, and

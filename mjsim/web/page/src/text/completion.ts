@@ -4,20 +4,20 @@ import {
   autocompletion,
   type Completion,
   type CompletionContext,
-  completionKeymap,
   type CompletionResult,
+  completionKeymap,
 } from "@codemirror/autocomplete";
 import { yamlLanguage } from "@codemirror/lang-yaml";
 import { type Extension, Prec } from "@codemirror/state";
 import { keymap } from "@codemirror/view";
 import type { Field, Level, SchemaBook } from "../panel/schema";
-import type { Studio } from "../shell/view";
 import { seenFrom } from "../shell/paths";
+import type { Studio } from "../shell/view";
+import { word } from "../words/words";
 import { hint } from "./hover";
 import { namesIn, partsFor } from "./names";
 import { modulesOf, ownKeys } from "./own_keys";
 import { ancestor, beside, levelsOf, type Read } from "./tree";
-import { word } from "../words/words";
 
 /** Keys whose value is the name of a thing of the world. */
 const NAMING = [
@@ -34,7 +34,7 @@ const SIGNS = /[\s,#{}[\]\x22\x27&*!|>%@\x60]/;
 interface Place {
   above: Level[];
   has: string[];
-  valueOf: Level | null;
+  levelOfValue: Level | null;
   /** Whether the key that is written has its colon already. */
   hasColon: boolean;
   /** The module of the mapping, when it names one. */
@@ -62,15 +62,20 @@ export function completion(book: SchemaBook, studio: Studio): Extension {
 }
 
 async function offered(place: Place, book: SchemaBook, studio: Studio): Promise<Completion[]> {
-  const { above, has, valueOf, hasColon, parts, use } = place;
+  const { above, has, levelOfValue, hasColon, parts, use } = place;
   const values = async (levels: Level[]): Promise<Completion[]> => {
     const field = book.along(levels);
     const found = [...parts, ...(field ? await valuesOf(field, levels, studio) : [])];
-    return [...new Set(found)].map((label) => ({ label, apply: SIGNS.test(label) ? JSON.stringify(label) : label, type: "constant" }));
+    return [...new Set(found)].map((label) => ({
+      label,
+      apply: SIGNS.test(label) ? JSON.stringify(label) : label,
+      type: "constant",
+    }));
   };
-  if (valueOf) return values([...above, valueOf]);
+  if (levelOfValue) return values([...above, levelOfValue]);
   const known = above.at(-1)?.key === "drivers" ? driven(has, studio) : book.missing(above, has).map(keyOption);
-  const own = use === null ? [] : (await ownKeys(studio, book, use)).filter(({ key }) => !has.includes(key)).map(keyOption);
+  const own =
+    use === null ? [] : (await ownKeys(studio, book, use)).filter(({ key }) => !has.includes(key)).map(keyOption);
   const options = [...known, ...own];
   // What begins like a key may be an entry of a list of names.
   if (!options.length) return values(above);
@@ -109,7 +114,10 @@ async function valuesOf(field: Field, levels: Level[], studio: Studio): Promise<
   const names = studio.document.items.flatMap(({ name }) => name ?? []);
   if (field.kind.is === "choice") return field.kind.options.map(String);
   if (field.kind.is === "switch") return ["true", "false"];
-  if (field.key === "include") return studio.folder.worlds.filter((path) => path !== studio.document.path).map((path) => seenFrom(studio.document.path, path));
+  if (field.key === "include")
+    return studio.folder.worlds
+      .filter((path) => path !== studio.document.path)
+      .map((path) => seenFrom(studio.document.path, path));
   if (field.key === "preset") return presetsAt(levels, studio);
   if (field.key === "model") return models;
   if (field.kind.is === "picture") return pictures;
@@ -126,15 +134,17 @@ function placeOf(context: CompletionContext, from: number): Place | null {
   // After other words of a line there is no key, but within braces.
   if (!isValue && !/^[ \t]*(- +)*$/.test(before) && !/[[{,][ \t]*$/.test(before)) return null;
   const hasColon = !isValue && /^:(\s|$)/.test(state.sliceDoc(pos, line.to));
-  const word = (isValue || hasColon ? STAND_IN : `${STAND_IN}: 0`) + (hasColon ? "" : closers(before, state.sliceDoc(pos, line.to)));
+  const word =
+    (isValue || hasColon ? STAND_IN : `${STAND_IN}: 0`) +
+    (hasColon ? "" : closers(before, state.sliceDoc(pos, line.to)));
   const key = keyAt(state.sliceDoc(0, from), word, state.sliceDoc(pos));
   const levels = key?.levels ?? [];
   const last = levels.at(-1);
   if (!last) return null;
   const has = last.beside.filter((name) => name !== STAND_IN);
   const common = { above: levels.slice(0, -1), has, hasColon, use: key?.use ?? null, parts: key?.parts ?? [] };
-  if (isValue) return { ...common, valueOf: { key: last.key, beside: last.beside } };
-  return last.key === STAND_IN ? { ...common, valueOf: null } : null;
+  if (isValue) return { ...common, levelOfValue: { key: last.key, beside: last.beside } };
+  return last.key === STAND_IN ? { ...common, levelOfValue: null } : null;
 }
 
 /** The brackets that a line has open before the cursor and does not shut behind it, shut. */
@@ -146,11 +156,18 @@ function closers(before: string, after: string): string {
     else if (sign === open.at(-1)) open.pop();
   }
   const shut = [...after].filter((sign) => "]}".includes(sign)).length;
-  return open.reverse().slice(0, Math.max(open.length - shut, 0)).join("");
+  return open
+    .reverse()
+    .slice(0, Math.max(open.length - shut, 0))
+    .join("");
 }
 
 /** The keys that lead to a stand-in, read from the text with it in place of the word. */
-function keyAt(before: string, standIn: string, after: string): { levels: Level[]; use: string | null; parts: string[] } | null {
+function keyAt(
+  before: string,
+  standIn: string,
+  after: string,
+): { levels: Level[]; use: string | null; parts: string[] } | null {
   const text = before + standIn + after;
   const tree = yamlLanguage.parser.parse(text);
   const pair = ancestor(tree.resolveInner(before.length, 1), "Pair");

@@ -37,5 +37,11 @@ export function hint(field: Field): HTMLElement {
   ];
   const said = facts.filter((fact) => fact && fact.length < 200).join("; ");
   const head = el("p", {}, el("b", {}, key), unit ? ` [${unit}]` : "");
-  return el("div", { class: "cm-hint" }, head, meaning ? el("p", {}, meaning) : null, said ? el("p", { class: "hint" }, said) : null);
+  return el(
+    "div",
+    { class: "cm-hint" },
+    head,
+    meaning ? el("p", {}, meaning) : null,
+    said ? el("p", { class: "hint" }, said) : null,
+  );
 }

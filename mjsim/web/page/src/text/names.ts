@@ -2,7 +2,7 @@
 
 import type { syntaxTree } from "@codemirror/language";
 import { SENSOR_KINDS } from "../run/protocol";
-import { ancestor, nameOf, type Read, type SyntaxNode, valueOf } from "./tree";
+import { ancestor, nameOf, type Read, type SyntaxNode, textOf } from "./tree";
 
 /** Keys that give a name, by the list in which they stand; `name` does everywhere. */
 export const GIVING: Record<string, string[]> = {
@@ -54,11 +54,14 @@ export function namesIn(tree: Tree, read: Read): Name[] {
 }
 
 function givenBy(pair: SyntaxNode, read: Read): Name[] {
-  const [key, name] = [nameOf(pair, read), valueOf(pair, read)];
+  const [key, name] = [nameOf(pair, read), textOf(pair, read)];
   const item = ancestor(pair.parent, "Item");
   const list = item ? listOf(item, read) : "";
   // What stands deeper in an item of a list gives none of its names.
-  const own = item && ancestor(pair.parent?.parent ?? null, "Item") === item && ancestor(pair.parent, "Pair") === ancestor(item, "Pair");
+  const own =
+    item &&
+    ancestor(pair.parent?.parent ?? null, "Item") === item &&
+    ancestor(pair.parent, "Pair") === ancestor(item, "Pair");
   if (!item || !own || name === null || (key !== "name" && !GIVING[list]?.includes(key))) return [];
   return [{ name, key, list, from: pair.from, thing: thingOf(item, read) }];
 }
@@ -83,10 +86,14 @@ export function partsFor(key: string, at: SyntaxNode, names: Name[], read: Read)
   const lists = PARTS[key];
   if (!lists) return [];
   const around = contextOf(at, read);
-  const parts = names.filter(({ list, ...name }) => lists.includes(list) && (key !== "camera" || name.key === "camera"));
+  const parts = names.filter(
+    ({ list, ...name }) => lists.includes(list) && (key !== "camera" || name.key === "camera"),
+  );
   const near = parts.filter((name) => rank(name, around) > 0);
   const own = near.length ? near : parts;
-  const targets = lists.includes("targets") ? own.map(({ name, thing }) => `${thing.name}.${name}`) : own.map(({ name }) => name);
+  const targets = lists.includes("targets")
+    ? own.map(({ name, thing }) => `${thing.name}.${name}`)
+    : own.map(({ name }) => name);
   return [...new Set(lists.includes("bodies") && own.length ? ["ground", ...targets] : targets)];
 }
 
@@ -102,7 +109,7 @@ function contextOf(at: SyntaxNode, read: Read): Context {
     if (now.name !== "Pair") continue;
     words.add(nameOf(now, read));
     const beside = now.parent?.parent?.name === "Document" ? [] : (now.parent?.getChildren("Pair") ?? []);
-    for (const pair of beside) words.add(valueOf(pair, read) ?? "");
+    for (const pair of beside) words.add(textOf(pair, read) ?? "");
   }
   return { thing: thingOf(at, read).from, words };
 }
@@ -114,7 +121,8 @@ function rank({ thing }: Name, around: Context): number {
 function nearest(word: string, names: Name[], around: Context): Name | null {
   const same = names.filter(({ name }) => name === word);
   // Things of the world come before parts of other things.
-  const order = (name: Name): number => 2 * rank(name, around) + (name.key === "name" && name.name === name.thing.name ? 1 : 0);
+  const order = (name: Name): number =>
+    2 * rank(name, around) + (name.key === "name" && name.name === name.thing.name ? 1 : 0);
   return same.sort((a, b) => order(b) - order(a))[0] ?? null;
 }
 
@@ -122,7 +130,7 @@ function thingOf(at: SyntaxNode, read: Read): { from: number; name: string } {
   let item: SyntaxNode | null = null;
   for (let now: SyntaxNode | null = at; now; now = now.parent) if (now.name === "Item") item = now;
   const pair = item && pairOf(item, "name", read);
-  return { from: item?.from ?? -1, name: (pair && valueOf(pair, read)) ?? "" };
+  return { from: item?.from ?? -1, name: (pair && textOf(pair, read)) ?? "" };
 }
 
 /** The key of the list that an item stands in. */
@@ -133,7 +141,9 @@ function listOf(item: SyntaxNode, read: Read): string {
 
 /** The pair of a key in an item of a list. */
 function pairOf(item: SyntaxNode, key: string, read: Read): SyntaxNode | null {
-  const pairs = [...item.getChildren("BlockMapping"), ...item.getChildren("FlowMapping")].flatMap((map) => map.getChildren("Pair"));
+  const pairs = [...item.getChildren("BlockMapping"), ...item.getChildren("FlowMapping")].flatMap((map) =>
+    map.getChildren("Pair"),
+  );
   return pairs.find((pair) => nameOf(pair, read) === key) ?? null;
 }
 

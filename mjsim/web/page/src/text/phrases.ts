@@ -34,5 +34,7 @@ const PHRASES: Record<string, Key> = {
 };
 
 export function phrases(): Extension {
-  return EditorState.phrases.of(Object.fromEntries(Object.entries(PHRASES).map(([phrase, key]) => [phrase, word(key)])));
+  return EditorState.phrases.of(
+    Object.fromEntries(Object.entries(PHRASES).map(([phrase, key]) => [phrase, word(key)])),
+  );
 }

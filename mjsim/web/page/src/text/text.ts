@@ -29,13 +29,13 @@ import { withoutList } from "../edit/clipboard";
 import type { SchemaBook } from "../panel/schema";
 import type { WorldDocument } from "../shell/document";
 import type { Studio } from "../shell/view";
+import { word } from "../words/words";
 import { completion } from "./completion";
 import { definitions } from "./definition";
 import { difference } from "./difference";
 import { hoverHints } from "./hover";
 import { HIGHLIGHT, THEME } from "./look";
 import { phrases } from "./phrases";
-import { word } from "../words/words";
 
 /** A change that came from elsewhere, not from the keyboard. */
 const fromOutside = Annotation.define<boolean>();

@@ -24,7 +24,7 @@ export function nameOf(pair: SyntaxNode, read: Read): string {
 }
 
 /** The value of a pair, when it is a single word or text. */
-export function valueOf(pair: SyntaxNode, read: Read): string | null {
+export function textOf(pair: SyntaxNode, read: Read): string | null {
   const value = pair.getChild("Literal") ?? pair.getChild("QuotedLiteral");
   return value ? plain(read(value)) : null;
 }
@@ -32,7 +32,7 @@ export function valueOf(pair: SyntaxNode, read: Read): string | null {
 /** The value of a key that stands beside a pair, or in one of the mappings around it. */
 export function beside(pair: SyntaxNode, key: string, read: Read): string | null {
   const found = pair.parent?.getChildren("Pair").find((other) => nameOf(other, read) === key);
-  return found ? valueOf(found, read) : null;
+  return found ? textOf(found, read) : null;
 }
 
 export function ancestor(node: SyntaxNode | null, name: string): SyntaxNode | null {

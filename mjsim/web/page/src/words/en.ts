@@ -98,7 +98,8 @@ export const EN = {
   "edit.del": "Del",
   "edit.delete": "Delete",
   "edit.deleted": "{things} deleted",
-  "edit.deletedWith": "{things} deleted, with what depended on it ({more}): mounted beacons, drivers, events, references",
+  "edit.deletedWith":
+    "{things} deleted, with what depended on it ({more}): mounted beacons, drivers, events, references",
   "edit.distance": "{metres} m",
   "edit.distributeLeftToRight": "Distribute left to right",
   "edit.distributeTopToBottom": "Distribute top to bottom",
@@ -107,8 +108,7 @@ export const EN = {
   "edit.dragThingsOrFreePaper":
     "Drag things, or drag over an empty area to select several. Shift adds, Alt disables snapping.",
   "edit.drawTheFirstWallW": "Draw the first wall (W)",
-  "edit.drawWallsHangUpPictures":
-    "Draw walls, hang pictures, add a robot and let it drive. Or open an existing world.",
+  "edit.drawWallsHangUpPictures": "Draw walls, hang pictures, add a robot and let it drive. Or open an existing world.",
   "edit.drawing": "Drawing …",
   "edit.duplicate": "Duplicate",
   "edit.edit": "Edit",
@@ -159,8 +159,7 @@ export const EN = {
   "edit.picture": "picture",
   "edit.pictureOrMarker": "Picture or marker",
   "edit.plan": "Plan",
-  "edit.planOfTheWorld":
-    "Plan of the world. Page Down selects the next thing, arrows move it, Enter opens its fields.",
+  "edit.planOfTheWorld": "Plan of the world. Page Down selects the next thing, arrows move it, Enter opens its fields.",
   "edit.platform": "Platform",
   "edit.radius": "radius {radius} m",
   "edit.ramp": "Ramp",
@@ -295,8 +294,7 @@ export const EN = {
   "panel.withoutObserver": "Pictures are not searched for beacons.",
   "panel.world": "World",
   "panel.writeTheIncludedFileInto": "Write the included file into this text",
-  "panel.writeThisRepetitionAsAn":
-    "Write this repetition as a separate item; the others stay repeated",
+  "panel.writeThisRepetitionAsAn": "Write this repetition as a separate item; the others stay repeated",
   "panel.yes": "yes",
   "review.back": "Back",
   "review.backToTheRecordingsEscape": "Back to the recordings (Escape)",
@@ -316,8 +314,7 @@ export const EN = {
   "review.comparison": "Comparison",
   "review.copiedAsCsv": "Copied as CSV",
   "review.copyAsCsv": "Copy as CSV",
-  "review.couldNotBeTakenCopy":
-    "{name} could not be uploaded; copy it into the folder, then open it from the list",
+  "review.couldNotBeTakenCopy": "{name} could not be uploaded; copy it into the folder, then open it from the list",
   "review.depth": "Depth",
   "review.differencesOfPairsMeanInterval": "Differences of pairs: mean [interval]",
   "review.dropTheRecording": "Drop the recording here",
@@ -404,8 +401,7 @@ export const EN = {
   "review.whatToKnow": "Notes",
   "review.workingOutTheFigures": "Computing the figures …",
   "run.anotherWorld": "another world",
-  "run.anotherWorldIsOpenOpen":
-    "Another world is open; to keep these events, open the one that ran",
+  "run.anotherWorldIsOpenOpen": "Another world is open; to keep these events, open the one that ran",
   "run.backS": "Back (S)",
   "run.changesTakeEffectWithThe": "Changes take effect at the next start.",
   "run.connecting": "Connecting",
@@ -432,7 +428,8 @@ export const EN = {
   "run.heldThereByAHand": "A hand moves it there at 1 rad/s or 1 m/s and holds it with up to 300 N, until you let go",
   "run.joint": "Joint",
   "run.joints": "Joints",
-  "run.jointsNotLed": "{name}: {joints} cannot be led by hand: they do not move, or belong to a constraint; lead {others}.",
+  "run.jointsNotLed":
+    "{name}: {joints} cannot be led by hand: they do not move, or belong to a constraint; lead {others}.",
   "run.jointsNotLedAlone": "{name}: {joints} cannot be led by hand: they do not move.",
   "run.jointsOf": "Motion of the joints of {name}",
   "run.keepAsEvents": "Keep {fresh} as events",
@@ -561,15 +558,13 @@ export const EN = {
   "scene.loading": "Loading …",
   "scene.lookFrom": "Look from",
   "scene.measure": "Measure",
-  "scene.noGraphics":
-    "This browser cannot draw 3-D here: switch on its graphics acceleration (WebGL 2).",
+  "scene.noGraphics": "This browser cannot draw 3-D here: switch on its graphics acceleration (WebGL 2).",
   "scene.pressTheOtherPlace": "Click the second point",
   "scene.pressTwoPlaces": "Click two points",
   "scene.showAll": "Show all",
   "scene.showItNonetheless": "Show it anyway",
   "scene.theWorldIn3d": "The world in 3-D; drag, wheel, arrows, + - and 0 move the view",
-  "scene.tooSlow":
-    "3-D reaches only {rate} pictures per second here; it is off, so that it does not slow the run.",
+  "scene.tooSlow": "3-D reaches only {rate} pictures per second here; it is off, so that it does not slow the run.",
   "scene.viewIn3d": "View in 3-D",
   "shell.aClosedTabLeft": "A closed tab left unsaved changes in {path} ({when}).",
   "shell.aNewWorld": "A new world ({path})",
@@ -613,8 +608,7 @@ export const EN = {
   "shell.fromTheToolsTo": "from the tools to the plan, the text, the fields",
   "shell.goOnSavingOverwrites": "Continue; saving overwrites the file on disk",
   "shell.help": "Help",
-  "shell.hereStandAllKeys":
-    "All keys are listed here, and you can repeat this tour. Everything works without a mouse.",
+  "shell.hereStandAllKeys": "All keys are listed here, and you can repeat this tour. Everything works without a mouse.",
   "shell.in": "In {folder}",
   "shell.isNoLongerOn":
     "{path} is no longer on disk: it was moved or deleted. Its text is kept here until you save it.",
@@ -645,8 +639,7 @@ export const EN = {
   "shell.newWorldNotSaved": "Your changes to the new world are not saved.",
   "shell.next": "Next",
   "shell.nextPreviousThingOn": "next, previous thing on the plan",
-  "shell.noWorldFileIn":
-    "No world file in this folder yet: start from one below, or make a new one.",
+  "shell.noWorldFileIn": "No world file in this folder yet: start from one below, or make a new one.",
   "shell.notNow": "Not now",
   "shell.notSavedYet": "Not saved yet",
   "shell.nothingButAFloor": "Just a floor to draw on.",
@@ -689,13 +682,10 @@ export const EN = {
     "Start a run, pause it, step tick by tick. The side column selects the modules of each robot and records to a file.",
   "shell.takeTheTour": "Take the tour",
   "shell.theNextProblem": "the next problem",
-  "shell.theStudioDoesNot":
-    "The studio does not answer: your changes are not kept. Restart it, or download the text.",
+  "shell.theStudioDoesNot": "The studio does not answer: your changes are not kept. Restart it, or download the text.",
   "shell.theTextIsThe": "The text is the world",
-  "shell.theseChangesWereNot":
-    "These changes were not saved when their page was closed. Restoring them can be undone.",
-  "shell.thisWorldBringsIts":
-    "This world brings its own code, which can do anything on this computer that you can:",
+  "shell.theseChangesWereNot": "These changes were not saved when their page was closed. Restoring them can be undone.",
+  "shell.thisWorldBringsIts": "This world brings its own code, which can do anything on this computer that you can:",
   "shell.turnByWithShift": "turn by 15°; with Shift by 1°",
   "shell.undoCtrlZ": "Undo (Ctrl+Z)",
   "shell.undoLeadsBackTo": "Undo brings back your changes",
@@ -703,14 +693,12 @@ export const EN = {
   "shell.undoSteps": "Undo steps",
   "shell.unsavedChanges": "Unsaved changes",
   "shell.views": "Views",
-  "shell.whatWasRecordedIs":
-    "View any moment of a recording here. Tick two recordings to compare them.",
+  "shell.whatWasRecordedIs": "View any moment of a recording here. Tick two recordings to compare them.",
   "shell.youCanUndoThis": "You can undo this",
   "shell.yourTextIsKept": "Your text is kept here until you decide; nothing was written.",
   "shell.zoomInZoomOut": "zoom in, zoom out, show all",
   "start.answered": "the studio answered {status}",
-  "start.gone":
-    "the studio does not answer; check that `mjsim studio` is still running, then try again",
+  "start.gone": "the studio does not answer; check that `mjsim studio` is still running, then try again",
   "start.opening": "Opening the studio …",
   "start.theStudioCannotBe": "The studio cannot be opened",
   "start.tryAgain": "Try again",

@@ -30,7 +30,8 @@ function accent(text: string): string {
 /** What the server says, by keys: sentences with most words of their own first. */
 export function sentences(): [key: string, pattern: RegExp][] {
   const own = (text: string): number => text.replace(/\{\w+\}/g, "").length;
-  const pattern = (text: string): string => text.replace(/[\\^$.*+?()[\]|]/g, "\\$&").replace(/\{(\w+)\}/g, "(?<$1>.*?)");
+  const pattern = (text: string): string =>
+    text.replace(/[\\^$.*+?()[\]|]/g, "\\$&").replace(/\{(\w+)\}/g, "(?<$1>.*?)");
   return Object.entries(EN_SAID)
     .sort(([, a], [, b]) => own(b) - own(a))
     .map(([key, text]) => [key, new RegExp(`^${pattern(text)}$`, "s")]);

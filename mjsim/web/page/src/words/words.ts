@@ -21,7 +21,8 @@ const FOR_DEVELOPERS = "en-XA";
 
 const wanted = chosen();
 // Without them the page is there in English.
-const others = wanted === "en" ? null : await (import(PROGRAM) as Promise<typeof import("./languages")>).catch(() => null);
+const others =
+  wanted === "en" ? null : await (import(PROGRAM) as Promise<typeof import("./languages")>).catch(() => null);
 /** The tag of the language of the page. */
 export const language = others ? wanted : "en";
 const words: Record<string, string> = others?.tableOf(language, ENGLISH_WORDS) ?? ENGLISH_WORDS;
@@ -36,10 +37,17 @@ export function word(key: Key, values: Record<string, string | number | null | u
  * Look up what the data calls by a key: a field, a form of its value, a kind of thing. What has no entry, such as the
  * options of somebody's own module, is made from the key: `max_speed` becomes "Max speed" in every language.
  */
-export function wordFor(kind: "field" | "form" | "item" | "part", key: string, values: Record<string, number> = {}): string {
+export function wordFor(
+  kind: "field" | "form" | "item" | "part",
+  key: string,
+  values: Record<string, number> = {},
+): string {
   const known = `${kind}.${key}`;
   if (known in words) return word(known as Key, values);
-  const plain = key.replace(/([a-z])([A-Z])/g, "$1 $2").replaceAll("_", " ").toLowerCase();
+  const plain = key
+    .replace(/([a-z])([A-Z])/g, "$1 $2")
+    .replaceAll("_", " ")
+    .toLowerCase();
   return plain.charAt(0).toUpperCase() + plain.slice(1);
 }
 
@@ -56,7 +64,10 @@ export function said(english: string): string {
     const found = sentence.exec(english);
     if (!found) continue;
     // A value may be a sentence as well; names have no spaces.
-    const values = Object.entries(found.groups ?? {}).map(([name, value]) => [name, value.includes(" ") ? said(value) : value]);
+    const values = Object.entries(found.groups ?? {}).map(([name, value]) => [
+      name,
+      value.includes(" ") ? said(value) : value,
+    ]);
     return word(key as Key, Object.fromEntries(values) as Record<string, string>);
   }
   return english;
