@@ -49,8 +49,9 @@ class Listener:
         self._taken.append((reader, kind, take))
 
     def start(self) -> None:
-        """Start to receive."""
-        self._thread.start()
+        """Start to receive; without topics there is nothing to wait for, and a wait would return at once, for ever."""
+        if self._taken:
+            self._thread.start()
 
     def close(self) -> None:
         """End the thread and close the readers; a second call does nothing."""

@@ -135,3 +135,10 @@ def test_topics_and_services_are_announced_with_the_hash_of_their_type():
         "rq/mjsim/pauseRequest": service,
         "rr/mjsim/pauseReply": service,
     }
+
+
+def test_a_bus_that_receives_nothing_has_no_thread_that_would_ask_for_ever():
+    before = {*threading.enumerate()}
+    with Bus(domain=DOMAIN) as bus:
+        bus.start()
+        assert {*threading.enumerate()} == before
