@@ -1,6 +1,7 @@
-"""Diagnosis of this machine: OpenGL and its speed, GNU Octave, and how to install what is missing."""
+"""Diagnosis of this machine: OpenGL and its speed, extras, GNU Octave, and how to install what is missing."""
 
 import os
+import re
 import subprocess
 import sys
 import time
@@ -13,7 +14,7 @@ import cv2
 import mujoco
 
 from mjsim.compile import compile_world
-from mjsim.errors import OpenGLError, UsageError
+from mjsim.errors import OpenGLError, UsageError, how_to_install
 from mjsim.guarded import guarded
 from mjsim.interface import Picture
 from mjsim.modules import octave_found
@@ -26,6 +27,21 @@ WIDTH, HEIGHT = 640, 480
 PATIENCE = 60.0
 """Time limit for trying a backend [s]."""
 LIBRARIES = ("mujoco", "numpy", "opencv-python-headless", "dm-control", "foxglove-sdk", "av")
+EXTRAS = {
+    "dask": "sweeps on a Dask cluster",
+    "docs": "the documentation as a site",
+    "dxf": "import of DXF drawings",
+    "evo": "comparison of mjsim's errors with those of evo",
+    "graph": "the estimator GraphSlam",
+    "gymnasium": "environments of Gymnasium",
+    "parquet": "tables of sweeps as Parquet",
+    "peers": "other simulators for mjsim bench --peers",
+    "planning": "the navigator PathTracking",
+    "ros": "ROS 1 and ROS 2 bags",
+    "ros2": "a running world as a ROS 2 robot",
+    "usd": "export to USD",
+}
+"""What each extra of the package is for."""
 ROOM = """
 mjsim: 1
 name: doctor
@@ -66,6 +82,8 @@ class Diagnosis:
     """Result of each backend, tried in a separate process."""
     versions: Mapping[str, str]
     """Versions of Python and of the main libraries."""
+    extras: Mapping[str, Sequence[str]]
+    """Packages that each extra lacks; none if it is installed."""
     octave: str
     """Version and path of GNU Octave, for modules in .m files; or what to type if there is none."""
     cores: int
@@ -88,7 +106,7 @@ def diagnose(picture: Path | None, *, overwrite: bool = False) -> Diagnosis:
         require_free(picture, overwrite=overwrite)
     backends = {name: _try_alone(name) for name in BACKENDS}
     versions = {"python": sys.version.split()[0]} | {name: _version(name) for name in LIBRARIES}
-    octave, cores, limits = octave_found(), usable_cores(), _limits()
+    octave, cores, limits, extras = octave_found(), usable_cores(), _limits(), missing_of_extras()
     try:
         backend, renderer = choose_backend(), _renderer()
     except OpenGLError as error:
@@ -100,6 +118,7 @@ def diagnose(picture: Path | None, *, overwrite: bool = False) -> Diagnosis:
             fault=str(error),
             backends=backends,
             versions=versions,
+            extras=extras,
             octave=octave,
             cores=cores,
             limits=limits,
@@ -116,6 +135,7 @@ def diagnose(picture: Path | None, *, overwrite: bool = False) -> Diagnosis:
         fault=None,
         backends=backends,
         versions=versions,
+        extras=extras,
         octave=octave,
         cores=cores,
         limits=limits,
@@ -136,10 +156,26 @@ def report_lines(diagnosis: Diagnosis) -> Sequence[str]:
     lines += [f"  {name:24}{result}" for name, result in diagnosis.backends.items()]
     lines += ["", "versions"]
     lines += [f"  {name:24}{version}" for name, version in diagnosis.versions.items()]
+    lines += ["", "extras, each a set of optional packages", *_extra_lines(diagnosis.extras)]
     lines += ["", f"octave    {diagnosis.octave}", f"cores     {diagnosis.cores}", f"limits    {diagnosis.limits}"]
     if diagnosis.fault:
         lines += ["", diagnosis.fault]
     return lines
+
+
+def missing_of_extras() -> dict[str, list[str]]:
+    """Return the packages that each extra of mjsim lacks here, as its metadata lists them."""
+    needs = [(re.search(r'extra == "(\w+)"', each), each) for each in metadata.requires("mjsim") or ()]
+    packages = [(found[1], re.split(r"[^\w.-]", each, maxsplit=1)[0]) for found, each in needs if found]
+    return {
+        extra: [name for of, name in packages if of == extra and _version(name) == "not installed"] for extra in EXTRAS
+    }
+
+
+def _extra_lines(extras: Mapping[str, Sequence[str]]) -> list[str]:
+    found = {name: f"lacks {', '.join(missing)}" if missing else "installed" for name, missing in extras.items()}
+    lines = [f"  {name:11}{text:28}{EXTRAS[name]}" for name, text in found.items()]
+    return [*lines, f"  to add one: {how_to_install('PACKAGE')}"] if any(extras.values()) else lines
 
 
 def limits_held(missing: Sequence[str]) -> str:

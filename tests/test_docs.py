@@ -8,10 +8,12 @@ import runpy
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 import mjsim
 from mjsim.modules import ROLES
@@ -24,7 +26,7 @@ ROOT = Path(__file__).parent.parent
 PAGES = sorted(
     [
         *(ROOT / "docs").rglob("*.md"),
-        *(ROOT / f"{name}.md" for name in ("README", "CHANGELOG", "CONTRIBUTING")),
+        *(ROOT / f"{name}.md" for name in ("README", "CHANGELOG", "CONTRIBUTING", "SECURITY")),
         *(ROOT / "scripts").glob("**/*.md"),
     ]
 )
@@ -98,6 +100,14 @@ def test_pages_outside_the_generated_reference_stay_short():
     texts = {str(page): TABLE.sub("", page.read_text("utf-8")) for page in pages if page.name not in GENERATED}
     words = {name: len(re.findall(r"\S*\w\S*", text)) for name, text in texts.items()}  # not bars of tables
     assert sum(words.values()) <= 48_500, words
+
+
+def test_the_changelog_and_the_citation_are_of_this_version():
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["version"]
+    newest, date = re.findall(r"^## \[(.+)\] - (.+)$", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.M)[0]
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
+    assert [newest, date] == [version, str(citation["date-released"])]
+    assert citation["version"] == version
 
 
 @pytest.mark.slow

@@ -17,10 +17,10 @@ def doctor(
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Report which OpenGL backend works, and how fast.
+    """Report which OpenGL backend works, how fast, and what is missing.
 
-    Render a test picture, look for GNU Octave, and tell whether strangers' files
-    are read with limits.
+    Render a test picture; list the optional packages and what each is for; look
+    for GNU Octave; tell whether files of strangers are read with limits.
     """
     from mjsim.doctor import diagnose, report_lines
 

@@ -1,7 +1,12 @@
+import re
+import tomllib
+from importlib import metadata
+from pathlib import Path
+
 import cv2
 import pytest
 
-from mjsim.doctor import diagnose, limits_held, report_lines
+from mjsim.doctor import EXTRAS, diagnose, limits_held, missing_of_extras, report_lines
 from mjsim.guarded import guarded
 from mjsim.modules import octave_found
 from tests.modules.octave_room import needs_octave
@@ -57,6 +62,7 @@ def test_the_doctor_draws_a_room_and_names_what_it_tried(tmp_path):
     assert lines[0] == f"backend   {diagnosis.backend}"
     assert any(diagnosis.versions["mujoco"] in line for line in lines)
     assert f"octave    {diagnosis.octave}" in lines
+    assert any(line.startswith("  dxf  ") and line.endswith(EXTRAS["dxf"]) for line in lines)
     assert f"limits    {limits_held(guarded('mjsim.guarded:missing_limits', about='here'))}" in lines
 
 
@@ -65,3 +71,17 @@ def test_limits_that_a_system_lacks_are_named():
     assert limits_held(["memory", "other files"]).startswith(
         "files of strangers are read without limits on memory, other files;"
     )
+
+
+def test_every_extra_of_the_package_is_known_with_what_it_lacks(monkeypatch):
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    extras = {name: each for name, each in project["optional-dependencies"].items() if each and name != "all"}
+    assert set(EXTRAS) == set(extras)
+    (everything,) = project["optional-dependencies"]["all"]
+    assert set(re.findall(r"\w+", everything)[1:]) == set(extras) - {"docs", "peers"}
+
+    def nothing(name):
+        raise metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr("importlib.metadata.version", nothing)
+    assert missing_of_extras() == {name: [re.split(r"[^\w.-]", each)[0] for each in extras[name]] for name in EXTRAS}
