@@ -27,6 +27,8 @@ SEARCHED = 1.0
 BETTER = 3.0
 """Logarithm of the ratio by which another pose must explain a scan better than the belief does before particles go
 there: with less, a room that looks alike from two places, and things that were moved in it, lead astray."""
+LOST = 0.25
+"""The robot is lost when scans fit worse than usual by this measure, from 0 to 1."""
 CANDIDATES = 20000
 """Number of candidate poses for relocated particles."""
 SEARCHERS = 300
@@ -118,6 +120,8 @@ class MonteCarloLocalization:
         self._rng = rng
         self._beacons = {name: info.pose.as_array()[:2] for name, info in catalogue.items() if info.pose is not None}
         self._places = self._known_field().largest_region(robot.radius)
+        x, y = np.var(self._places, axis=0)
+        self._unknown = np.diag([x, y, np.pi**2 / 3.0])
         self._slow = self._fast = 0.0
         self._misfit, self._searched = 0.0, -np.inf
         self._moved = np.inf
@@ -140,6 +144,10 @@ class MonteCarloLocalization:
             self._weigh(points, sightings, seen.time)
             self._shown = self._picture(points) if self._show else ()
         return self._belief()
+
+    def lost(self) -> bool:
+        """Return whether scans fit much worse than usual where the particles are."""
+        return self._misfit > LOST
 
     def _known_field(self) -> DistanceGrid:
         assert self._field is not None
@@ -276,9 +284,10 @@ class MonteCarloLocalization:
         core = np.all(np.abs(_differences(P, mean)) < 2.0 * BIN, axis=1)
         mean = _mean(P[core], w[core])
         differences = _differences(P, mean)
-        return Estimate(
-            Pose.from_array(mean), (differences * w[:, None]).T @ differences + FLOOR * np.eye(3), show=self._shown
-        )
+        covariance = (differences * w[:, None]).T @ differences + FLOOR * np.eye(3)
+        # Scans that fit too badly tell that the robot may be anywhere else.
+        covariance = (1.0 - self._misfit) * covariance + self._misfit * self._unknown
+        return Estimate(Pose.from_array(mean), covariance, show=self._shown)
 
     def _picture(self, points: Array) -> tuple[Shown, ...]:
         """Return shown items: some of the particles, and the ends of a scan (n, 2) from the estimated pose."""

@@ -363,7 +363,8 @@ def _proximities(distances: NDArray[np.float32], radius: float) -> NDArray[np.fl
     """Return the proximity to walls at some distances [m]: 1 on them, 0 beyond a radius [m]."""
     proximity = distances * np.float32(-1.0 / radius)
     proximity += np.float32(1.0)
-    return np.maximum(proximity, np.float32(0.0), out=proximity)
+    np.maximum(proximity, np.float32(0.0), out=proximity)
+    return proximity
 
 
 def _means(values: NDArray[np.float32]) -> Array:

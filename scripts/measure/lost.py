@@ -10,7 +10,7 @@ from mjsim.bench import disturbed, disturbed_scans
 from mjsim.bench.disturbed import Errors
 
 NAMES = ("TextbookEkfSlam", "TextbookFastSlam", "EkfSlam", "FastSlam", "GraphSlam")
-BY_SCANS = ("LidarSlam",)
+BY_SCANS = ("LidarSlam", "MonteCarloLocalization")
 
 
 def cell(runs: list[Errors]) -> str:

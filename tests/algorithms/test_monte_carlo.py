@@ -77,12 +77,18 @@ def test_from_anywhere_it_finds_where_it_is_and_needs_fewer_particles_then():
 
 
 @pytest.mark.slow
-def test_a_robot_that_was_carried_away_is_found_again():
+def test_a_robot_that_was_carried_away_says_that_it_is_lost_and_is_found_again():
     rng = np.random.default_rng(4)
     estimator = started(Pose(4, 2, 0), np.diag([0.1, 0.1, 0.1]) ** 2)
     drive(estimator, Pose(4.0, 2.0, 0.0), 60, rng)
-    pose, belief = drive(estimator, Pose(1.2, 5.2, -1.6), 200, rng)
+    assert not estimator.lost()
+    pose, belief = drive(estimator, Pose(1.2, 5.2, -1.6), 11, rng)  # three scans
+    assert estimator.lost()
+    off = pose.as_array() - belief.pose.as_array()
+    assert off @ np.linalg.solve(belief.covariance, off) < 16.3  # 99.9 % of chi-square
+    pose, belief = drive(estimator, pose, 200, rng)
     assert apart(pose, belief) < 0.1
+    assert not estimator.lost()
 
 
 @pytest.mark.slow

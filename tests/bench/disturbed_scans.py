@@ -8,7 +8,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from mjsim.geometry import Array, Pose
-from mjsim.interface import Estimator, Observation, Scan, SensorInfo
+from mjsim.interface import Estimator, Observation, Scan, SensorInfo, TakesMap, WorldMap
 
 from .disturbed import DT, ROBOT, Disturbance, Errors, Moment, compared, driven
 
@@ -46,6 +46,9 @@ def drive(
     """Drive round the hall; return the errors of estimators that all got the same observations."""
     rng, walls = np.random.default_rng([seed, 2]), _walls()
     lidar = SensorInfo(kind="lidar", robot_from_sensor=np.eye(4), rate_hz=1.0 / (EVERY * DT))
+    for estimator in estimators.values():
+        if isinstance(estimator, TakesMap):
+            estimator.take_map(WorldMap(walls, {}))
     robot = dataclasses.replace(ROBOT, prior=Pose(*CORNERS[-1], 0.0), sensors={"scan": lidar})
 
     def seen(moment: Moment) -> Observation:
