@@ -15,6 +15,7 @@ from tests.hands import (
     grip,
     last_target,
     lead,
+    now,
     opened,
     pick,
     restart,
@@ -144,9 +145,10 @@ def the_rest_of_a_drag_of_another_browser_is_kept_after_a_part_of_it_was(studio,
 
         def drag(to_deg, drag):
             other.say("touch", event={"lead": "gate", "joint": "swing", "to_deg": to_deg}, drag=drag)
-            other.until("touched")
-            other.until("tick")
-            other.until("tick")
+            while not ((events := other.until("run").get("touched")) and last_target(events[-1]) == [to_deg]):
+                pass
+            told = now(studio)["time"]
+            until(studio, page, lambda tick: tick["time"] > told)  # what is told before it the page has too
 
         tab(page, "Events")
         keep, kept = (page.get_by_role("button", name=name) for name in ("Keep 1 as event", "Kept as events"))

@@ -1,7 +1,7 @@
 """A thousand things are deleted and brought back in the studio, in a real browser, by processor time."""
 
-import re
 import time
+from itertools import pairwise
 
 import pytest
 from playwright.sync_api import expect
@@ -16,8 +16,11 @@ WORLDS = {
     "boxes": f"mjsim: 1\nname: many\nobstacles:\n{BOXES}",
     "walls": large_floor(1000),
 }
-MOST = 1.0
-"""Of page and server together [s]: as the studio promises; it takes some 0.3 s, and twice that on slow machines."""
+TIMES = 1.5
+"""Deleting, or bringing back, takes at most so many times as long as opening such a world; it takes half as long.
+
+A time in seconds would be a fact about the machine and what else it does.
+"""
 
 
 class Clock:
@@ -34,37 +37,43 @@ class Clock:
         return page + time.process_time()
 
     def settled(self) -> float:
-        """Return the time once both have little to do: less than 0.05 s in half a second."""
+        """Return the time once both have little to do: less than 0.03 s in 0.3 s."""
         before = self.now()
         while True:
-            self._page.wait_for_timeout(500)  # the page goes on meanwhile
-            if (now := self.now()) < before + 0.05:
+            self._page.wait_for_timeout(300)  # the page goes on meanwhile
+            if (now := self.now()) < before + 0.03:
                 return now
             before = now
 
 
-def deleted_and_brought_back(page) -> tuple[float, float]:
-    """Delete all things and undo that; return what each took [s]."""
-    expect(page.locator("#view-edit .plan")).to_have_attribute("data-view", re.compile(","))
+def opened_deleted_and_brought_back(page, name) -> list[float]:
+    """Open a world, delete all its things and undo that; return what each took [s]."""
     clock, listed = Clock(page), page.locator(".outliner [role=treeitem]")
+    times = [clock.settled()]
+    page.keyboard.press("Control+o")
+    page.get_by_role("searchbox", name="Find a world").fill(name)
+    page.keyboard.press("Enter")
+    expect(page.locator(".world .name")).to_have_text(f"{name}.yaml")
     expect(listed).not_to_have_count(0)
+    times.append(clock.settled())
     page.locator("#view-edit .plan").click(position={"x": 5, "y": 5})
     page.keyboard.press("Control+a")
-    began = clock.settled()
+    times.append(clock.settled())
     page.keyboard.press("Delete")
     expect(listed).to_have_count(0)
-    deleted = clock.settled()
+    times.append(clock.settled())
     page.keyboard.press("Control+z")
     expect(listed).not_to_have_count(0)
-    return deleted - began, clock.settled() - deleted
+    times.append(clock.settled())
+    opened, _, deleted, brought_back = (after - before for before, after in pairwise(times))
+    return [opened, deleted, brought_back]
 
 
-def test_a_thousand_things_are_deleted_and_brought_back_within_a_second(browser, tmp_path):
+def test_a_thousand_things_are_deleted_and_brought_back_no_slower_than_they_are_opened(browser, tmp_path):
     for name, text in WORLDS.items():
         (tmp_path / f"{name}.yaml").write_text(text)
     expect.set_options(timeout=PATIENCE)
     with Studio(tmp_path) as studio, page_at(browser, studio.url, own=True) as page:
         for name in WORLDS:
-            page.goto(f"{page.url.partition('#')[0]}#edit?world={name}.yaml")
-            page.reload()
-            assert max(deleted_and_brought_back(page)) < MOST, name
+            opened, deleted, brought_back = opened_deleted_and_brought_back(page, name)
+            assert max(deleted, brought_back) < TIMES * opened, name
