@@ -31,6 +31,7 @@ from .picture_checks import check_pictures as check_pictures
 from .picture_checks import judge_images as judge_images
 from .picture_checks import judge_pictures as judge_pictures
 from .python import INSTALLED as INSTALLED
+from .python import faults_in as faults_in
 from .roles import ROLES as ROLES
 from .roles import misfit as misfit
 from .spec import module_of as module_of

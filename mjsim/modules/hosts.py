@@ -54,6 +54,8 @@ class Offer:
     title: str
     about: str = ""
     keys: Sequence[Key] = field(default=())
+    parts: frozenset[str] = frozenset()
+    """Fields of `RobotInfo` for whose sake it refuses robots: arms, balancing, max_left."""
 
 
 class Host(ABC):

@@ -4,7 +4,7 @@ import ast
 
 import pytest
 
-from mjsim.modules import offers_in
+from mjsim.modules import faults_in, offers_in
 from mjsim.modules.python.annotations import schema_of
 from mjsim.modules.python.offers import title_of
 
@@ -53,6 +53,32 @@ def test_choices_and_defaults_are_followed_into_the_files_that_name_them(tmp_pat
         ("delay", 0.05, NUMBER),
         ("far", None, NUMBER),
     ]
+
+
+def test_a_module_fits_only_robots_that_its_start_does_not_refuse(tmp_path):
+    starts = {
+        "Arm": "if self.arm not in r.arms: raise ValueError(r.name)",
+        "Way": "if r.max_left == 0.0 or r.max_speed == 0.0: raise ValueError('no')",
+        "Any": "self.arms = r.arms",
+    }
+    head = "class {}:\n    def command(self, seen, belief): ...\n    def start(self, r, map, rng):\n        {}\n"
+    file = tmp_path / "own.py"
+    file.write_text("".join(head.format(*item) for item in starts.items()))
+    assert [set(offer.parts) for offer in offers_in([(file, "own.py")])] == [{"arms"}, {"max_left"}, set()]
+
+
+def test_files_that_cannot_be_imported_are_named_with_the_line_that_says_why(tmp_path):
+    texts = {
+        "torn.py": "import math\nclass Own(:\n",
+        "lacking.py": "import math, numpy.linalg\nfrom good import x\nimport no_such_thing.part\n",
+        "good.py": "from __future__ import annotations\nfrom . import lacking\nx = 1\n",
+    }
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+    assert dict(faults_in([(tmp_path / name, f"in/{name}") for name in texts])) == {
+        "in/torn.py": "torn.py:2: invalid syntax; this is not Python",
+        "in/lacking.py": "lacking.py:3: no module 'no_such_thing' is installed or beside it",
+    }
 
 
 def test_classes_are_called_as_people_write_them():

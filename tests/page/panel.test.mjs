@@ -36,7 +36,7 @@ test("differences applied give the other value", () => {
   for (const one of values) for (const other of values) assert.deepEqual(applied(one, differences([], one, other)), other);
 });
 
-const offer = (use, needs, properties = {}, required = []) => ({ use: `mjsim.algorithms.${use}`, title: use, about: "", needs, options: { properties, required } });
+const offer = (use, needs, properties = {}, required = []) => ({ use: `mjsim.algorithms.${use}`, title: use, about: "", needs, parts: [], options: { properties, required } });
 const MODULES = {
   observers: [offer("eyes:Eyes", ["cameras"], { camera: { default: "front" } })],
   estimators: [offer("ekf:Ekf", ["sightings"]), offer("scan:Scan", ["scans"])],
@@ -44,6 +44,7 @@ const MODULES = {
   avoidances: [],
   controllers: [],
   sensors: { camera: "cameras", lidar: "scans", beacons: "sightings" },
+  faults: {},
   programs: [],
 };
 /** Fields of options as a form has them: key, kind, fallback and whether it is required. */
@@ -57,6 +58,16 @@ test("a module fits by one of the readings that it needs; a camera allows sighti
   const given = readingsOf(robot({ camera: "eye" }), MODULES);
   assert.deepEqual([...MODULES.estimators, ...MODULES.navigators].map((one) => fits(one, given)), [true, false, false, true]);
   assert.deepEqual([...readingsOf(null, MODULES)], []);
+});
+
+test("a module that refuses a robot without an arm, or a drive of a kind, fits only those that have it", () => {
+  const kinds = [{ type: "mecanum" }, { type: "user", max_left: 0.3 }, { type: "user", max_left: 0 }, { type: "balancing" }, null];
+  const having = kinds.map((drive) => readingsOf({ ...robot(), values: { drive } }, MODULES));
+  const fitting = (part) => having.map((given) => fits({ needs: [], parts: [part] }, given));
+  assert.deepEqual(fitting("max_left"), [true, true, false, false, false]);
+  assert.deepEqual(fitting("balancing"), [false, false, false, true, false]);
+  const armed = readingsOf({ ...robot({ camera: "eye" }), values: { arms: [{ name: "left" }] } }, MODULES);
+  assert.deepEqual([fits({ needs: ["cameras"], parts: ["arms"] }, armed), fits({ needs: [], parts: ["arms"] }, armed)], [false, true]);
 });
 
 test("what fits is suggested by the sensors, and takes a camera by its name", () => {

@@ -300,7 +300,7 @@ def test_code_is_asked_for_until_it_is_allowed_as_it_was_shown(edit):
 @pytest.mark.slow
 def test_modules_are_offered_by_role_the_preferred_first_with_what_they_need_and_their_options(edit):
     told = edit("modules?path=room.yaml")
-    assert set(told) == {*KINDS.values(), "sensors", "programs"}
+    assert set(told) == {*KINDS.values(), "sensors", "faults", "programs"}
     assert [offer["use"].rpartition(":")[2] for offer in told["estimators"][:2]] == ["EkfSlam", "LidarSlam"]
     assert [offer["needs"] for offer in told["estimators"][:2]] == [["sightings"], ["scans"]]
     assert {offer["use"] for role in KINDS.values() for offer in told[role]} >= set(PREFERRED)
@@ -310,6 +310,13 @@ def test_modules_are_offered_by_role_the_preferred_first_with_what_they_need_and
     (explore,) = (offer for offer in told["navigators"] if offer["use"].endswith(":Explore"))
     assert explore["needs"] == ["scans"]  # it reads more, but has a key `lidar`
     assert waypoints["options"]["required"] == ["points"]
+    parts = {offer["use"].rpartition(":")[2]: offer["parts"] for role in KINDS.values() for offer in told[role]}
+    assert [parts[name] for name in ("Crab", "PickUp", "ToolPath", "Lqr")] == [
+        ["max_left"],
+        ["arms"],
+        ["arms"],
+        ["balancing"],
+    ]
 
 
 def test_where_all_files_are_executable_only_those_that_start_as_programs_are_offered(folder, monkeypatch):

@@ -123,7 +123,14 @@ def test_modules_of_a_world_that_was_left_are_not_offered(browser, folder):
             answer = route.fetch()
             name = "slow" if "slow.yaml" in route.request.url else "quick"
             told = answer.json()
-            own = {"use": f"{name}.py:Own", "title": f"Own of {name}", "about": "", "needs": [], "options": {}}
+            own = {
+                "use": f"{name}.py:Own",
+                "title": f"Own of {name}",
+                "about": "",
+                "needs": [],
+                "parts": [],
+                "options": {},
+            }
             told["navigators"].append(own)
             route.fulfill(response=answer, body=json.dumps(told))
 

@@ -24,10 +24,11 @@ def place_of(folder: Path, name: str) -> Path | None:
         if os.path.isfile(path):
             return path
     package = folder / name
-    return package if os.path.isdir(package) and any(package.glob("*.py")) and not _is_installed(name) else None
+    return package if os.path.isdir(package) and any(package.glob("*.py")) and not is_installed(name) else None
 
 
-def _is_installed(name: str) -> bool:
+def is_installed(name: str) -> bool:
+    """Return whether the first part of an imported name is a module of Python or an installed one."""
     try:
         return importlib.util.find_spec(name) is not None
     except (ImportError, ValueError):

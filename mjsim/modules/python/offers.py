@@ -5,16 +5,19 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeGuard
 
 from mjsim.modules.hosts import Key, Offer
 from mjsim.modules.python.annotations import schema_of
+from mjsim.modules.python.import_places import is_installed, place_of
 from mjsim.modules.python.outline import UnreadableError, methods_of, tree_of
 from mjsim.modules.roles import ROLES
 
 MAX_BYTES = 1_000_000
 ABBREVIATIONS = {"Dwa", "Ekf", "Imu", "Lqr", "Mppi", "Pd", "Pid", "Slam", "Ukf"}
 """Words of class names that people write in capitals."""
+PARTS = {"arms", "balancing", "max_left"}
+"""Fields of `RobotInfo` that only some robots have."""
 _ARGUMENT = re.compile(r"^ {4}(\w+): (.*(?:\n {6,}.*)*)", re.MULTILINE)
 
 
@@ -34,7 +37,45 @@ def offers_in(files: Sequence[tuple[Path, str]]) -> Iterator[Offer]:
             if role is not None and not item.name.startswith("_") and not _is_protocol(item):
                 made = methods.get("__init__")
                 keys = tuple(keys_of(made, values)) if isinstance(made, ast.FunctionDef) else ()
-                yield _offer(item, role, f"{place}:{item.name}", keys)
+                yield _offer(item, role, f"{place}:{item.name}", keys, _parts(methods.get("start")))
+
+
+def faults_in(files: Sequence[tuple[Path, str]]) -> Iterator[tuple[str, str]]:
+    """Yield the files that cannot be imported, each by its place, with the line that says why; nothing is run."""
+    for path, place in files:
+        try:
+            wanted = _missing_import(path, tree_of(path).body)
+        except UnreadableError as error:
+            yield place, str(error)
+            continue
+        if wanted is not None:
+            yield place, f"{path.name}:{wanted[1]}: no module '{wanted[0]}' is installed or beside it"
+
+
+def _missing_import(path: Path, body: Sequence[ast.stmt]) -> tuple[str, int] | None:
+    """Return the first module that a file imports at its top level and that does not exist, with the line."""
+    for item in body:
+        names = [each.name for each in item.names] if isinstance(item, ast.Import) else []
+        if isinstance(item, ast.ImportFrom) and item.module and not item.level:
+            names = [item.module]
+        for top in (name.partition(".")[0] for name in names):
+            if place_of(path.parent, top) is None and not is_installed(top):
+                return top, item.lineno
+    return None
+
+
+def _parts(start: ast.stmt | None) -> frozenset[str]:
+    """Return the fields of the robot in the conditions on which the method `start` raises."""
+    if not isinstance(start, ast.FunctionDef) or len(start.args.args) < 2:
+        return frozenset()
+    robot = start.args.args[1].arg
+    tests = [node.test for node in ast.walk(start) if isinstance(node, ast.If) and isinstance(node.body[-1], ast.Raise)]
+    found = {node.attr for test in tests for node in ast.walk(test) if _is_of(node, robot)}
+    return frozenset(found & PARTS)
+
+
+def _is_of(node: ast.AST, owner: str) -> TypeGuard[ast.Attribute]:
+    return isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == owner
 
 
 def keys_of(made: ast.FunctionDef, values: Mapping[str, ast.expr] = MappingProxyType({})) -> Iterator[Key]:
@@ -85,7 +126,7 @@ def title_of(name: str) -> str:
     return re.sub(r"\b(EKF|UKF) SLAM", r"\1-SLAM", re.sub(r"\b(Fast|Graph) SLAM", r"\1SLAM", " ".join(words)))
 
 
-def _offer(item: ast.ClassDef, role: str, use: str, keys: Sequence[Key]) -> Offer:
+def _offer(item: ast.ClassDef, role: str, use: str, keys: Sequence[Key], parts: frozenset[str]) -> Offer:
     text = ast.get_docstring(item) or ""
     return Offer(
         role=role,
@@ -93,6 +134,7 @@ def _offer(item: ast.ClassDef, role: str, use: str, keys: Sequence[Key]) -> Offe
         title=title_of(item.name),
         about=" ".join(text.partition("\n\n")[0].split()),
         keys=keys,
+        parts=parts,
     )
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from threading import Lock
 
 from mjsim.models import note, noted
-from mjsim.modules import Key, Offer, offers_in, readings_needed
+from mjsim.modules import Key, Offer, faults_in, offers_in, readings_needed
 from mjsim.web.worlds.folder import Folder
 from mjsim.web.worlds.items import Json
 from mjsim.web.worlds.world_files import contains, files_below, source_of
@@ -45,8 +45,9 @@ _PROGRAM = re.compile(rb"\A(#!|\x7fELF|\xcf\xfa\xed\xfe)")
 def modules_in(folder: Folder, world: str | None = None) -> Json:
     """Return shipped observers, estimators, navigators, avoidances and controllers, and those beside a world.
 
-    Each has `use`, title, about, `needs` (readings of which it needs one) and `options` (a JSON Schema of the keys
-    beside `use`). `sensors` has the reading of each kind of sensor; `programs` the `use:` of programs in the folder.
+    Each has `use`, title, about, `needs` (readings of which it needs one), `parts` (what else its robot must have) and
+    `options` (a JSON Schema of the keys beside `use`). `sensors` has the reading of each kind of sensor; `faults` why a
+    file in the folder cannot be imported; `programs` the `use:` of programs there.
 
     Args:
         folder: Folder of the studio.
@@ -55,13 +56,14 @@ def modules_in(folder: Folder, world: str | None = None) -> Json:
     place = folder.root if world is None else folder.path(world).parent
     files = [(path, path.relative_to(place).as_posix()) for path in files_below(place)] if place.is_dir() else []
     offers = [*shipped_modules(), *_own(files, source_of(folder, world or ""))]
+    faults = dict(faults_in([(path, name) for path, name in files if path.suffix == ".py"]))
     found: dict[str, Json] = {kind: {} for kind in KINDS.values()}
     for role, offer in offers:
         found[KINDS[role]].setdefault(offer["use"], offer)
     programs = (f"exec:./{name}" for path, name in files if _is_program(path))
     lists = {kind: sorted(each.values(), key=_order) for kind, each in found.items()}
     sensors = {kind: model.reading for kind, model in SENSOR_KINDS.items()}
-    return {**lists, "sensors": sensors, "programs": list(islice(programs, MAX_PROGRAMS))}
+    return {**lists, "sensors": sensors, "faults": faults, "programs": list(islice(programs, MAX_PROGRAMS))}
 
 
 def shipped_modules() -> Sequence[tuple[str, Json]]:
@@ -131,7 +133,8 @@ def _offer_json(offer: Offer, source: Source) -> Json:
     # A key that is called as a kind of sensor names the sensor that the module cannot do without.
     named = {SENSOR_KINDS[key.name].reading for key in offer.keys if key.name in SENSOR_KINDS}
     needs = sorted(named or readings_needed(offer.use, offer.role, source))
-    return {"use": offer.use, "title": offer.title, "about": offer.about, "needs": needs, "options": options}
+    named_by = {"use": offer.use, "title": offer.title, "about": offer.about}
+    return {**named_by, "needs": needs, "parts": sorted(offer.parts), "options": options}
 
 
 def _key_json(key: Key) -> Json:

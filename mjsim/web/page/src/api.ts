@@ -137,6 +137,8 @@ export interface Module {
   about: string;
   /** Readings of which it needs one; none: it fits every robot. */
   needs: string[];
+  /** What its robot must have besides: arms, balancing, max_left (a drive that can go sideways). */
+  parts: ("arms" | "balancing" | "max_left")[];
   /** JSON Schema of the keys beside `use`. */
   options: Values;
 }
@@ -156,6 +158,8 @@ export interface Modules {
   controllers: Module[];
   /** Reading of each kind of sensor. */
   sensors: Record<string, string>;
+  /** Why a file of the folder cannot be imported, by its name. */
+  faults: Record<string, string>;
   /** `use:` of the programs of the folder. */
   programs: string[];
 }

@@ -1,6 +1,6 @@
 /** The modules that can be chosen for a robot: what there is, asked of the server once for a world, and the choice. */
 
-import type { Item, Modules, Path } from "../api";
+import type { Item, Module, Modules, Path } from "../api";
 import { type Child, el } from "../dom";
 import type { Studio } from "../shell/view";
 import { Signal } from "../signal";
@@ -9,6 +9,7 @@ import { choose, type Entry } from "./gallery";
 import { allOf, begun, fits, isShipped, offersFor, type Role, readingsOf, robotAt, roleOf } from "./offers";
 import type { SchemaBook } from "./schema";
 
+const PARTS = { arms: "panel.anArm", balancing: "panel.aBalancingBase", max_left: "panel.aDriveSideways" } as const;
 const NONE = "none";
 /** The avoidance that mjsim brings along. */
 const BUILT_IN = "built-in";
@@ -98,19 +99,29 @@ function groupsFor(role: Role, robot: Item | null, modules: Modules): [string, E
       .filter((offer) => of(!robot || fits(offer, given), isShipped(offer)))
       .map((offer) => {
         const fault =
-          robot && !fits(offer, given)
-            ? { fault: word("panel.needsReadings", { readings: offer.needs.join(", ") }) }
-            : {};
-        return { value: offer.use, name: offer.title, about: meaningOf(offer.about), ...fault };
+          modules.faults[offer.use.split(":")[0] ?? ""] ?? (robot && !fits(offer, given) ? lackOf(offer) : null);
+        return { value: offer.use, name: offer.title, about: meaningOf(offer.about), ...(fault ? { fault } : {}) };
       });
+  const listed = new Set(allOf(modules).map(({ use }) => use.split(":")[0]));
+  const broken = Object.entries(modules.faults).filter(([file]) => !listed.has(file));
   const programs = modules.programs.map((use) => ({ value: use, name: use.slice("exec:".length), about: "" }));
   return [
     [word(robot ? "panel.fitsThisRobot" : "panel.comeWithMjsim"), some((fit, shipped) => fit && shipped)],
-    [word("panel.inThisFolder"), some((_, shipped) => !shipped)],
+    [
+      word("panel.inThisFolder"),
+      [
+        ...some((_, shipped) => !shipped),
+        ...broken.map(([file, fault]) => ({ value: file, name: file, about: "", fault })),
+      ],
+    ],
     [word("panel.programsInThisFolder"), programs],
     [word("panel.without"), withoutModule(role)],
     [word("panel.needsOtherSensors"), some((fit, shipped) => !fit && shipped)],
   ];
+}
+
+function lackOf({ needs, parts }: Module): string {
+  return word("panel.needsReadings", { readings: [...needs, ...parts.map((part) => word(PARTS[part]))].join(", ") });
 }
 
 function withoutModule(role: Role): Entry[] {

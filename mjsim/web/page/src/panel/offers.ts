@@ -24,16 +24,20 @@ export function isShipped({ use }: Module): boolean {
   return use.startsWith("mjsim.");
 }
 
-export function fits({ needs }: Module, given: Set<string>): boolean {
-  return needs.length === 0 || needs.some((reading) => given.has(reading));
+export function fits({ needs, parts }: Module, given: Set<string>): boolean {
+  return (needs.length === 0 || needs.some((reading) => given.has(reading))) && parts.every((part) => given.has(part));
 }
 
-/** The readings that a robot has, with those of its observer, or of one that its cameras allow. */
+/** What a robot has: parts that modules ask for, readings, with those of its observer or of one that its cameras allow. */
 export function readingsOf(robot: Item | null, modules: Modules): Set<string> {
   const found = sensorsOf(robot).flatMap((sensor) => Object.keys(modules.sensors).filter((kind) => kind in sensor));
   const given = new Set(found.map((kind) => modules.sensors[kind] ?? ""));
   if (given.has("cameras")) given.add("sightings");
-  if (listOf(robot?.values["arms"]).length) given.add("joints");
+  if (listOf(robot?.values["arms"]).length) given.add("joints").add("arms");
+  const drive = robot?.values["drive"] as Values | null | undefined;
+  if (drive?.["type"] === "balancing") given.add("balancing");
+  if (["mecanum", "omni3"].includes(String(drive?.["type"])) || Number(drive?.["max_left"] ?? 0) > 0)
+    given.add("max_left");
   return given;
 }
 
