@@ -23,8 +23,9 @@ ELSEWHERE = (
         "report/labels.py",
         "report/paired.py",
     ),
-    *("run/falls.py", "run/pilot.py", "session/gate.py", "session/session.py", "world/items/timeline/reaching.py"),
-    *("world/check/leading.py", "world/check/movers.py", "world/files/within.py", "world/items/timeline/events.py"),
+    *("run/falls.py", "run/pilot.py", "session/gate.py", "session/session.py", "world/items/timeline/arm_events.py"),
+    *("world/check/lead_checks.py", "world/check/mover_checks.py", "world/files/within.py"),
+    *("world/items/timeline/events.py",),
     *("world/edit/apart.py", "world/edit/changes.py", "world/edit/edited_text.py", "world/edit/singles.py"),
 )
 """Other modules whose sentences the page shows."""
