@@ -17,6 +17,7 @@ from mjsim.interface import quoted
 from mjsim.modules import TOOLBOX, find_octave
 from mjsim.output import free_paths, write_set
 from mjsim.toolbox.calls import read_calls, write_recorders
+from mjsim.toolbox.missing import explained
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -93,7 +94,7 @@ def _run(script: Path, recorders: Path, record: Path) -> str | None:
     if marked is None and done.returncode:
         ended = f"ended with exit code {done.returncode}"
         marked = next((line for line in lines if line.startswith(("error:", "parse error"))), ended)
-    return None if marked is None else f"{script.name}: {marked.removeprefix('error: ')}"
+    return None if marked is None else f"{script.name}: {explained(marked.removeprefix('error: '))}"
 
 
 def _code(script: Path, recorders: Path, record: Path) -> str:

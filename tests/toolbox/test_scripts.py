@@ -5,7 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import cumulative_trapezoid
 from scipy.io import loadmat
+from scipy.spatial.transform import Rotation
 
 import mjsim
 from mjsim.mechanics import Arm, jtraj
@@ -28,7 +30,7 @@ def ran(tmp_path_factory):
     for script in SCRIPTS.glob("*.m"):
         shutil.copy(script, folder)
     names = sorted(script.name for script in SCRIPTS.glob("*.m"))
-    assert len(names) == 20
+    assert len(names) == 21
     (folder / "all_of_them.m").write_text("".join(f"clear all; source('{name}');\n" for name in names))
     return folder, run_script(folder / "all_of_them.m", folder / "out")
 
@@ -71,6 +73,36 @@ def test_paths_are_those_of_mjsim(ran):
     expected = jtraj(np.zeros(6), [0, np.pi / 2, -np.pi / 2, 0, 0, 0], got["t"].ravel())
     for key, values in zip(("q", "qd", "qdd"), expected, strict=True):
         np.testing.assert_allclose(got[key], values, **EXACT)
+
+
+def test_rotations_in_later_words_are_those_of_scipy(ran):
+    got, turn = of(ran, "s21"), Rotation
+    np.testing.assert_allclose(got["R"], turn.from_euler("ZYX", [0.3, -0.7, 1.9]).as_matrix(), **EXACT)
+    np.testing.assert_allclose(got["E"], turn.from_euler("ZYZ", [0.3, -0.7, 1.9]).as_matrix(), **EXACT)
+    np.testing.assert_allclose(got["T"][:3, :3], turn.from_rotvec([0.4, 0.8, -0.8]).as_matrix(), **EXACT)
+    np.testing.assert_allclose(got["angle"] * got["axis"], [[0.4, 0.8, -0.8]], **EXACT)
+    np.testing.assert_allclose(np.abs(got["half"] * got["about"]), [[0.0, 0.6 * np.pi, 0.8 * np.pi]], **EXACT)
+    np.testing.assert_allclose(got["S"] @ [1.0, 2.0, 3.0], np.cross(got["w"].ravel(), [1.0, 2.0, 3.0]), **EXACT)
+    np.testing.assert_allclose(got["v"].ravel(), got["w"].ravel(), **EXACT)
+    np.testing.assert_allclose(got["d"].ravel(), [1e-3, 2e-3, -1e-3, 1e-4, -2e-4, 3e-4], **EXACT)
+    np.testing.assert_allclose(got["P"][:2, :2], got["R2"], **EXACT)
+    np.testing.assert_allclose(got["at"].ravel(), [1.0, 2.0], **EXACT)
+
+
+def test_quintics_and_blended_lines_begin_and_end_as_they_should_and_are_the_integrals_of_their_rates(ran):
+    got = of(ran, "s21")
+    for value, rate, ends in (
+        ("s", "sd", [1.0, 3.0, 0.5, -0.2]),
+        ("sd", "sdd", [0.5, -0.2, 0.0, 0.0]),
+        ("l", "ld", [1.0, -2.0, 0.0, 0.0]),
+    ):
+        values, rates = got[value].ravel(), got[rate].ravel()
+        np.testing.assert_allclose([values[0], values[-1], rates[0], rates[-1]], ends, atol=1e-12)
+        grown = cumulative_trapezoid(rates, dx=0.1, initial=0.0)
+        np.testing.assert_allclose(values - values[0], grown, atol=0.02)
+    assert np.abs(got["ld"]).max() == pytest.approx(1.5 * 3.0 / 4.0)
+    np.testing.assert_allclose(got["m"][[0, -1]], [[0.0, 5.0], [2.0, -1.0]], **EXACT)
+    np.testing.assert_allclose(got["m"][:, 1], 5.0 - 3.0 * got["m"][:, 0], **EXACT)
 
 
 def test_inverse_kinematics_reaches_its_poses(ran):

@@ -1,0 +1,53 @@
+"""What a script asks for and the toolbox lacks: one line that names what serves instead."""
+
+import re
+
+from mjsim.errors import did_you_mean
+from mjsim.modules import TOOLBOX
+
+UNDEFINED = re.compile(r"'(\w+)' undefined(?: near line \d+, column \d+)?")
+PACKAGE = re.compile(r"belongs to the (\w+) package from Octave Forge which seems to not")
+INSTEAD = (
+    (
+        r"rigidBody\w*|\w*nverseKinematics|loadrobot|importrobot|DHFactor|ETS\d?|trapveltraj|mstraj",
+        "arms are made by robot and link, or SerialLink and Link, and move by jtraj, ctraj and mtraj",
+    ),
+    (
+        r"lidarScan|lidarSLAM|matchScans\w*|\w*[oO]ccupancyMap\w*|\w*[oO]ccupancyGrid|monteCarloLocalization",
+        "maps and scans belong to a world, as with the module LidarSlam",
+    ),
+    (
+        r"planner\w+|stateSpace\w+|validator\w+|controller\w+|\w+Kinematics|mobileRobotPRM|PRM|RRT|Bug2|D?star|DXform"
+        r"|EKF|ParticleFilter|Vehicle|Bicycle|Unicycle|LandmarkMap|RangeBearingSensor",
+        "drivers, planners and filters are modules of a world, such as GoToGoal and EkfSlam",
+    ),
+    (
+        r"SE[23]|SO[23]|se[23]|so[23]|Twist|Quaternion|UnitQuaternion|quaternion|\w+2(rotm|tform|eul|quat|axang|trvec)",
+        "poses are 4 x 4 matrices of transl, trotx, rpy2tr, eul2tr and angvec2tr",
+    ),
+    (
+        r"tf|ss|zpk|step|bode|nyquist|margin|rlocus|lqr|place|pid|feedback",
+        "install octave-control and write pkg load control, or write the plant for mjsim lab",
+    ),
+    (
+        r"trplot2?|tranimate|animatedline|plot_\w+",
+        "draw with plot, plot3 and quiver; plot(r, q) draws and films an arm",
+    ),
+)
+"""Names of other toolboxes, as patterns, and what serves instead of them."""
+
+
+def explained(error: str) -> str:
+    """Return an error of Octave; for an undefined name with what serves instead, if that is known."""
+    found = UNDEFINED.search(error)
+    if found is None:
+        return error
+    name = found[1]
+    known = next((told for names, told in INSTEAD if re.fullmatch(names, name)), None)
+    package = PACKAGE.search(error)
+    if known is None and package is not None:
+        known = f"install octave-{package[1]} and write pkg load {package[1]}"
+    near = did_you_mean(name, [file.stem for file in TOOLBOX.glob("*.m") if not file.stem.startswith("mjsim_")])
+    told = f"'{name}' undefined" + (f"; {known}" if known else near if "did you mean" in near else "")
+    place = re.search(r" \(\S+:\d+\)$", error)
+    return f"{error[: found.start()]}{told}{place[0] if place else ''}"
