@@ -26,6 +26,8 @@ SHOWN = """time => {
   const parts = document.querySelector(".run-time").textContent.split(" ")[0].split(":");
   return parts.reduce((sum, part) => 60 * sum + Number(part), 0) >= time;
 }"""
+LOOK = 50
+"""Between two looks at the page [ms]: one with each frame asks the page for frames."""
 IS_LED = "([canvas, key]) => JSON.parse(canvas.dataset.leads || '[]').some(([each]) => each.includes(key))"
 LARGER = "([canvas, small]) => canvas.clientHeight > small"
 
@@ -86,7 +88,7 @@ def until(studio: Studio, page: Page, fact: Callable[[dict], bool]) -> dict:
     with listener(studio.url) as watcher:
         while not fact(tick := watcher.until("tick")):
             pass
-    page.wait_for_function(SHOWN, arg=tick["time"] - 0.005, timeout=PATIENCE)
+    page.wait_for_function(SHOWN, arg=tick["time"] - 0.005, timeout=PATIENCE, polling=LOOK)
     return tick
 
 

@@ -11,7 +11,8 @@ from mjsim.bench.chromium import PATIENCE, REMEDY, chromium_path
 from mjsim.bench.chromium import chromium as chromium_or_error
 from mjsim.bench.chromium import page_at as opened
 
-__all__ = ["PATIENCE", "agreed", "chromium", "page_at"]
+__all__ = ["PATIENCE", "agreed", "chromium", "page_at", "without_portraits"]
+NO_PICTURE = '<svg xmlns="http://www.w3.org/2000/svg" width="4" height="3"/>'
 
 
 @contextmanager
@@ -30,6 +31,11 @@ def page_at(browser: Browser, url: str, *, outside: bool = False, **window) -> I
         if not outside:
             page.evaluate("localStorage.setItem('mjsim.run.outside', 'no')")
         yield page
+
+
+def without_portraits(page: Page) -> None:
+    """Give dialogs blank portraits of what can be chosen: to draw all of them takes as long as everything else."""
+    page.route("**/api/portrait?*", lambda route: route.fulfill(content_type="image/svg+xml", body=NO_PICTURE))
 
 
 def agreed(page: Page, first: Callable[[], str], second: Callable[[], str]) -> str:

@@ -13,7 +13,7 @@ from mjsim.ergonomics.reach import AZIMUTHS, ELEVATIONS, reach_envelope
 from mjsim.web import Studio
 from tests.cli.shell import typed
 from tests.sheet import DRAWN
-from tests.windows import PATIENCE, page_at
+from tests.windows import PATIENCE, page_at, without_portraits
 
 pytestmark = pytest.mark.slow
 ROOM = """\
@@ -24,17 +24,18 @@ robots: [{name: scout, preset: pioneer3dx, at: [0, 0]}]
 people: [{name: eve, sex: female, at: [1, 2]}]
 run: {seconds: 1, drivers: {scout: {navigator: {use: "mjsim.algorithms.waypoints:Waypoints", points: [[1, 0]]}}}}
 """
-ALL = {"resultTypes": ["violations"]}
+ALL = {"resultTypes": ["violations"], "preload": False}
 LIGHT = {"light": ALL}
 COLOURS = LIGHT | {"dark": ALL | {"runOnly": ["color-contrast"]}}
 """What axe-core is asked in which colours: all other rules find the same in the dark.
 
 Of what shows in few places only light ones are looked at: tests/page/theme.test.mjs compares all colours of texts.
 """
+SHAPES = {"light": ALL | {"rules": {"color-contrast": {"enabled": False}}}}
+"""All but contrast, which takes longer than all else, where the page has the colours that were looked at before."""
 AXE = "([within, options]) => axe.run(within, options).then(({ violations }) => ({ violations }))"
 IN_COLOURS = "colours => (document.documentElement.dataset.theme ?? colours) === colours"
 """The page has taken on its colours."""
-NO_PICTURE = '<svg xmlns="http://www.w3.org/2000/svg" width="4" height="3"/>'
 SIZES = {"phone": (390, 844), "200 %": (640, 360)}
 
 
@@ -56,7 +57,7 @@ def faultless_on_small_screens_too(page):
     for width, height in SIZES.values():
         page.set_viewport_size({"width": width, "height": height})
         page.evaluate(DRAWN)
-        assert_faultless(page, colours=LIGHT)
+        assert_faultless(page, colours=SHAPES)
     page.set_viewport_size(before)
 
 
@@ -101,8 +102,7 @@ def choose(page, kind):
 
 
 def dialogs_and_the_tour_are_faultless(page):
-    # Portraits of all models take as long as everything else, and axe-core does not look at them.
-    page.route("**/api/portrait?*", lambda route: route.fulfill(content_type="image/svg+xml", body=NO_PICTURE))
+    without_portraits(page)
     for show in DIALOGS.values():
         show(page)
         expect(page.get_by_role("dialog")).to_be_visible()
@@ -112,8 +112,8 @@ def dialogs_and_the_tour_are_faultless(page):
     page.locator("#view-edit .plan").focus()
     page.keyboard.press("?")
     page.get_by_role("button", name="Take the tour").click()
-    for _ in range(6):
-        assert_faultless(page, ".tour", LIGHT)
+    for step in range(6):
+        assert_faultless(page, ".tour", SHAPES if step else LIGHT)
         page.keyboard.press("ArrowRight")
     page.keyboard.press("Escape")
 

@@ -6,6 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.sheet import DRAWN, sheet_of
+from tests.windows import without_portraits
 
 pytestmark = pytest.mark.slow
 
@@ -131,6 +132,7 @@ def a_space_bar_that_is_let_go_in_another_window_is_not_held_here(sheet):
 
 def a_press_that_ends_outside_a_dialog_or_on_its_edge_leaves_it_open(sheet):
     sheet.plan.focus()
+    without_portraits(sheet.page)
     sheet.press("r")
     sheet.page.get_by_title("Choose a robot").click()
     dialog = sheet.page.get_by_role("dialog")

@@ -7,6 +7,7 @@ from playwright.sync_api import expect
 
 from mjsim.world import load_world
 from tests.sheet import Sheet, sheet_of
+from tests.windows import without_portraits
 
 pytestmark = pytest.mark.slow
 
@@ -65,6 +66,7 @@ def walls_are_drawn_corner_by_corner(sheet, tmp_path):
 
 
 def the_page_offers_each_kind_of_sensor_as_the_schema_has_it(sheet, tmp_path):
+    without_portraits(sheet.page)
     sheet.press("r")
     sheet.page.get_by_title("Choose a robot").click()
     sheet.page.get_by_title("turtlebot3_burger", exact=True).click()

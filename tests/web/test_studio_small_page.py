@@ -10,7 +10,7 @@ from playwright.sync_api import expect
 import mjsim
 from mjsim.web import Studio
 from tests.sheet import DRAWN, Sheet
-from tests.windows import PATIENCE, page_at
+from tests.windows import PATIENCE, page_at, without_portraits
 
 pytestmark = pytest.mark.slow
 ROOM = """\
@@ -109,6 +109,7 @@ def walk_dialogs(page):
     def button(name):
         return page.get_by_role("button", name=name, exact=True).locator("visible=true").first
 
+    without_portraits(page)
     shows = [
         lambda: button("New world").tap(),
         lambda: page.keyboard.press("Control+Shift+s"),
