@@ -192,6 +192,26 @@ def test_what_is_heavy_is_loaded_only_where_it_is_used(code, heavy):
     assert done.stdout.splitlines()[-1] == "LOADED"
 
 
+@pytest.mark.slow
+def test_a_run_of_a_rolling_robot_loads_nothing_of_arms_mechanisms_people_or_the_laboratory():
+    done = completed(
+        [
+            *(sys.executable, "-c"),
+            "import sys, mjsim; world = mjsim.load_world(sys.argv[1], settings={'run.seconds': 0.2}); mjsim.run(world);"
+            "print(*sorted(name for name in sys.modules if name.startswith('mjsim.')))",
+            f"{ROOT.parent}/worlds/avoidance.yaml",
+        ]
+    )
+    loaded = done.stdout.split()
+    assert "mjsim.sim.bases.differential" in loaded
+    apart = re.compile(
+        r"mjsim\.(ergonomics|lab|people|posture|toolbox|models\.arms|compile\.(arm|mechanism|person)_"
+        r"|sim\.(arm_motion|person_hands)"
+        r"|sim\.mechanisms\.(?!world_mechanisms$)|mechanics\.(?!motion$|sensed_values$|signal_functions$|transforms$))"
+    )
+    assert [name for name in loaded if apart.match(name)] == []
+
+
 # The tests above can fail: small packages that break each rule.
 
 OFFENDERS = {

@@ -5,8 +5,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mjsim.compile.arm_bodies import reached
-from mjsim.compile.mechanism_specs import seen_box
 from mjsim.compile.room import WallBox, wall_boxes
 from mjsim.geometry import Array
 from mjsim.world import World, extent, hung, top
@@ -20,8 +18,14 @@ OVERVIEW_ASPECT, OVERVIEW_FILL = 16 / 9, 0.96
 def scene_bounds(world: World, boxes: Sequence[WallBox]) -> tuple[Array, Array]:
     """Return the lowest and the highest corner of all objects on the floor, shape (3,) each [m]."""
     points = [np.array([[*robot.at, 0.0], [*robot.at, robot.body.height]]) for robot in world.robots]
-    points += [reached(robot) for robot in world.robots if robot.arms]
-    points += [seen_box(mechanism) for mechanism in world.mechanisms]
+    if any(robot.arms for robot in world.robots):
+        from mjsim.compile.arm_bodies import reached
+
+        points += [reached(robot) for robot in world.robots if robot.arms]
+    if world.mechanisms:
+        from mjsim.compile.mechanism_specs import seen_box
+
+        points += [seen_box(mechanism) for mechanism in world.mechanisms]
     points += [person.spanned() for person in world.people]
     points += [np.array([[item.place.x, item.place.y, item.center + item.beacon.width / 2]]) for item in hung(world)]
     if boxes:

@@ -6,10 +6,8 @@ import mujoco
 import numpy as np
 
 from mjsim.compile.collision_filters import sort_contacts
-from mjsim.compile.mechanism_specs import add_mechanisms
 from mjsim.compile.obstacles import add_obstacles
 from mjsim.compile.overview import OVERVIEW_FOV, overview_place, scene_bounds
-from mjsim.compile.person_bodies import add_people
 from mjsim.compile.physics import set_physics
 from mjsim.compile.robots import add_robots
 from mjsim.compile.room import (
@@ -79,8 +77,14 @@ def compile_world(world: World) -> mujoco.MjSpec:
     add_patches(spec, world)
     add_floor(spec, world, lower, upper)
     _add_overview(spec, lower, upper)
-    add_mechanisms(spec, world)
-    add_people(spec, world)
+    if world.mechanisms:
+        from mjsim.compile.mechanism_specs import add_mechanisms
+
+        add_mechanisms(spec, world)
+    if world.people:
+        from mjsim.compile.person_bodies import add_people
+
+        add_people(spec, world)
     add_robots(spec, world)
     for robot in world.robots:
         _add_chase(spec, robot)

@@ -1,6 +1,7 @@
 """The controllers of one robot, by part."""
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -8,12 +9,14 @@ import numpy as np
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.interface import Controller, ControlLoop, RobotInfo
 from mjsim.modules import make_module
-from mjsim.sim.arm_motion import ArmAtWork
 from mjsim.sim.bases import RunningGear
 from mjsim.sim.control_loop import ControlActuation, DrivenPart
 from mjsim.sim.fast_senses import FastSenses, ImuFeed, JointEncoders
 from mjsim.sim.sensors import FastDevice
 from mjsim.world import Robot, Use, World
+
+if TYPE_CHECKING:
+    from mjsim.sim.arm_motion import ArmAtWork
 
 OF_ARMS = "mjsim.algorithms.arm_control:PdGravity"
 """The default controller of arms."""
@@ -29,7 +32,7 @@ class Controls:
         robot: Robot,
         *,
         gear: RunningGear,
-        arms: Sequence[ArmAtWork],
+        arms: "Sequence[ArmAtWork]",
         imus: Sequence[FastDevice],
         world: World,
         seed: int,

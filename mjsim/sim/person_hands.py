@@ -11,13 +11,8 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.models import quaternion_of
 from mjsim.people import columns
+from mjsim.sim.person_segments import UPPER
 from mjsim.world import HandLed, HandMotion, Looks, Person, World
-
-UPPER = (
-    *("abdomen", "thorax", "neck", "head"),
-    *("left_upper_arm", "left_forearm", "left_hand", "right_upper_arm", "right_forearm", "right_hand"),
-)
-"""Segments that move with a hand; hips and legs do not move."""
 
 USUAL = 0.8
 """Peak speed of a hand [m/s]."""
@@ -282,17 +277,3 @@ def _shared(old: Sequence[object], new: Sequence[object]) -> int:
 
 def _standing(person: Person) -> tuple[Array, Array]:
     return person.posture(), person.poses()["pelvis"]
-
-
-def is_segment(model: mujoco.MjModel, body: int) -> bool:
-    """Return whether a body is a segment of a person."""
-    person, _, _ = model.body(body).name.rpartition("/")
-    pelvis = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, f"{person}/pelvis")
-    # Nothing else has a body of that name with a neck attached.
-    return bool(pelvis > 0 and mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, f"{person}/neck") > 0)
-
-
-def is_upper(model: mujoco.MjModel, body: int) -> bool:
-    """Return whether a body is a segment of a person that moves when a hand does."""
-    person, _, segment = model.body(body).name.rpartition("/")
-    return segment in UPPER and mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, f"{person}/pelvis") > 0

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -22,7 +23,6 @@ from mjsim.interface import (
 )
 from mjsim.mechanics import JointMotion
 from mjsim.sim.actuation import Actuation, ServoActuation
-from mjsim.sim.arm_motion import ArmAtWork
 from mjsim.sim.bases import RunningGear, balancing_info, gear_of
 from mjsim.sim.contact import Bumper
 from mjsim.sim.controls import Controls
@@ -32,6 +32,9 @@ from mjsim.sim.rendering import Canvas, Quality
 from mjsim.sim.sensors import MAKERS, Mounting, Sensors
 from mjsim.sim.streams import cached, streams_of
 from mjsim.world import AnySensor, BalancingDrive, Robot, World, name_of
+
+if TYPE_CHECKING:
+    from mjsim.sim.arm_motion import ArmAtWork
 
 
 class SimulatedRobot:
@@ -84,7 +87,7 @@ class SimulatedRobot:
         self._sensors = Sensors(robot, makers=MAKERS, mounting=mounting, rate_hz=world.run.rate_hz)
         self.after_step = self._sensors.after_step
         """Functions to call after each step of the physics."""
-        self._arms = {item.name: ArmAtWork(model, data, robot, item, tick=self._dt) for item in robot.arms}
+        self._arms = _arms_at_work(model, data, robot, tick=self._dt)
         arms, imus = [*self._arms.values()], self._sensors.imus
         self._controls = Controls(model, data, robot, gear=gear, arms=arms, imus=imus, world=world, seed=seed)
         self._angles = data.qpos[self._hinges]
@@ -124,7 +127,7 @@ class SimulatedRobot:
         for name, goal in goals.items():
             self.arm(name).command(goal)
 
-    def arm(self, name: str) -> ArmAtWork:
+    def arm(self, name: str) -> "ArmAtWork":
         """Return an arm; raises UsageError if there is none of that name."""
         if name not in self._arms:
             raise UsageError(f"robot '{self._robot.name}' has no arm '{name}'{did_you_mean(name, self._arms)}")
@@ -288,3 +291,12 @@ def _turned(
         ) from None
     places, speeds = ([getattr(hinge, key)[0] for hinge in hinges] for key in ("qposadr", "dofadr"))
     return np.array(places, dtype=np.intp), np.array(speeds, dtype=np.intp), motors
+
+
+def _arms_at_work(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, *, tick: float) -> dict[str, "ArmAtWork"]:
+    """Return the arms of a robot by name; who has none loads nothing of arms."""
+    if not robot.arms:
+        return {}
+    from mjsim.sim.arm_motion import ArmAtWork
+
+    return {item.name: ArmAtWork(model, data, robot, item, tick=tick) for item in robot.arms}

@@ -10,7 +10,7 @@ from types import MappingProxyType
 import mujoco
 
 from mjsim.closing import Closes
-from mjsim.compile import compile_world, compiled, set_exact_masses
+from mjsim.compile import compile_world, compiled
 from mjsim.errors import PhysicsFault, UsageError, did_you_mean
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import (
@@ -62,7 +62,10 @@ class Simulation(Viewed, Closes):
         self.world = world
         self.seed = checked_seed(world.run.seed if seed is None else seed)
         self.model: mujoco.MjModel = compiled(compile_world(world))
-        set_exact_masses(self.model, world)
+        if world.mechanisms or any(robot.arms for robot in world.robots):
+            from mjsim.compile import set_exact_masses
+
+            set_exact_masses(self.model, world)
         self.data = mujoco.MjData(self.model)
         self.dt: float = world.run.steps_per_tick * self.model.opt.timestep
         """Period of the control loop [s]."""

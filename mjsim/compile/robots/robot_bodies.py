@@ -9,7 +9,6 @@ from functools import partial
 import mujoco
 import numpy as np
 
-from mjsim.compile.arm_bodies import add_arms
 from mjsim.compile.geom_groups import MATERIAL
 from mjsim.compile.models import LoadedFile, original
 from mjsim.compile.physics import set_physics
@@ -55,7 +54,10 @@ def add_robot(spec: mujoco.MjSpec, robot: Robot, originals: dict[str, LoadedFile
             boxes = add_model_robot(spec, base, robot, robot.body, originals[robot.body.model])
         elif not isinstance(robot.body, NoBody):
             _add_own(spec, base, robot, robot.body)
-    add_arms(spec, base, robot, originals)
+    if robot.arms:
+        from mjsim.compile.arm_bodies import add_arms
+
+        add_arms(spec, base, robot, originals)
     for sensor in robot.sensors:
         add_sensor(base, robot, sensor, boxes)
 

@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array, Pose
 from mjsim.models import shown_size
 from mjsim.plan import INKS
-from mjsim.posture import columns_of
 from mjsim.record.drawn.scene_messages import stamp
 from mjsim.world import (
     Beacon,
@@ -110,6 +109,10 @@ def _changeable(world: World, files: Mapping[str, bytes], looks: Looks, *, time:
 
 def _people(world: World) -> Iterator[SceneEntity]:
     """Yield people, each as prisms in the colours of the clothes."""
+    if not world.people:
+        return
+    from mjsim.posture import columns_of
+
     for person in world.people:
         body = [_prism(*prism, person.color_of(segment)) for segment, prism in columns_of(world, person).items()]
         yield _entity(f"person/{person.name}", triangles=body)

@@ -1,2 +1,2 @@
-from .prescribed import Mechanisms as Mechanisms
 from .pushes import Push as Push
+from .world_mechanisms import Mechanisms as Mechanisms

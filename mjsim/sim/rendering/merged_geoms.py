@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mjsim.compile import Triangles, coarser, has_texcoords, is_flat, joined, rgba_of, texture_of, triangles_of
 from mjsim.geometry import Array
 from mjsim.models import UNSAID
-from mjsim.sim.person_hands import is_segment, is_upper
+from mjsim.sim.person_segments import is_segment, is_upper
 from mjsim.sim.rendering.lit_corners import LitCorners, shown_color
 from mjsim.sim.rendering.merged import visible_parts
 

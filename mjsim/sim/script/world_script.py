@@ -11,7 +11,6 @@ import mujoco
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array, Pose
 from mjsim.sim.actuation import Actuation
-from mjsim.sim.arm_motion import ArmAtWork
 from mjsim.sim.script.mover_motion import Movers
 from mjsim.sim.script.placing import heading_of, held_by, put_down
 from mjsim.sim.script.scripted_joints import Joints
@@ -50,11 +49,12 @@ if TYPE_CHECKING:
     from numpy.random import Generator
 
     from mjsim.mechanics import TimeSignal
+    from mjsim.sim.arm_motion import ArmAtWork
 
 EARLY = 1e-9
 """Tolerance by which a tick may precede the time of its event [s]."""
 
-ArmOf = Callable[[str, str], ArmAtWork]
+ArmOf = Callable[[str, str], "ArmAtWork"]
 Tune = Callable[[str, float], None]
 
 Lead = Callable[[str, Mapping[str, float | None]], None]

@@ -2,15 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.compile import GHOST, dim_lamp, dim_light, lamp_names
-from mjsim.sim.person_hands import LedHands
 from mjsim.sim.rendering import UNSEEN, Merged
 from mjsim.world import Looks, ReachEvent, World, WorldEvent, first_looks, item_names
+
+if TYPE_CHECKING:
+    from mjsim.sim.person_hands import LedHands
 
 FREE = 6
 """Degrees of freedom of a free body."""
@@ -24,7 +27,7 @@ class Scenery:
         self._model, self._world = model, world
         self._looks = first_looks(world)
         self._lamps = dict(zip(item_names(world.lamps), zip(world.lamps, lamp_names(world), strict=True), strict=True))
-        self._hands = LedHands(model, world)
+        self._hands = _hands_of(model, world)
         self._merged = Merged(model)
         self._contacts = np.stack([model.geom_contype, model.geom_conaffinity])
 
@@ -42,7 +45,7 @@ class Scenery:
             if brightness != before.lamps[name]:
                 lamp, light = self._lamps[name]
                 dim_lamp(self._model, light, lamp, brightness)
-        if looks.reached or before.reached:
+        if self._hands is not None and (looks.reached or before.reached):
             self._hands.show(looks.reached, looks.time)
             if any(turns[-1].motion is None for turns in looks.reached.values()):
                 self._looks = replace(looks, reached=self._hands.people.computed(looks.reached))
@@ -53,6 +56,7 @@ class Scenery:
 
     def tried(self, event: ReachEvent, before: Sequence[WorldEvent] = ()) -> ReachEvent:
         """Return the event of a hand after others, with the remaining distance of the hand from its goal."""
+        assert self._hands is not None, "only people have hands"
         looks = self._looks
         for each in (*before, event):
             looks = looks.after(each, self._world)
@@ -90,3 +94,12 @@ class Scenery:
             if index > 0:
                 mine |= model.body_rootid[model.geom_bodyid] == index
         return np.flatnonzero(mine)
+
+
+def _hands_of(model: mujoco.MjModel, world: World) -> "LedHands | None":
+    """Return what moves the hands of people; where there are none, nothing of people is loaded."""
+    if not world.people:
+        return None
+    from mjsim.sim.person_hands import LedHands
+
+    return LedHands(model, world)
