@@ -15,6 +15,7 @@ from mjsim.lab.design_modules import module_text
 from mjsim.lab.experiment import Experiment
 from mjsim.lab.linear import LinearPlant
 from mjsim.lab.locus import RootLocus
+from mjsim.lab.plant_study import PADE, pade_limit
 from mjsim.report import Block, Code, Heading, HtmlTable, Paragraph, html_page, picture, png_of
 
 MATRIX_STYLE = """
@@ -57,6 +58,8 @@ def figures_of(experiment: Experiment) -> dict[str, Any]:
             for design, closed in zip(experiment.designs, experiment.closed, strict=True)
         ],
     }
+    if plant.delay:
+        found["delay"] = {"seconds": plant.delay, "pade_order": PADE, "exact_to_1_deg_up_to": pade_limit(plant.delay)}
     if experiment.nonlinear is not None:
         found["nonlinear_fit_percent"] = experiment.nonlinear_fit
         found["nonlinear_seconds"] = float(experiment.nonlinear[0][-1])
@@ -173,6 +176,9 @@ def _facts(experiment: Experiment) -> HtmlTable:
         ("stable", "yes" if study.is_stable else "no"),
         *_margin_rows(study.margins),
     ]
+    if delay := study.plant.delay:
+        text = f"{delay:g} s; poles, root locus and closed loops have Pade's approximation of order {PADE},"
+        rows.append(("delay", f"{text} whose phase errs by less than 1 deg up to {pade_limit(delay):.4g} rad/s"))
     if experiment.nonlinear is not None:
         shares = _shares(study.plant, experiment.nonlinear_fit, experiment.nonlinear[0])
         rows.append(("linear step response fits the nonlinear one", shares))

@@ -82,6 +82,15 @@ def _transfer(given: TransferFunction) -> LinearPlant:
     return replace(_formula(system * approximation, "u", ["y"]), delay=given.delay, undelayed=undelayed)
 
 
+def pade_limit(delay: float) -> float:
+    """Return the frequency up to which the phase of the approximation of a delay errs by less than 1 deg [rad/s]."""
+    control = theory()
+    turns = np.linspace(0.0, 4.0 * PADE, 4_000)
+    _, phase, _ = control.frequency_response(control.tf(*control.pade(1.0, PADE)), turns)
+    wrong = np.abs(np.unwrap(np.asarray(phase)) - phase[0] + turns) > math.radians(1.0)
+    return float(turns[np.argmax(wrong)]) / delay
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Study:
     """The analysis of a plant."""

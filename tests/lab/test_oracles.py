@@ -7,13 +7,14 @@ import control
 import numpy as np
 import pytest
 from scipy import signal
+from scipy.interpolate import pade
 
 from mjsim.errors import UsageError
 from mjsim.lab.effects import ForceEffect, LedJoint, led
 from mjsim.lab.identify import Samples, identified
 from mjsim.lab.linear import LinearPlant, minimal_states, slope
 from mjsim.lab.margins import margins_of
-from mjsim.lab.plant_study import formula_plant, frequencies, shown_seconds, shown_times, study
+from mjsim.lab.plant_study import formula_plant, frequencies, pade_limit, shown_seconds, shown_times, study
 from mjsim.world import parse_world
 
 FORCE = ForceEffect(unit="N", ctrl=np.zeros(0), applied=np.zeros(3))
@@ -165,6 +166,15 @@ def test_responses_and_phases_of_a_study_are_those_of_scipy_after_the_delay(dela
     np.testing.assert_allclose(found.phase, np.unwrap(np.angle(value)) - delay * found.omega, atol=1e-9)
     np.testing.assert_allclose(found.zeros, [-1.5])
     assert found.is_stable
+
+
+@pytest.mark.parametrize("delay", [0.5, 4.0])
+def test_the_approximation_of_a_delay_is_as_good_as_the_page_says(delay):
+    series = [(-1.0) ** k / math.factorial(k) for k in range(11)]
+    num, den = pade(series, 5)
+    omega = pade_limit(delay) * np.array([0.5, 0.99, 1.01])
+    errors = np.angle(num(1j * omega * delay) / den(1j * omega * delay) * np.exp(1j * omega * delay), deg=True)
+    assert np.abs(errors[:2]).max() < 1.0 < abs(errors[2])
 
 
 def test_one_input_and_some_outputs_of_a_state_space_are_looked_at():

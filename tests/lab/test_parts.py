@@ -15,7 +15,7 @@ from mjsim.lab import experiment, lqr_design, pid_design, plant_plots
 from mjsim.lab.closed import ClosedLoop
 from mjsim.lab.experiment import _nearest
 from mjsim.lab.identify import Samples
-from mjsim.lab.plant_page import _blocks, complex_text, figures_of, page_files
+from mjsim.lab.plant_page import _blocks, _facts, complex_text, figures_of, page_files
 from mjsim.report import html_page, picture
 
 WORLD = mjsim.parse_world("""
@@ -73,6 +73,14 @@ gain 6, Ti 0.9472 s|numerator|denominator|num: [|den: [|alt="design_2"|3 states;
         found = page.find(fact, at)
         assert found >= 0, fact
         at = found + len(fact)
+
+
+def test_the_page_says_how_good_the_approximation_of_a_delay_is(third):
+    late = replace(third, study=replace(third.study, plant=replace(third.study.plant, delay=0.5)))
+    told = figures_of(late)["delay"]
+    assert (told["seconds"], told["pade_order"]) == (0.5, 5)
+    said = f"order 5, whose phase errs by less than 1 deg up to {told['exact_to_1_deg_up_to']:.4g} rad/s"
+    assert said in html_page("late", "mjsim lab", _facts(late))
 
 
 def test_figures_of_a_plant_are_numbers(full, third):
