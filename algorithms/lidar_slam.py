@@ -123,6 +123,10 @@ class LidarSlam:
         """The scans of the map."""
         return self._map.keyframes
 
+    def poses(self) -> Array:
+        """Return the poses of these scans in the world as known by now, shape (n, 3)."""
+        return self._map.poses()
+
     @property
     def graph(self) -> PoseGraph:
         """Pose graph of the parts of the map."""
