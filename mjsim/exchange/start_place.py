@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from mjsim.errors import UsageError
 from mjsim.exchange.maps import Cells
 from mjsim.exchange.preset_files import NO_NOISE, inhabited, robot_of
 from mjsim.exchange.world_import import PRESET, Newcomer
-from mjsim.geometry import Array
+from mjsim.geometry import Array, Pose
 from mjsim.world import (
     Grid,
     ModelObstacle,
@@ -27,6 +27,9 @@ from mjsim.world import (
     sensor_names,
     solid,
 )
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
 
 ROBOT = "scout"
 """Name of the robot."""
@@ -48,6 +51,8 @@ SPECK = 0.02
 """An area of unknown cells smaller than this is not an obstacle if nothing solid is there [m^2]."""
 ROOM, MOST_ROOMS = 1.0, 5
 """Minimum size of an area that is reported as unreachable [m^2], and the number of such areas that are listed."""
+AROUND = 5.0
+"""Width of the floor around things that no wall encloses [m]."""
 MAX_CELLS = 4_000_000
 """Maximum size of the search grid [cells]."""
 DIRECTIONS = 72
@@ -128,9 +133,10 @@ def _with_robot(
 ) -> tuple[World, list[str]]:
     """Return a world with a robot, and a line on the areas that it cannot reach; see `with_robot`."""
     preset, lidar, estimator, folder = newcomer.preset, newcomer.lidar, newcomer.estimator, newcomer.folder
-    away, grid = _clearance(world, grid)
     robot = _robot(preset, lidar, at=(0.0, 0.0), heading=0.0, errs=estimator is not None, folder=folder)
-    need, widest = robot.body.radius + ELBOW_ROOM, float(away.max())
+    need = robot.body.radius + ELBOW_ROOM
+    away, grid = _clearance(world, grid, need)
+    widest = float(away.max())
     if widest < need:
         raise UsageError(
             f"the widest free space of this world is {widest * 2:.2f} m across;"
@@ -186,30 +192,44 @@ def _robot(
     return robot_of(keys, folder)
 
 
-def _clearance(world: World, grid: Grid | None) -> tuple[Array, Grid]:
-    """Return the distance of each cell's centre from solid or unknown space [m], and the grid."""
-    import cv2
+def _clearance(world: World, grid: Grid | None, need: float) -> tuple[Array, Grid]:
+    """Return the distance of each cell's centre from solid or unknown space [m], and the grid.
+
+    Where no wall encloses things, and there is no space of width `need` [m] among them, it is around them.
+    """
     import shapely
 
-    shape = solid(world)
-    if any(thing.elevation or isinstance(thing, ModelObstacle) for thing in world.obstacles):
+    things = [thing.model_copy(update={"movable": False, "path": None}) for thing in world.obstacles]
+    world = world.model_copy(update={"obstacles": tuple(things)})
+    shape = section = solid(world)
+    if any(thing.elevation or isinstance(thing, ModelObstacle) for thing in things):
         shape = shapely.union_all([shape, *(solid(world, height=height) for height in HEIGHTS)])
-    if grid is None and shape.is_empty:
-        size = np.zeros((200, 200), dtype=bool)
-        from mjsim.geometry import Pose
+    if grid is not None or not section.is_empty:
+        grid = grid or grid_of(world, most_cells=MAX_CELLS)
+        away = _away(shape, grid, shape.convex_hull)
+        if world.walls or away.max() >= need:
+            return away, grid
+    bounds = np.array((0.0,) * 4 if shape.is_empty else shape.bounds)
+    low, high = bounds[:2] - AROUND, bounds[2:] + AROUND
+    cell = max(0.05, math.sqrt(float(np.prod(high - low)) / MAX_CELLS))
+    size = np.zeros(np.ceil((high - low) / cell).astype(int)[::-1], dtype=bool)
+    grid = Grid(size, ~size, cell, Pose(float(low[0]), float(low[1]), 0.0))
+    return _away(shape, grid, shapely.box(*low, *high)), grid
 
-        grid = Grid(size, ~size, 0.05, Pose(-5.0, -5.0, 0.0))
-    elif grid is None:
-        grid = grid_of(world, most_cells=MAX_CELLS)
+
+def _away(shape: "BaseGeometry", grid: Grid, within: "BaseGeometry") -> Array:
+    """Return the distance of each cell's centre from what is solid, unknown or outside an area [m]."""
+    import cv2
+
     taken = cells_of(shape, grid)
     free: Cells = (grid.free | _specks(~grid.free & ~taken, SPECK / grid.resolution**2)) & ~taken
-    if (inside := free & cells_of(shape.convex_hull, grid)).any():
+    if (inside := free & cells_of(within, grid)).any():
         # The background of a plan is as white as its rooms.
         free = inside
     padded = np.pad(free.astype(np.uint8), 1)
     away = cv2.distanceTransform(padded, cv2.DIST_L2, 5)[1:-1, 1:-1]
     # From a centre to the nearest face, not to the next centre.
-    return np.asarray(np.maximum(away - 0.5, 0.0) * grid.resolution, dtype=float), grid
+    return np.asarray(np.maximum(away - 0.5, 0.0) * grid.resolution, dtype=float)
 
 
 def _clear(away: Array, grid: Grid, points: Array, need: float) -> NDArray[np.bool_]:

@@ -190,7 +190,7 @@ def test_simple_shapes_stand_where_they_did_and_end_at_the_floor():
         ((3, 1.4, 0.02), 0.1, "floor"),
         ((3, 3, 0.02), 0.12, None),
         ((1, 1, 0.2), 2.29, None),
-        ((1, 1, 0.2), 2.31, "part overhead"),
+        ((1, 1, 0.2), 2.31, "overhead part"),
     ],
 )
 def test_floors_and_what_is_overhead_meet_no_robot(size, z, what):

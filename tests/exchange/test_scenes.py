@@ -151,7 +151,7 @@ def test_tilted_shapes_spheres_overhead_things_and_floors_come_in_or_are_told(tm
     assert world.obstacles[1].elevation == 0.0
     assert world.obstacles[2].cylinder == (0.1, 1.2)
     assert "kept: floor 'slab'" in found.report
-    assert "left out: part overhead 'roof': it begins above 2.2 m" in found.report
+    assert "left out: overhead part 'roof': it begins above 2.2 m" in found.report
     assert "guessed: capsule 'pill': a cylinder of its size" in found.report
 
 
@@ -222,6 +222,29 @@ def test_a_mesh_that_is_a_box_is_a_box_and_missing_ones_are_named(tmp_path):
     assert sorted(crate.box) == pytest.approx([0.6, 1.1, 1.6])
     assert crate.at == pytest.approx((1.8, 1.3))
     assert any("left out: mesh 'file://gone.dae': not found" in line for line in found.report)
+    assert not any("no collision shape" in line for line in found.report)
+
+
+def test_a_mesh_too_large_for_a_world_is_left_out_and_the_rest_stays(tmp_path):
+    obj(
+        tmp_path / "far.obj", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+    )
+    far = "<geometry><mesh><uri>file://far.obj</uri><scale>1e5 1 1</scale></mesh></geometry>"
+    world, found = brought(scene(tmp_path, WALLS + model(link("1 1 0 0 0 0", far), name="far")))
+    assert (len(world.walls), len(world.obstacles)) == (4, 0)
+    assert any(
+        "left out: mesh part 'far.obj': a mesh has a number that is not finite, or" in line for line in found.report
+    )
+
+
+@pytest.mark.parametrize("static", [True, False])
+def test_a_robot_stands_beside_what_no_wall_encloses(tmp_path, static: bool):
+    crates = "".join(
+        model(link(f"{x} 0 0.5 0 0 0", BOX.format("1 1 1")), static=static, name=f"c{x}") for x in (-0.5, 0.5)
+    )
+    world, _ = brought(scene(tmp_path, crates), robot=Newcomer())
+    assert max(map(abs, world.robots[0].at)) > 1.0
+    assert len(world.run.drivers["scout"].navigator.model_dump()["points"]) > 2
 
 
 HOUSE = """<mujoco><asset><texture name="w" type="2d" builtin="checker" width="8" height="8"/><material name="m"

@@ -50,7 +50,12 @@ def planned(files: RobotFiles, said=()) -> tuple[Plan, list[FileItem]]:
 
 
 def test_all_scanners_come_in_the_widest_first_and_fans_of_short_beams_are_told():
-    near = [fan(f"near_{n}", beams=5, half=0.09, far=0.2, pose=f"0.2 0 0.1 0 0 {n}") for n in range(4)]
+    # Infrared rays of 0.2 m, and a cone of rays as far as sonars of robots reach.
+    reach = [(0.2, ""), (0.2, ""), (4.0, RINGS), (5.0, RINGS)]
+    near = [
+        fan(f"near_{n}", beams=5, half=0.09, far=far, pose=f"0.2 0 0.1 0 0 {n}", more=more)
+        for n, (far, more) in enumerate(reach)
+    ]
     scanners = [fan(f"scan_{n}", half=1.0, pose=f"{n} 0 0.3 0 0 0") for n in range(3)]
     plan, items = planned(cart("".join([*near, *scanners, fan("main", pose="0 0 0.5 0 0 0")])))
     assert [(mount.kind, mount.name) for mount in plan.mounts] == [

@@ -106,7 +106,7 @@ def amiss(source: RobotSource, robot: RobotFiles, anatomy: Anatomy, stand: Stand
         yield FileItem(fate, source.shown(left_out))
     yield from robot.items
     for place, why in source.absent:
-        yield FileItem(Fate.LEFT_OUT, "include of which nothing is used", place.rpartition("/")[2], why)
+        yield FileItem(Fate.LEFT_OUT, "unused include", place.rpartition("/")[2], why)
     for name in source.moved:
         yield FileItem(Fate.MENDED, "file", name, "its absolute path is of another machine; taken from the package")
     for name in sorted(source.missing):

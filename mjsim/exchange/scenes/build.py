@@ -86,7 +86,7 @@ def _counts(scene: Scene, thing: SceneThing, solid: SceneSolid) -> bool:
         scene.tell(Fate.KEPT, "floor", thing.name)
         return False
     if heights.min() >= OVERHEAD:
-        scene.tell(Fate.LEFT_OUT, "part overhead", thing.name, f"it begins above {OVERHEAD} m")
+        scene.tell(Fate.LEFT_OUT, "overhead part", thing.name, f"it begins above {OVERHEAD} m")
         return False
     return True
 

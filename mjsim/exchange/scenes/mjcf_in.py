@@ -50,7 +50,7 @@ def read_mjcf(path: Path) -> Scene:
 def _take(scene: Scene, body: SceneBody) -> None:
     """Take a body as one thing; each geom of the world itself is a thing of its own."""
     if body.bare and not body.geoms:
-        scene.tell(Fate.LEFT_OUT, "body without collision shape", body.name, "robots pass through it")
+        scene.tell(Fate.LEFT_OUT, "visible body", body.name, "it has no collision shape")
     solids = [solid for geom in body.geoms for solid in _solids(scene, geom, body.name)]
     if body.jointed and solids:
         scene.tell(Fate.GUESSED, "jointed body", body.name, "it stands still, at the reference of its joints")

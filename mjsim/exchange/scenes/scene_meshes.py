@@ -50,7 +50,12 @@ class MeshFiles:
         # A mirrored triangle has its corners the other way round.
         order = slice(None, None, -1 if np.prod(scale) < 0.0 else 1)
         for vertices, faces in self._parts[path]:
-            yield boxed(SceneSolid("mesh", (), pose, color, vertices * scale, faces[:, order]))
+            try:
+                part = SceneSolid("mesh", (), pose, color, vertices * scale, faces[:, order])
+            except UsageError as error:
+                self._scene.tell(Fate.LEFT_OUT, "mesh part", path.name, str(error))
+                continue
+            yield boxed(part)
 
     def prisms(self, shape: Element, pose: Array, color: str | None, where: str) -> Iterator[SceneSolid]:
         """Yield the prism on a `<polyline>`."""

@@ -158,7 +158,7 @@ class _Reader:
         solids, mass, bare = [], 0.0, 0
         for link in model.findall("link"):
             found = list(self._solids(link, frames, world_from_model, file, name))
-            bare += not found and link.find("visual") is not None
+            bare += link.find("collision") is None and link.find("visual") is not None
             solids += found
             mass += _mass_of(link, name)
         joints = [joint for joint in model.findall("joint") if joint.get("type") not in (None, "fixed")]
@@ -166,7 +166,7 @@ class _Reader:
             kinds = ", ".join(sorted({joint.get("type", "") for joint in joints}))
             self.scene.tell(Fate.GUESSED, "model", name, f"one rigid thing, without its joints ({kinds})")
         if bare:
-            self.scene.tell(Fate.LEFT_OUT, "model part without collision shape", name, "robots pass through it")
+            self.scene.tell(Fate.LEFT_OUT, "visible model part", name, "it has no collision shape")
         if solids:
             self.scene.add(SceneThing(name, solids, world_from_model, None if static else max(mass, 1e-3)))
 
