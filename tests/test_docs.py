@@ -195,6 +195,14 @@ def test_every_module_that_the_page_of_algorithms_names_is_there():
 
 
 @pytest.mark.slow
+def test_the_page_of_the_laboratory_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (code,) = re.findall("```python\n(.*?)```", (ROOT / "docs" / "control-lab.md").read_text("utf-8"), re.DOTALL)
+    exec(code, {})
+    assert (tmp_path / "bode.svg").stat().st_size > 5000
+
+
+@pytest.mark.slow
 def test_the_page_of_arms_runs():
     page = (ROOT / "docs" / "arms.md").read_text(encoding="utf-8")
     for code in re.findall("```python\n(.*?)```", page, re.DOTALL):

@@ -12,6 +12,9 @@ from .linear import LinearPlant as LinearPlant
 from .pid_rules import RULES as RULES
 from .plant_files import write_lab as write_lab
 from .plant_page import complex_text as complex_text
+from .plant_plots import bode_plot as bode_plot
+from .plant_plots import nyquist_plot as nyquist_plot
+from .plant_plots import poles_plot as poles_plot
 from .plant_scene import ScenePlant as ScenePlant
 from .plant_study import Study as Study
 from .plant_study import study as study
