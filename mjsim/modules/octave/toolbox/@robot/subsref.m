@@ -29,7 +29,7 @@ function varargout = subsref(r, s)
     case {'name', 'manuf', 'comment', 'base', 'tool', 'gravity', 'q', 'plotopt', 'ikineType'}, v = r.(name);
     otherwise
       if ~any(exist(name) == [2 5 103])
-        error('an arm has no field ''%s''', name);
+        error('an arm has no field or method ''%s''; it has fkine, ikine, jacob0, rne and others', name);
       end
       given = {};
       if numel(s) > 1 && strcmp(s(2).type, '()'), given = s(2).subs; s(2) = []; end
