@@ -38,13 +38,13 @@ run: {map: known}
 """
 
 
-def drive(navigator, seconds, *, text=ROOMS, estimator=None, avoidance=False):
-    """Drive; return true poses (n, 3), the bumps and the navigator."""
+def drive(navigator, seconds, *, text=ROOMS, estimator=None, avoidance=False, until=lambda: False):
+    """Drive for a time, or until something holds; return true poses (n, 3) and the number of bumps."""
     with mjsim.Simulation(mjsim.parse_world(text), seed=1) as sim:
         driver = mjsim.Driver(navigator=navigator, estimator=estimator, avoidance=avoidance)
         poses, bumps = [], 0
         for tick in mjsim.ticks(sim, {"scout": driver}):
-            if tick.time > seconds:
+            if tick.time > seconds or until():
                 break
             poses.append(tick.truth["scout"].as_array())
             bumps += sum(event.kind == "bump" for event in tick.orders["scout"].events)
@@ -152,7 +152,7 @@ robots:
 @pytest.mark.slow
 def test_exploring_sees_both_rooms_and_knows_when_it_is_done():
     navigator = Explore()
-    _, bumps = drive(navigator, 90.0)
+    _, bumps = drive(navigator, 90.0, until=lambda: navigator.done)
     assert bumps == 0
     assert navigator.done
     distances = navigator.grid.distances()

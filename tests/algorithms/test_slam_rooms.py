@@ -21,9 +21,9 @@ def brief(room, seconds):
     return replace(room, text=room.text.replace("seconds: 60", f"seconds: {seconds}"))
 
 
-@pytest.mark.parametrize(("name", "seeds"), [("plain", (1, 5)), ("nameless", (1,))])
-def test_the_estimator_loses_nothing_beside_the_textbook(name, seeds):
-    room = brief(ROOMS[name], 30)
+@pytest.mark.parametrize(("name", "seconds", "seeds"), [("plain", 30, (1, 5)), ("nameless", 20, (1,))])
+def test_the_estimator_loses_nothing_beside_the_textbook(name, seconds, seeds):
+    room = brief(ROOMS[name], seconds)
     runs = [scores_in_room(room, {v: ekf_slam(room, v) for v in VARIANTS}, seed=seed) for seed in seeds]
     for variant in VARIANTS:
         book, own = (np.array([[run[who].error, run[who].nees] for run in runs]) for who in ("textbook", variant))
@@ -63,7 +63,7 @@ def test_graph_slam_solves_the_plain_room_and_a_real_log(mrclam):
     from mjsim.algorithms.graph_slam import GraphSlam
 
     # Odometry claims to be exact along a direction when the robot turns on the spot; it does so after 12 s.
-    for seed in range(3):
+    for seed in range(2):
         assert scores_in_room(brief(ROOMS["plain"], 16), {"graph": GraphSlam()}, seed=seed)["graph"].error < 0.08
     scores = scores_in_log(mrclam, "robot1", {"map": GraphSlam(), "start": GraphSlam(frame="start")})
     # In the frame of the map what was told before stays right, 0.14 m; in that of the start it does not, 0.48 m, but

@@ -31,15 +31,14 @@ def matrix(count: int, data: bytes, *, flags: int = 6, kind: int = 9) -> bytes:
 
 
 def bomb() -> bytes:
-    """Return a MAT-file of 0.3 MB that unpacks to 320 MB of zeros, and twice as much while it is read."""
+    """Return a MAT-file of megabytes that unpacks to a gigabyte of zeros, and twice as much while it is read."""
     count = 60_000_000
     packer = zlib.compressobj(1)
     whole = matrix(count, b"")[128:][8:]
-    parts = [
-        packer.compress(struct.pack("<II", 14, len(whole) + 8 + 16 * count) + whole + struct.pack("<II", 9, 16 * count))
-    ]
-    parts += [packer.compress(bytes(16 * 10**6)) for _ in range(count // 10**6)]
-    packed = b"".join([*parts, packer.flush()])
+    head = struct.pack("<II", 14, len(whole) + 8 + 16 * count) + whole + struct.pack("<II", 9, 16 * count)
+    packed = packer.compress(head) + packer.flush(zlib.Z_FULL_FLUSH)
+    zeros = packer.compress(bytes(16 * 10**6)) + packer.flush(zlib.Z_FULL_FLUSH)  # stands by itself
+    packed += zeros * (count // 10**6)
     return matrix(1, b"")[:128] + struct.pack("<II", 15, len(packed)) + packed
 
 

@@ -139,7 +139,7 @@ def test_the_program_on_the_page_about_bringing_in_runs(tmp_path, monkeypatch, c
 @pytest.mark.slow
 @needs_labmaze
 def test_the_robot_of_a_maze_drives_to_its_far_end():
-    world = maze_world((5, 5), seed=3)
+    world = maze_world((3, 3), seed=3)
     (goal,) = (driver.navigator.model_dump()["points"][-1] for driver in world.run.drivers.values())
     with mjsim.Simulation(world, seed=1) as sim:
         mjsim.run(sim, seconds=world.run.seconds)
