@@ -68,6 +68,7 @@ def walls_seen(looked):
     return looked, None if looked is None else walls_of(looked)
 
 
+@pytest.mark.slow
 def test_scans_alone_tell_the_way_of_a_robot_to_centimetres(drive):
     robot, seen, truth = drive
     assert np.hypot(*np.diff(truth[:, :2], axis=0).T).sum() > 9.0
@@ -83,6 +84,7 @@ def test_scans_alone_tell_the_way_of_a_robot_to_centimetres(drive):
     assert errors[-1] < 0.15
 
 
+@pytest.mark.slow
 def test_lidar_slam_needs_no_odometry(drive):
     errors = errors_of(LidarSlam(), drive)
     assert errors.mean() < 0.05

@@ -57,6 +57,7 @@ def listed(path: Path) -> list[list[str]]:
     return [line.split() for line in path.read_text().splitlines() if not line.startswith("#")]
 
 
+@pytest.mark.slow
 def test_evo_reads_where_the_camera_truly_was(tum: Path, run: Recording):
     read = file_interface.read_tum_trajectory_file(tum / "groundtruth.txt")
     np.testing.assert_allclose(read.timestamps, run.time, atol=1e-9)
