@@ -95,16 +95,16 @@ def test_a_lidar_with_rings_is_a_3d_lidar():
     }
 
 
-def car(limit: str, *, trail: float = 0.0, steer: str = "steer") -> RobotFiles:
+def car(limit: str, *, trail: float = 0.0, steer: str = "steer", kind: str = "revolute", more: str = "") -> RobotFiles:
     """Return the file of a car whose front wheels hang on vertical hinges, `trail` behind them."""
     links, joints = {"base": BASE}, []
     for side, y in (("l", 0.25), ("r", -0.25)):
         links |= {f"fork_{side}": "", f"front_{side}": tyre(0.1, 0.03), f"rear_{side}": tyre(0.1, 0.03)}
-        turning = joint(f"{steer}_{side}", "base", f"fork_{side}", f'xyz="0.3 {y} 0.1"', kind="revolute", more=limit)
+        turning = joint(f"{steer}_{side}", "base", f"fork_{side}", f'xyz="0.3 {y} 0.1"', kind=kind, more=limit)
         joints.append(turning.replace('"0 1 0"', '"0 0 1"'))
         joints.append(joint(f"roll_{side}", f"fork_{side}", f"front_{side}", f'xyz="{-trail} 0 0"'))
         joints.append(joint(f"drive_{side}", "base", f"rear_{side}", f'xyz="-0.3 {y} 0.1"'))
-    text = robot(links, joints).encode()
+    text = robot(links, [*joints, more]).encode()
     return gather_robot("r.urdf", lambda _: text)
 
 
@@ -132,6 +132,14 @@ def test_a_wheel_that_trails_behind_such_a_joint_is_a_caster():
     gear = geared(car(ZERO, trail=0.05))
     assert gear.drive == "differential"
     assert {wheel.name for wheel in gear.bearing} == {"roll_l", "roll_r"}
+
+
+@pytest.mark.parametrize(("interface", "drive"), [("command", "ackermann"), ("state", "differential")])
+def test_an_endless_vertical_hinge_steers_if_ros2_control_commands_it(interface: str, drive: str):
+    hinges = "".join(f'<joint name="steer_{s}"><{interface}_interface name="position"/></joint>' for s in "lr")
+    wheels = "".join(f'<joint name="drive_{s}"><command_interface name="velocity"/></joint>' for s in "lr")
+    files = car("", kind="continuous", more=f'<ros2_control name="c" type="system">{hinges}{wheels}</ros2_control>')
+    assert geared(files).drive == drive
 
 
 def test_joints_that_the_user_names_for_steering_steer_or_are_refused():

@@ -259,11 +259,14 @@ def _as_shell(root: Element, flat: str) -> bool:
 
 
 def _driven(root: Element) -> Iterator[str]:
-    """Yield the joints with a motor: from actuators in MJCF, from transmissions in URDF."""
+    """Yield the joints with a motor: from actuators in MJCF, from transmissions and ros2_control in URDF."""
     for actuator in root.findall("actuator/*"):
         yield actuator.get("joint") or actuator.get("jointinparent") or ""
     for transmission in root.findall("transmission"):
         yield from (joint.get("name", "") for joint in transmission.iter("joint"))
+    for joint in root.iterfind("ros2_control/joint"):
+        if joint.find("command_interface") is not None:
+            yield joint.get("name", "")
     for gazebo in root.iter("gazebo"):
         # Gazebo's drives name their joints in elements of many spellings.
         for item in gazebo.iter():
