@@ -26,7 +26,16 @@ def wrap_angles(angles: ArrayLike) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """A position and a heading in the plane; also the transform outer_from_inner of that frame."""
+    """A position and a heading in the plane; also the transform outer_from_inner of that frame.
+
+    Examples:
+        >>> import mjsim
+        >>> world_from_robot = mjsim.Pose(2.0, 1.0, 0.0)
+        >>> world_from_robot @ mjsim.Pose(0.5, 0.0, 0.25)
+        Pose(x=2.5, y=1.0, heading=0.25)
+        >>> world_from_robot.transform([1.0, 0.0]).tolist()
+        [3.0, 1.0]
+    """
 
     x: float
     """[m]"""

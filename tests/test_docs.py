@@ -1,5 +1,6 @@
 """The pages say what the program does."""
 
+import doctest
 import fnmatch
 import importlib
 import itertools
@@ -108,6 +109,13 @@ def test_the_changelog_and_the_citation_are_of_this_version():
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
     assert [newest, date] == [version, str(citation["date-released"])]
     assert citation["version"] == version
+
+
+def test_the_examples_in_docstrings_print_what_they_say():
+    modules = ["mjsim.geometry", "mjsim.interface.values", "mjsim.interface.readings"]
+    found = [doctest.testmod(importlib.import_module(name)) for name in modules]
+    assert [each.failed for each in found] == [0, 0, 0]
+    assert all(each.attempted for each in found)
 
 
 @pytest.mark.slow

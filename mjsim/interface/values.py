@@ -48,7 +48,13 @@ class JointGoal:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A twist in the robot frame, and goals of its arms, held until the next tick."""
+    """A twist in the robot frame, and goals of its arms, held until the next tick.
+
+    Examples:
+        >>> import mjsim
+        >>> mjsim.Command(forward=0.3, turn=0.1).forward
+        0.3
+    """
 
     forward: float = 0.0
     """[m/s]"""
@@ -85,7 +91,15 @@ class Detection:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Estimate:
-    """The result of an estimator."""
+    """The result of an estimator.
+
+    Examples:
+        >>> import mjsim
+        >>> import numpy as np
+        >>> estimate = mjsim.Estimate(mjsim.Pose(1.0, 2.0, 0.0), np.diag([0.01, 0.01, 0.001]))
+        >>> estimate.covariance.shape
+        (3, 3)
+    """
 
     pose: Pose
     """Mean pose, in the frame of the prior of `RobotInfo`."""
