@@ -111,7 +111,8 @@ def _lines(name: str, figures: dict[str, Any]) -> list[str]:
     def shown(pairs: list[list[float]]) -> str:
         return ", ".join(complex_text(complex(*pair)) for pair in pairs) or "none"
 
-    lines = [f"{name}: {figures['input']} -> {', '.join(figures['outputs'])}; states {', '.join(figures['states']) or 'none'}"]
+    states = ", ".join(figures["states"]) or "none"
+    lines = [f"{name}: {figures['input']} -> {', '.join(figures['outputs'])}; states {states}"]
     lines.append(f"  poles {shown(figures['poles'])}; zeros {shown(figures['zeros'])}")
     if "nonlinear_fit_percent" in figures:
         lines.append(f"  {_nonlinear_text(figures, 'the linear step response', 'after its step')}")
