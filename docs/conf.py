@@ -10,7 +10,7 @@ from typing import Any, get_type_hints
 from sphinx.application import Sphinx
 from sphinx.ext.napoleon import Config, GoogleDocstring
 
-from mjsim import interface
+from mjsim import interface, record
 
 sys.path.insert(0, str(Path(__file__).parent / "site"))
 
@@ -77,6 +77,7 @@ def _is_needed(field: dataclasses.Field[Any]) -> bool:
 
 def _types_without_forms() -> None:
     """Leave out of the types of readings what recordings, not readers, need: `Annotated[Odometry, Form(...)]`."""
+    assert record.codec_of  # it reads these types when it is imported
     for kind in (getattr(interface, name) for name in interface.__all__):
         if dataclasses.is_dataclass(kind) and "Form(" in str(kind.__annotations__):
             plain = {name: get_type_hints(kind)[name] for name in kind.__annotations__}
