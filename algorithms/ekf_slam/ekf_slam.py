@@ -30,7 +30,7 @@ from ..picture_errors import PictureErrors, each_of
 from .association import joint_compatibility, nearest_neighbour
 from .ekf_filter import EkfSlamFilter, Jacobians
 from .invariant_ekf import InvariantEkfSlamFilter
-from .landmark_merging import Twins
+from .landmark_merging import DuplicateLandmarks
 from .map_management import Probation
 from .past_positions import Mark, PastPositions
 
@@ -134,7 +134,7 @@ class EkfSlam:
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
         """Begin at the robot's prior with an empty map."""
         self._recent, self._relocation = RecentMotion(), Relocation()
-        self._twins = Twins(gate=self._gate, scale=self._sighting_scale)
+        self._duplicates = DuplicateLandmarks(gate=self._gate, scale=self._sighting_scale)
         self._odometry_errors = OdometryErrors(self._systematic, delay=self._delay)
         self._errors = PictureErrors(robot, nod=self._nod, repeat=self._repeat)
         self._filter = _new_filter(
@@ -302,11 +302,13 @@ class EkfSlam:
     def _merge(self, seen: Sequence[tuple[Hashable, Sighting]]) -> None:
         """Merge landmarks that were mapped twice, based on those seen now, each with its sighting."""
         seen = [(name, sighting) for name, sighting in seen if isinstance(name, int)]
-        self._twins.record([name for name, _ in seen])
-        while twins := self._twins.find(self._filter, seen, [name for name in self._mapped() if isinstance(name, int)]):
-            kept, gone, variance = twins
+        self._duplicates.record([name for name, _ in seen])
+        while pair := self._duplicates.find(
+            self._filter, seen, [name for name in self._mapped() if isinstance(name, int)]
+        ):
+            kept, gone, variance = pair
             self._filter.unite(kept, gone, variance)
-            self._twins.unite(kept, gone)
+            self._duplicates.unite(kept, gone)
             self._merged.add(gone)
             seen = [(kept if name == gone else name, sighting) for name, sighting in seen]
 

@@ -16,7 +16,7 @@ from mjsim.interface import Sighting
 from .ekf_filter import EkfSlamFilter
 
 
-class Twins:
+class DuplicateLandmarks:
     """Finds pairs of landmarks that are the same.
 
     References:

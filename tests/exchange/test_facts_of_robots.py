@@ -10,6 +10,7 @@ from mjsim.errors import UsageError
 from mjsim.exchange import RobotOptions
 from mjsim.exchange.robots import likely, slip
 from mjsim.exchange.robots.driven_wheels import Gear, find_gear
+from mjsim.exchange.robots.found_wheels import FoundWheel
 from mjsim.exchange.robots.mounts import SensorMount
 from mjsim.exchange.robots.preset import (
     first_plan,
@@ -22,7 +23,6 @@ from mjsim.exchange.robots.preset import (
     wheels_by_name,
 )
 from mjsim.exchange.robots.robot_frame import Stand, find_stand
-from mjsim.exchange.robots.rounds import Round
 from mjsim.exchange.robots.steering import steering_limit
 from mjsim.geometry import wrap_angle
 from mjsim.interface import Command, Odometry
@@ -41,14 +41,16 @@ def found(text: str, **options: object) -> tuple[Gear, Stand]:
 
 def wheel(
     x: float, y: float, *, radius: float = 0.1, steer: tuple[float, float] | None = None, speed: float | None = None
-) -> Round:
+) -> FoundWheel:
     at, axle, up = np.array([x, y, radius]), np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
     joint = FileJoint(f"w{x:g}{y:g}", 1, False, at, axle, None, True, speed)
     turned = None if steer is None else FileJoint(f"s{y:g}", 1, False, at, up, steer, True)
-    return Round(joint, at, axle, radius, 0.05, turned)
+    return FoundWheel(joint, at, axle, radius, 0.05, turned)
 
 
-def gear(drive: str, rows: list[float], *, track: float = 0.4, single: tuple[Round, ...] = (), **keys: object) -> Gear:
+def gear(
+    drive: str, rows: list[float], *, track: float = 0.4, single: tuple[FoundWheel, ...] = (), **keys: object
+) -> Gear:
     """Return axles at some x, the first of which has the keys."""
     axles = [
         ((wheel(x, track / 2, **(keys if not k else {})),), (wheel(x, -track / 2, **(keys if not k else {})),))

@@ -87,7 +87,7 @@ def test_what_bumps_in_gazebo_is_what_bumps_here(name, tmp_path):
     path = written(world, tmp_path)
     for height in (0.07, 1.0, 2.3):
         apart = solid(world, height=height).symmetric_difference(slices(path, height))
-        # Round things have 32 sides here and 64 there: slivers of less than 2 square centimetres.
+        # Wheel things have 32 sides here and 64 there: slivers of less than 2 square centimetres.
         assert max((part.area for part in shapely.get_parts(apart)), default=0.0) < 2e-4
 
 

@@ -8,6 +8,15 @@ import numpy as np
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.exchange.robots.ahead import ALONG, forward_of, shown
+from mjsim.exchange.robots.found_wheels import (
+    LEVEL,
+    FoundWheel,
+    bare,
+    could_be_axle,
+    found_wheels,
+    measured,
+    turns_freely,
+)
 from mjsim.exchange.robots.omni import (
     OWN,
     PARALLEL,
@@ -18,7 +27,6 @@ from mjsim.exchange.robots.omni import (
     without_rollers,
 )
 from mjsim.exchange.robots.robot_import import RobotOptions
-from mjsim.exchange.robots.rounds import LEVEL, Round, bare, could_be_axle, measured, rounds, turns_freely
 from mjsim.exchange.robots.steering import listed, steered_as_named, steering_note
 from mjsim.geometry import Array
 from mjsim.models import Anatomy, SaidDrive, said_about
@@ -41,16 +49,16 @@ class Gear:
 
     drive: str
     """One of `DRIVES`."""
-    rows: tuple[tuple[tuple[Round, ...], tuple[Round, ...]], ...]
+    rows: tuple[tuple[tuple[FoundWheel, ...], tuple[FoundWheel, ...]], ...]
     """Axles from front to rear, each with its left and its right wheels."""
-    bearing: tuple[Round, ...]
+    bearing: tuple[FoundWheel, ...]
     """Passive wheels."""
     floor: float
     """Height of the floor, file frame [m]."""
     forward: Array
     """Forward direction, horizontal unit vector, file frame, shape (2,)."""
     notes: tuple[str, ...] = ()
-    single: tuple[Round, ...] = ()
+    single: tuple[FoundWheel, ...] = ()
     """Wheels without an axle: the steered and driven wheel of a tricycle, or the three of omni3 in the drive's order.
     """
     said: SaidDrive = field(default_factory=SaidDrive)
@@ -61,7 +69,7 @@ class Gear:
         """Horizontal unit vector to the left, file frame, shape (2,)."""
         return np.array([-self.forward[1], self.forward[0]])
 
-    def wheels(self) -> list[Round]:
+    def wheels(self) -> list[FoundWheel]:
         """Return all wheels that are driven or steered."""
         return [*(wheel for row in self.rows for side in row for wheel in side), *self.single]
 
@@ -84,7 +92,7 @@ def find_gear(
     anatomy, hubs = without_rollers(anatomy)
     if options.left or options.right:
         chosen = [*_named(anatomy, options.left, file), *_named(anatomy, options.right, file)]
-        others = [wheel for wheel in rounds(anatomy) if wheel.name not in {*options.left, *options.right}]
+        others = [wheel for wheel in found_wheels(anatomy) if wheel.name not in {*options.left, *options.right}]
     else:
         chosen, others = _guessed(anatomy, file, said)
     if options.drive is not None and options.drive not in DRIVES:
@@ -107,7 +115,7 @@ def find_gear(
     return replace(gear, said=about, notes=(*gear.notes, note) if note else gear.notes)
 
 
-def _named(anatomy: Anatomy, names: Sequence[str], file: str) -> list[Round]:
+def _named(anatomy: Anatomy, names: Sequence[str], file: str) -> list[FoundWheel]:
     """Return the wheels of the joints that the user named."""
     known = {joint.name: joint for joint in anatomy.joints if not joint.slides}
     found = []
@@ -122,9 +130,9 @@ def _named(anatomy: Anatomy, names: Sequence[str], file: str) -> list[Round]:
     return found
 
 
-def _guessed(anatomy: Anatomy, file: str, said: Sequence[SaidDrive]) -> tuple[list[Round], list[Round]]:
+def _guessed(anatomy: Anatomy, file: str, said: Sequence[SaidDrive]) -> tuple[list[FoundWheel], list[FoundWheel]]:
     """Return the driven or steered wheels, and the passive ones."""
-    all_round = rounds(anatomy)
+    all_round = found_wheels(anatomy)
     whole = [wheel for wheel in all_round if wheel.radius > 0.0]
     if not whole:
         whole = [w for w in all_round if w.joint.driven or re.search("wheel", w.name, re.IGNORECASE)]
@@ -145,7 +153,7 @@ def _guessed(anatomy: Anatomy, file: str, said: Sequence[SaidDrive]) -> tuple[li
     standing = [wheel for wheel in whole if wheel.bottom <= lowest + FLOOR_MARGIN * max(wheel.radius, 0.02)]
     largest = max(wheel.radius for wheel in standing)
 
-    def bears(wheel: Round) -> bool:
+    def bears(wheel: FoundWheel) -> bool:
         named = CASTER.search(wheel.name) or any(CASTER.search(n) for n in anatomy.parts[wheel.joint.part].names)
         return bool(wheel.swivels or named or (wheel.radius < SMALL * largest and not wheel.joint.driven))
 
@@ -175,8 +183,8 @@ def _instead(anatomy: Anatomy) -> str | None:
 
 def _omnidirectional(
     anatomy: Anatomy,
-    chosen: list[Round],
-    others: list[Round],
+    chosen: list[FoundWheel],
+    others: list[FoundWheel],
     options: RobotOptions,
     said: SaidDrive,
     *,
@@ -209,7 +217,7 @@ def _omnidirectional(
     return Gear(kind, tuple((row[0], row[1]) for row in rows), bearing, floor, forward, notes)
 
 
-def _common_axis(wheels: Sequence[Round], file: str) -> Array:
+def _common_axis(wheels: Sequence[FoundWheel], file: str) -> Array:
     """Return the direction of the axles of unsteered wheels, horizontal unit vector, shape (2,)."""
     fixed = [wheel for wheel in wheels if wheel.steer is None] or list(wheels)
     axis = fixed[0].axis[:2]
@@ -223,7 +231,7 @@ def _common_axis(wheels: Sequence[Round], file: str) -> Array:
     return np.asarray(axis / np.linalg.norm(axis))
 
 
-def _on_floor(anatomy: Anatomy, wheels: list[Round], file: str, said: SaidDrive) -> tuple[list[Round], float]:
+def _on_floor(anatomy: Anatomy, wheels: list[FoundWheel], file: str, said: SaidDrive) -> tuple[list[FoundWheel], float]:
     """Return the wheels with known radius, and the height of the floor [m]."""
     known = [wheel.bottom for wheel in wheels if wheel.radius > 0.0]
     if known:
@@ -248,8 +256,8 @@ def _on_floor(anatomy: Anatomy, wheels: list[Round], file: str, said: SaidDrive)
 
 def _sorted_out(
     anatomy: Anatomy,
-    wheels: list[Round],
-    bearing: list[Round],
+    wheels: list[FoundWheel],
+    bearing: list[FoundWheel],
     floor: float,
     forward: Array,
     options: RobotOptions,
@@ -283,7 +291,7 @@ def _sorted_out(
     return Gear(drive, whole, tuple(bearing), floor, forward, notes)
 
 
-def _check_abreast(anatomy: Anatomy, wheels: Sequence[Round], left: Array, file: str) -> None:
+def _check_abreast(anatomy: Anatomy, wheels: Sequence[FoundWheel], left: Array, file: str) -> None:
     """Raise UsageError if all wheels are in line, as on a bicycle."""
     across = [float(wheel.middle[:2] @ left) for wheel in wheels]
     if len(wheels) > 1 and max(across) - min(across) < 0.5 * min(wheel.radius for wheel in wheels):
@@ -296,9 +304,9 @@ def _check_abreast(anatomy: Anatomy, wheels: Sequence[Round], left: Array, file:
 
 
 def _tricycle(
-    wheels: list[Round],
-    steered: Round,
-    bearing: list[Round],
+    wheels: list[FoundWheel],
+    steered: FoundWheel,
+    bearing: list[FoundWheel],
     floor: float,
     forward: Array,
     *,
@@ -326,7 +334,10 @@ def _tricycle(
 
 
 def _check_drive(
-    drive: str, sides: list[tuple[list[Round], list[Round]]], steered: list[tuple[list[Round], list[Round]]], file: str
+    drive: str,
+    sides: list[tuple[list[FoundWheel], list[FoundWheel]]],
+    steered: list[tuple[list[FoundWheel], list[FoundWheel]]],
+    file: str,
 ) -> None:
     if drive == "tricycle":
         raise UsageError(f"{file} has no single wheel that steers before or behind an axle; name it with --steering")
@@ -351,9 +362,9 @@ def _check_drive(
         raise UsageError(f"{file} has one axle that drives; skid steering needs two or more")
 
 
-def _rows(wheels: list[Round], forward: Array) -> list[list[Round]]:
+def _rows(wheels: list[FoundWheel], forward: Array) -> list[list[FoundWheel]]:
     """Return wheels by axles, front axle first."""
-    rows: list[list[Round]] = []
+    rows: list[list[FoundWheel]] = []
     for wheel in sorted(wheels, key=lambda w: -float(w.middle[:2] @ forward)):
         same_row = rows and abs(float((rows[-1][0].middle - wheel.middle)[:2] @ forward)) < ROW * wheel.radius
         if same_row:
@@ -363,18 +374,18 @@ def _rows(wheels: list[Round], forward: Array) -> list[list[Round]]:
     return rows
 
 
-def _by_side(row: list[Round], left: Array, options: RobotOptions) -> tuple[list[Round], list[Round]]:
+def _by_side(row: list[FoundWheel], left: Array, options: RobotOptions) -> tuple[list[FoundWheel], list[FoundWheel]]:
     """Return the left and the right wheels of an axle, outer ones first."""
     middle = float(np.mean([wheel.middle[:2] @ left for wheel in row]))
     if len(row) == 1:
         middle = 0.0
 
-    def outward(wheel: Round) -> float:
+    def outward(wheel: FoundWheel) -> float:
         return -abs(float(wheel.middle[:2] @ left) - middle)
 
     named_left, named_right = set(options.left), set(options.right)
 
-    def is_left(wheel: Round) -> bool:
+    def is_left(wheel: FoundWheel) -> bool:
         if (wheel.name in named_left) != (wheel.name in named_right):
             return wheel.name in named_left
         return float(wheel.middle[:2] @ left) > middle
@@ -385,7 +396,7 @@ def _by_side(row: list[Round], left: Array, options: RobotOptions) -> tuple[list
     )
 
 
-def _across(wheel: Round, left: Array, sides: list[tuple[list[Round], list[Round]]]) -> float:
+def _across(wheel: FoundWheel, left: Array, sides: list[tuple[list[FoundWheel], list[FoundWheel]]]) -> float:
     """Return the lateral distance of a wheel from the centreline of the robot [m]."""
     all_of = [float(w.middle[:2] @ left) for pair in sides for side in pair for w in side]
     return float(wheel.middle[:2] @ left) - (min(all_of) + max(all_of)) / 2

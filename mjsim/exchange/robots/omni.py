@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from mjsim.errors import UsageError
-from mjsim.exchange.robots.rounds import Round, turns_freely
+from mjsim.exchange.robots.found_wheels import FoundWheel, turns_freely
 from mjsim.geometry import Array, wrap_angle
 from mjsim.models import Anatomy
 from mjsim.world import OMNI3_BEARINGS
@@ -42,7 +42,7 @@ def without_rollers(anatomy: Anatomy) -> tuple[Anatomy, set[int]]:
     return replace(anatomy, joints=joints, shapes=shapes), set(wheel_of.values())
 
 
-def is_omnidirectional(anatomy: Anatomy, wheels: Sequence[Round], hubs: set[int]) -> bool:
+def is_omnidirectional(anatomy: Anatomy, wheels: Sequence[FoundWheel], hubs: set[int]) -> bool:
     """Return whether wheels have rollers, according to their parts or names, or are arranged as in omni3."""
     if any(wheel.joint.part in hubs for wheel in wheels):
         return True
@@ -55,7 +55,7 @@ def is_omnidirectional(anatomy: Anatomy, wheels: Sequence[Round], hubs: set[int]
     return any(ROLLERS.search(name) for name in names) or (len(wheels) == 3 and _in_a_ring(wheels))
 
 
-def omni_kind(wheels: Sequence[Round], file: str) -> str:
+def omni_kind(wheels: Sequence[FoundWheel], file: str) -> str:
     """Return the drive of wheels with rollers.
 
     Raises:
@@ -73,7 +73,7 @@ def omni_kind(wheels: Sequence[Round], file: str) -> str:
     )
 
 
-def _in_a_ring(wheels: Sequence[Round]) -> bool:
+def _in_a_ring(wheels: Sequence[FoundWheel]) -> bool:
     """Return whether three wheels are evenly spaced on a circle and roll along it."""
     places = np.array([wheel.middle[:2] for wheel in wheels])
     arms = places - places.mean(axis=0)
@@ -83,7 +83,7 @@ def _in_a_ring(wheels: Sequence[Round]) -> bool:
     return bool(np.abs(gaps - 2.0 * math.pi / 3.0).max() < TOLERANCE and min(along) > PARALLEL)
 
 
-def ring_forward(wheels: Sequence[Round], requested: Array | None) -> Array:
+def ring_forward(wheels: Sequence[FoundWheel], requested: Array | None) -> Array:
     """Return the forward direction of a robot with three wheels for which one wheel is at the rear.
 
     Args:
@@ -97,7 +97,7 @@ def ring_forward(wheels: Sequence[Round], requested: Array | None) -> Array:
     return np.asarray(ahead[best])
 
 
-def in_the_ring(wheels: Sequence[Round], forward: Array) -> tuple[Round, ...]:
+def in_the_ring(wheels: Sequence[FoundWheel], forward: Array) -> tuple[FoundWheel, ...]:
     """Return three wheels in the order of the drive: front left, rear, front right."""
     places = np.array([wheel.middle[:2] for wheel in wheels])
     arms = places - places.mean(axis=0)

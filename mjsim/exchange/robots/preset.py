@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mjsim.exchange.robots.driven_wheels import Gear
+from mjsim.exchange.robots.found_wheels import FoundWheel
 from mjsim.exchange.robots.mounts import SensorMount
 from mjsim.exchange.robots.robot_frame import Stand
-from mjsim.exchange.robots.rounds import Round
 from mjsim.exchange.robots.steering import steering_limit
 from mjsim.models import PLACEHOLDERS
 from mjsim.world import CORNERS, OMNI3_BEARINGS, Slip
@@ -95,7 +95,7 @@ def _turning(gear: Gear, stand: Stand) -> float:
     return track if gear.drive != "skid_steer" else (track**2 + wheelbase_of(gear) ** 2) / track
 
 
-def _track(row: tuple[tuple[Round, ...], tuple[Round, ...]]) -> float:
+def _track(row: tuple[tuple[FoundWheel, ...], tuple[FoundWheel, ...]]) -> float:
     left, right = row[0][0].middle, row[1][0].middle
     return math.dist(left[:2], right[:2])
 
@@ -253,14 +253,14 @@ def _body(plan: Plan) -> list[str]:
     return lines
 
 
-def wheels_by_name(gear: Gear) -> dict[str, list[Round]]:
+def wheels_by_name(gear: Gear) -> dict[str, list[FoundWheel]]:
     """Return the wheels by the drive's names for them, grouped with those that turn alike."""
     if gear.drive == "omni3":
         return {name: [wheel] for name, wheel in zip(OMNI3_BEARINGS, gear.single, strict=True)}
     if len(gear.rows) == 1:
         axle = {side: list(gear.rows[0][number]) for number, side in enumerate(SIDES)}
         return axle | ({"drive": list(gear.single)} if gear.single else {})
-    found: dict[str, list[Round]] = {}
+    found: dict[str, list[FoundWheel]] = {}
     for name, x, y in CORNERS:
         side, row = (0 if y > 0 else 1), gear.rows[0 if x > 0 else -1]
         between = [wheel for middle in gear.rows[1:-1] for wheel in middle[side]] if x > 0 else []

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from mjsim.errors import UsageError, did_you_mean
-from mjsim.exchange.robots.rounds import Round
+from mjsim.exchange.robots.found_wheels import FoundWheel
 from mjsim.models import Anatomy, FileJoint
 
 USUAL_STEERING = math.radians(35.0)
@@ -13,8 +13,12 @@ USUAL_STEERING = math.radians(35.0)
 
 
 def steered_as_named(
-    chosen: Sequence[Round], others: Sequence[Round], names: Sequence[str], anatomy: Anatomy, file: str
-) -> tuple[list[Round], list[Round]]:
+    chosen: Sequence[FoundWheel],
+    others: Sequence[FoundWheel],
+    names: Sequence[str],
+    anatomy: Anatomy,
+    file: str,
+) -> tuple[list[FoundWheel], list[FoundWheel]]:
     """Return the wheels that drive or steer, those on the named joints alone as steered, and the passive ones.
 
     Raises:
@@ -29,7 +33,7 @@ def steered_as_named(
             others_that = f"; {listed(sorted(steered))} do" if steered else "; leave out --steering"
             raise UsageError(f"--steering '{name}' of {file} carries no wheel about a vertical axis{others_that}")
 
-    def is_steered(wheel: Round) -> bool:
+    def is_steered(wheel: FoundWheel) -> bool:
         return wheel.steer is not None and wheel.steer.name in names
 
     kept = [wheel if is_steered(wheel) else replace(wheel, steer=None) for wheel in chosen]

@@ -30,7 +30,7 @@ AXLE = 3.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Round:
+class FoundWheel:
     """A part that turns about a horizontal axle, in the file frame."""
 
     joint: FileJoint
@@ -58,9 +58,9 @@ class Round:
         return float(self.middle[2]) - self.radius
 
 
-def rounds(anatomy: Anatomy) -> list[Round]:
+def found_wheels(anatomy: Anatomy) -> list[FoundWheel]:
     """Return the parts that turn about horizontal axles without limits; an axle with two wheels gives two."""
-    found: list[Round] = []
+    found: list[FoundWheel] = []
     for joint in anatomy.joints:
         if could_be_axle(joint):
             found += measured(anatomy, joint)
@@ -77,20 +77,20 @@ def could_be_axle(joint: FileJoint) -> bool:
     return turns_freely(joint) and abs(float(joint.axis[2])) < LEVEL
 
 
-def bare(joint: FileJoint) -> Round:
+def bare(joint: FileJoint) -> FoundWheel:
     """Return a wheel of unknown size on a joint."""
     axis = joint.axis * [1.0, 1.0, 0.0]
-    return Round(joint, joint.at, axis / np.linalg.norm(axis), 0.0, 0.0)
+    return FoundWheel(joint, joint.at, axis / np.linalg.norm(axis), 0.0, 0.0)
 
 
-def measured(anatomy: Anatomy, joint: FileJoint) -> list[Round]:
+def measured(anatomy: Anatomy, joint: FileJoint) -> list[FoundWheel]:
     """Return the wheels on a joint: one or two, or none if what turns is not round."""
     steer, swivels = _steered(anatomy, joint)
     unsized = replace(bare(joint), steer=steer, swivels=swivels)
     return [_settled(wheel) for wheel in _shaped(anatomy, unsized)]
 
 
-def _settled(wheel: Round) -> Round:
+def _settled(wheel: FoundWheel) -> FoundWheel:
     """Return a wheel on a joint with limits of 0 to 0 as steered, unless it trails behind that joint as a caster."""
     if wheel.steer is None or not (wheel.swivels and wheel.steer.placeholder):
         return wheel
@@ -98,7 +98,7 @@ def _settled(wheel: Round) -> Round:
     return replace(wheel, swivels=bool(abs(float((wheel.middle - wheel.steer.at) @ across)) > TRAIL * wheel.radius))
 
 
-def _shaped(anatomy: Anatomy, unsized: Round) -> list[Round]:
+def _shaped(anatomy: Anatomy, unsized: FoundWheel) -> list[FoundWheel]:
     """Return the wheels on a joint as their shapes show them."""
     joint = unsized.joint
     shapes = [shape for shape in anatomy.shapes if shape.part == joint.part]
@@ -126,7 +126,7 @@ def _steered(anatomy: Anatomy, joint: FileJoint) -> tuple[FileJoint | None, bool
     return None, False
 
 
-def _ends(unsized: Round, shapes: list[Shape]) -> list[list[Shape]]:
+def _ends(unsized: FoundWheel, shapes: list[Shape]) -> list[list[Shape]]:
     """Return the shapes of a part in one group, or in two if they are the wheels of an axle."""
     along = [(shape.points - unsized.middle) @ unsized.axis for shape in shapes]
     width = max(float(a.max()) for a in along) - min(float(a.min()) for a in along)
@@ -140,12 +140,12 @@ def _ends(unsized: Round, shapes: list[Shape]) -> list[list[Shape]]:
     return [shapes]
 
 
-def _reach(unsized: Round, shape: Shape) -> float:
+def _reach(unsized: FoundWheel, shape: Shape) -> float:
     offsets = shape.points - unsized.middle
     return float(np.linalg.norm(offsets - np.outer(offsets @ unsized.axis, unsized.axis), axis=1).max())
 
 
-def _around(unsized: Round, shapes: list[Shape], least: float) -> Round:
+def _around(unsized: FoundWheel, shapes: list[Shape], least: float) -> FoundWheel:
     """Return the wheel of given shapes; radius 0 if their minimum width is less than `least` times the maximum."""
     points = np.concatenate([shape.points for shape in shapes]) - unsized.middle
     across = np.cross([0.0, 0.0, 1.0], unsized.axis)
