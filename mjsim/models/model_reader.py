@@ -134,22 +134,29 @@ def solid_parts(model: mujoco.MjModel, *, urdf: bool) -> list[Array]:
         One array of shape (n, 3) per part; round parts are approximated.
 
     Raises:
-        ValueError: There are too many points, or one lies beyond the maximum extent.
+        ValueError: There are too many points, or a part that collides or is seen extends too far.
     """
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
+    seen, touched = seen_and_touched(model, urdf=urdf)
+    reach = np.abs(data.geom_xpos).max(axis=1) + np.abs(data.geom_xmat).max(axis=1) * model.geom_rbound
+    _check_extent(reach[seen])
     parts, count = [], 0
-    for number in np.flatnonzero(seen_and_touched(model, urdf=urdf)[1]).tolist():
+    for number in np.flatnonzero(touched).tolist():
         corners = corners_of(model, number)
         count += len(corners)
         if count > MAX_CORNERS:
             raise ValueError(f"its parts have more than {MAX_CORNERS} corners; simplify its meshes")
         part = corners @ data.geom_xmat[number].reshape(3, 3).T + data.geom_xpos[number]
-        # Written so that NaN is rejected, too.
-        if not (np.abs(part) < LARGEST).all():
-            raise ValueError(f"it extends to {np.abs(part).max():g} units, too large for an object; check its units")
+        _check_extent(np.abs(part))
         parts.append(part)
     return parts
+
+
+def _check_extent(distances: Array) -> None:
+    # Written so that NaN is rejected, too.
+    if not (distances < LARGEST).all():
+        raise ValueError(f"it extends to {distances.max():g} units, too large for an object; check its units")
 
 
 def _opaque(model: mujoco.MjModel) -> NDArray[np.bool_]:

@@ -61,6 +61,10 @@ HOSTILE = {
         '<mujoco><worldbody><body pos="9e5 0 0"><geom size="1" pos="9e5 0 0"/></body></worldbody></mujoco>',
         "extends to 1.8e+06 units",
     ),
+    "something endless that is only seen": (
+        '<mujoco><worldbody><geom size="1"/><geom size="1e308" contype="0" conaffinity="0"/></worldbody></mujoco>',
+        "it extends to 1e+308 units, too large for an object; check its units",
+    ),
     "no class": (
         '<mujoco><worldbody><geom class="x"/></worldbody></mujoco>',
         "XML Error: unknown default class name 'x'",

@@ -10,7 +10,7 @@ import pytest
 from mjsim.compile import compile_world, export_scene, merged_into
 from mjsim.sim import Canvas, Merged, Renderer, Simulation, glb_bytes
 from mjsim.sim.rendering.instances import instances_of
-from mjsim.world import parse_world
+from mjsim.world import Source, parse_world
 
 ASSETS = Path(__file__).parents[2] / "assets"
 WIDTH, HEIGHT = 96, 72
@@ -36,6 +36,14 @@ robots:
 @pytest.fixture(scope="module")
 def model() -> mujoco.MjModel:
     return compile_world(parse_world(ROOMS)).compile()
+
+
+def test_a_part_whose_place_cannot_be_computed_is_left_to_mujoco(tmp_path):
+    parts = "".join(f'<geom size="0.1" pos="0 0 {k}" quat="1 {turn} 0 0"/>' for k, turn in enumerate([0, 1, "1e308"]))
+    (tmp_path / "odd.xml").write_text(f"<mujoco><worldbody>{parts}</worldbody></mujoco>")
+    text = "mjsim: 1\nobstacles: [{name: odd, model: odd.xml, at: [1, 1], movable: true}]\n"
+    model = compile_world(parse_world(text, source=Source(folder=tmp_path))).compile()
+    assert np.isfinite(model.mesh_vert).all()
 
 
 @pytest.fixture(scope="module")

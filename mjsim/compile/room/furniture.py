@@ -28,6 +28,8 @@ LEAST_STATIC, LEAST_MOVING = 16, 3
 """With fewer geoms in a world, or on a moving body, drawing them one by one costs as little."""
 LARGEST = 2000
 """A geom with more triangles is drawn by itself: its number counts, not the number of geoms."""
+FARTHEST = 1e6
+"""A geom with a corner farther away is drawn by itself, if MuJoCo takes its numbers at all [m]."""
 FACETS = ((8, 0.035), (16, 0.12), (28, np.inf))
 """Facets around a round shape up to a radius [m]."""
 
@@ -86,6 +88,7 @@ def _moving_groups(parts: Sequence[_Part]) -> list[list[_Part]]:
     return [group for group in groups.values() if len(group) >= LEAST_MOVING or group[0].look[0] != "matte"]
 
 
+@np.errstate(all="ignore")  # numbers of strangers may overflow
 def _part(spec: mujoco.MjSpec, geom: mujoco.MjsGeom, finishes: Finishes | None) -> _Part | None:
     """Return a geom to be merged; None for one that is invisible, large, transparent, or textured by its size."""
     if geom.group > VISUAL or geom.rgba[3] < 1.0 or not _owner(geom).startswith("obstacle/"):
@@ -104,6 +107,8 @@ def _part(spec: mujoco.MjSpec, geom: mujoco.MjsGeom, finishes: Finishes | None) 
         look, surface = (finish.name, finish.tint), covered(surface, finish.name)
     carrier, rotation, origin = _carried(geom)
     points, normals = surface.points @ rotation.T + origin, surface.normals @ rotation.T
+    if not (np.abs(points) < FARTHEST).all():
+        return None
     return _Part(geom, carrier, Triangles(points, normals, surface.places, surface.corners), look)
 
 
