@@ -66,9 +66,10 @@ def test_the_readme_has_at_most_130_lines():
 def test_the_page_of_installation_lists_every_extra_with_its_packages():
     page = (Path(__file__).parent.parent / "docs" / "install.md").read_text()
     project = tomllib.loads((Path(__file__).parent.parent / "pyproject.toml").read_text())["project"]
-    # evo is for tests and comparisons, peers for measurements; an extra without packages is a name of former days.
+    # evo is for tests and comparisons, peers for measurements, all for who wants every feature; an extra without
+    # packages is a name of former days.
     offered = project["optional-dependencies"].items()
-    extras = {name: needs for name, needs in offered if needs and name not in ("evo", "peers")}
+    extras = {name: needs for name, needs in offered if needs and name not in ("all", "evo", "peers")}
     listed = {}
     for packages, names in re.findall(r"^\| .* \| ([a-z, ;-]+) \| (`[`a-z\d; ]+) \|$", page, re.MULTILINE):
         listed |= dict(zip(re.findall(r"`(\w+)`", names), packages.split("; "), strict=True))

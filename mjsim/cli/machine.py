@@ -17,7 +17,7 @@ def doctor(
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Report which OpenGL backend works, how fast, and what is missing.
+    """Report which OpenGL works, how fast, and what is missing.
 
     Render a test picture; list the optional packages and what each is for; look
     for GNU Octave; tell whether files of strangers are read with limits.

@@ -40,13 +40,20 @@ class Gate:
         self.error: BaseException | None = None
         self.leaving: Leaving | None = None
         self._held = self._owed = self._shut = False
+        self._is_single = False
         self._requests: deque[tuple[Work, Future[None]]] = deque()
         self._notify = notify
+
+    @property
+    def shown(self) -> State:
+        """The state for people: a paused run that takes a single tick stays paused, and so does its button."""
+        with self.changed:
+            return "paused" if self._is_single and self.state == "running" else self.state
 
     def hold(self, held: bool, *, owed: bool = False) -> None:
         """Pause or resume the run; a paused run may be allowed one tick."""
         with self.changed:
-            self._held, self._owed = held, owed
+            self._held, self._owed, self._is_single = held, owed, owed
             if self.state == "paused" and (owed or not held):
                 self.state = "running"
             self.changed.notify_all()

@@ -127,6 +127,11 @@ class Session(ByHand, Closes):
         return self._gate.state
 
     @property
+    def shown(self) -> State:
+        """State for people: one that is paused stays so during a single tick."""
+        return self._gate.shown
+
+    @property
     def error(self) -> BaseException | None:
         """Why the run failed; None unless it did."""
         return self._gate.error

@@ -96,7 +96,10 @@ def test_a_paused_session_stands_until_it_is_told_to_go_on_or_to_take_a_tick():
     with pytest.raises(TimeoutError, match=r"no tick came within 0\.05 s"):
         watcher.next(0.05)
     session.tick()
+    # Else a button to pause would become one to go on as it is pressed.
+    assert session.shown == "paused"
     assert watcher.next(PATIENCE).time == pytest.approx(0.04)
+    assert session.shown == "paused"
     assert session.wait("paused", timeout=PATIENCE) == "paused"
     session.go()
     assert session.wait(timeout=PATIENCE) == "ended"

@@ -178,7 +178,9 @@ def test_where_bodies_are_comes_with_each_tick_once_the_scene_was_asked_for(page
         seen.say("watch", bodies=True)  # as when the view in 3-D is opened again
         while (moment := seen.picture("bodies"))[0]["time"] < at:
             pass
-        truth = seen.news["tick"]["robots"]["scout"]["truth"]
+        while (tick := seen.news["tick"])["time"] < at:
+            seen.until("tick")
+        truth = tick["robots"]["scout"]["truth"]
     data = moment[1].tobytes()
     time, count, _ = struct.unpack_from("<dII", data)
     assert (time, count) == (at, len(bodies))

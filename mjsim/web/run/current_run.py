@@ -136,7 +136,7 @@ class Stage:
             return {"kind": "run", "state": "idle", **_NOTHING}
         fault = None if session is None else session.error
         shown = world if session is None else session.world
-        state = self._state_without_session() if session is None else session.state
+        state = self._state_without_session() if session is None else session.shown
         return {
             "kind": "run",
             "state": state,
