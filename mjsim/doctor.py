@@ -174,7 +174,8 @@ def missing_of_extras() -> dict[str, list[str]]:
 
 def _extra_lines(extras: Mapping[str, Sequence[str]]) -> list[str]:
     found = {name: f"lacks {', '.join(missing)}" if missing else "installed" for name, missing in extras.items()}
-    lines = [f"  {name:11}{text:28}{EXTRAS[name]}" for name, text in found.items()]
+    wide = max(map(len, found.values())) + 2
+    lines = [f"  {name:11}{text:{wide}}{EXTRAS[name]}" for name, text in found.items()]
     return [*lines, f"  to add one: {how_to_install('PACKAGE')}"] if any(extras.values()) else lines
 
 
