@@ -176,7 +176,7 @@ def a_reload_and_the_steps_of_the_browser_lead_to_what_was_shown(page):
     expect(page.locator("#view-review .run-time")).to_contain_text("0.20 s of", timeout=PATIENCE)
     page.go_back()
     page.go_back()
-    expect(page.locator("#view-run")).to_be_visible()
+    expect(page.locator("#view-run")).to_be_visible(timeout=PATIENCE)
     page.go_forward()
     page.go_forward()
     expect(title).to_have_text("out/room/run.mcap", timeout=PATIENCE)

@@ -11,9 +11,14 @@ const SOON = 300;
 
 export class Way {
   /** Call it when another place may be shown. */
-  readonly changed = throttled(() => this.write(), SOON);
+  readonly changed = throttled(() => {
+    // On the way the address is already that of the place gone to.
+    if (!this.isGoing) this.write();
+  }, SOON);
   /** Whether a place is being gone to: that is no new step. */
   private isGoing = true;
+  private last: Promise<void> = Promise.resolve();
+  private turn = 0;
 
   constructor(
     private readonly now: () => Place,
@@ -22,14 +27,25 @@ export class Way {
     window.addEventListener("popstate", () => void this.follow(() => this.go(placeAt(location.hash))));
   }
 
-  /** Go to a place by a way that the address has already. */
+  /**
+   * Go to a place by a way that the address has already, once those before are gone: two at once would write each
+   * other's address, and take away the steps forward. Of several that wait only the last is gone.
+   */
   async follow(go: () => Promise<void>): Promise<void> {
+    const turn = ++this.turn;
     this.isGoing = true;
+    const run = async (): Promise<void> => {
+      if (turn === this.turn) await go();
+    };
+    const mine = this.last.then(run, run);
+    this.last = mine;
     try {
-      await go();
+      await mine;
     } finally {
-      this.write();
-      this.isGoing = false;
+      if (turn === this.turn) {
+        this.write();
+        this.isGoing = false;
+      }
     }
   }
 
