@@ -9,7 +9,7 @@ import { canLift, lifted } from "page/edit/lift";
 import { relinked, unlinked } from "page/edit/links";
 import { SEVERAL, common, retold } from "page/panel/several";
 import { beside, seenFrom } from "page/shell/paths";
-import { newestWins } from "page/signal";
+import { newestWins } from "page/ui/signal";
 import { difference } from "page/text/difference";
 
 const thing = (values, more = {}) => ({ type: "Obstacle", path: ["obstacles", 0], name: values.name ?? null, at: null, fixed: null, values, written: Object.keys(values), ...more });

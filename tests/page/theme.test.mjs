@@ -4,7 +4,7 @@ import { globSync, readFileSync } from "node:fs";
 import { test } from "node:test";
 
 const SOURCES = new URL("../../mjsim/web/page/src/", import.meta.url);
-const STYLE = readFileSync(new URL("theme.css", SOURCES), "utf8");
+const STYLE = readFileSync(new URL("ui/theme.css", SOURCES), "utf8");
 const [LIGHT, DARK] = STYLE.split(':root[data-theme="dark"]').map((half) => Object.fromEntries([...half.matchAll(/--([a-z-]+): (#[0-9a-f]{6});/g)].map(([, name, color]) => [name, color])));
 
 const TEXTS = ["ink", "muted", "accent", "error", "warning"];

@@ -16,7 +16,7 @@ from mjsim.video.paper import Paper
 from mjsim.video.view import PlanView
 from mjsim.world import leaves, parse_world, solid
 
-THEME = Path(mjsim.__file__).parent / "web" / "page" / "src" / "theme.css"
+THEME = Path(mjsim.__file__).parent / "web" / "page" / "src" / "ui" / "theme.css"
 ROOM = parse_world(
     """
 mjsim: 1

@@ -66,7 +66,7 @@ def test_the_libraries_of_the_page_stand_at_exact_versions_and_name_no_registry(
 
 @pytest.mark.parametrize("scheme", [":root {", ':root[data-theme="dark"] {'])
 def test_text_stands_out_from_what_it_stands_on_as_wcag_asks(scheme):
-    style = (PAGE / "src" / "theme.css").read_text(encoding="utf-8")
+    style = (PAGE / "src" / "ui" / "theme.css").read_text(encoding="utf-8")
     colors = dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6});", style.partition(scheme)[2].partition("}")[0]))
     grounds = [colors[name] for name in ("page", "paper", "raised")]
     for name in ("ink", "muted", "accent", "error", "warning", "code-key", "code-text", "code-number", "code-note"):

@@ -1,12 +1,12 @@
 /** Start the studio: colours first, then the folder, then the frame with its views. */
 
-import "./theme.css";
+import "./ui/theme.css";
 import "./shell/shell.css";
 import "./plan/plan.css";
 import { api } from "./api";
-import { el, fill } from "./dom";
 import { Shell } from "./shell/shell";
-import { startTheme } from "./shell/theme";
+import { el, fill } from "./ui/dom";
+import { startTheme } from "./ui/theme";
 import "./narrow.css";
 import { word } from "./words/words";
 

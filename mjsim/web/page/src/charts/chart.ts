@@ -2,8 +2,8 @@
 
 import uPlot from "uplot";
 
-import { faded, inLight, readTokens } from "../run/ink";
-import { themeChanged } from "../shell/theme";
+import { faded, inLight, readTokens } from "../ui/ink";
+import { themeChanged } from "../ui/theme";
 import { word } from "../words/words";
 import { decade, LOGARITHMIC } from "./decades";
 import { type Curve, type Figure, type Ink, rangeOf } from "./figure";

@@ -1,7 +1,7 @@
 /** Switches for the charts of a sheet, as the browser remembers them. */
 
-import { el } from "../dom";
-import { remembered, toggle } from "../run/controls";
+import { remembered, toggle } from "../ui/controls";
+import { el } from "../ui/dom";
 import { word } from "../words/words";
 import { KINDS, type Kind, type Sheet } from "./sheet";
 

@@ -1,6 +1,6 @@
 /** Colours of chosen numbers: truth, estimate and odometry have theirs of everywhere, the others follow in order. */
 
-import { ROW_COLORS, rowColor, rowNamed } from "../run/ink";
+import { ROW_COLORS, rowColor, rowNamed } from "../ui/ink";
 import { type Field, titleOf } from "./layouts";
 
 /** Return the colour of field k of a chart as the theme has it; the first of a quantity has its own. */

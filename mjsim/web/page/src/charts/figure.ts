@@ -1,6 +1,6 @@
 /** Curves with axes as vectors: drawn in the page, and given away as SVG or PNG on white. */
 
-import { faded } from "../run/ink";
+import { faded } from "../ui/ink";
 import { save } from "./save";
 
 /** Of the small print, at most on average [px]. */

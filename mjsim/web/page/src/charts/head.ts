@@ -1,6 +1,6 @@
 /** What stands above a chart: its title with the unit, and the names of its lines. */
 
-import { themeChanged } from "../shell/theme";
+import { themeChanged } from "../ui/theme";
 import type { ChartSettings, Line } from "./chart";
 
 export function heading({ title, unit }: ChartSettings): HTMLElement {

@@ -1,6 +1,6 @@
 /** Layouts of plots by their names, as the browser keeps them: which numbers are drawn in which chart. */
 
-import { remembered } from "../run/controls";
+import { remembered } from "../ui/controls";
 import { word } from "../words/words";
 
 /** Topic and the number's place in its messages. */

@@ -2,9 +2,9 @@
 
 import uPlot from "uplot";
 
-import { el, fill } from "../dom";
-import { inLight, readTokens } from "../run/ink";
-import { themeChanged } from "../shell/theme";
+import { el, fill } from "../ui/dom";
+import { inLight, readTokens } from "../ui/ink";
+import { themeChanged } from "../ui/theme";
 import { word } from "../words/words";
 import { Chart, type Handlers, inkNow, type Marks, NO_MARKS } from "./chart";
 import { colorsOf } from "./colors";

@@ -1,10 +1,11 @@
 /** Any numbers in charts of one's own: found by words, over time or against each other, in layouts that are kept. */
 
-import { el, fill, put, refill } from "../dom";
-import { button, choice, sign } from "../run/controls";
-import { ask } from "../shell/dialog";
-import { themeChanged } from "../shell/theme";
-import { newestWins } from "../signal";
+import { button, choice } from "../ui/controls";
+import { ask } from "../ui/dialog";
+import { el, fill, put, refill } from "../ui/dom";
+import { icon } from "../ui/icons";
+import { newestWins } from "../ui/signal";
+import { themeChanged } from "../ui/theme";
 import { word } from "../words/words";
 import { type Handlers, type Marks, NO_MARKS } from "./chart";
 import { colorsOf } from "./colors";
@@ -281,7 +282,7 @@ export class Plotter {
       this.changed();
     };
     const label = word("charts.removeChart", { number: k + 1 });
-    const drop = button({ class: "quiet square", "aria-label": label }, remove, sign("close"));
+    const drop = button({ class: "quiet square", "aria-label": label }, remove, icon("close"));
     const hint = chart.kind === "xy" ? word("charts.chooseXFirstThen") : word("charts.chooseNumbersBelow");
     return el(
       "section",
@@ -315,7 +316,7 @@ export class Plotter {
         this.changed();
       };
       const label = word("charts.removeField", { field: titleOf(field) });
-      const drop = button({ class: "quiet square", "aria-label": label }, remove, sign("close"));
+      const drop = button({ class: "quiet square", "aria-label": label }, remove, icon("close"));
       return el("li", {}, mark, el("span", {}, titleOf(field) + gone), drop);
     });
   }

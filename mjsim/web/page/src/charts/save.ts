@@ -1,6 +1,6 @@
 /** Giving files to the browser's downloads. */
 
-import { el } from "../dom";
+import { el } from "../ui/dom";
 
 export function save(blob: Blob, name: string): void {
   const link = el("a", { href: URL.createObjectURL(blob), download: name });

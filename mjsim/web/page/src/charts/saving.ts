@@ -1,7 +1,8 @@
 /** The menu of a chart that gives it away: as PNG, SVG or CSV. */
 
-import { el } from "../dom";
-import { button, sign } from "../run/controls";
+import { button } from "../ui/controls";
+import { el } from "../ui/dom";
+import { icon } from "../ui/icons";
 import { word } from "../words/words";
 import { type Figure, fileName, savePng, saveSvg } from "./figure";
 import { csvOf, save } from "./save";
@@ -25,7 +26,7 @@ export function savingMenu(chart: Savable): HTMLElement {
       label,
     );
   menu.append(
-    el("summary", { title: word("charts.saveAsAFile"), "aria-label": word("charts.saveAsAFile") }, sign("save")),
+    el("summary", { title: word("charts.saveAsAFile"), "aria-label": word("charts.saveAsAFile") }, icon("download")),
     el(
       "div",
       {},

@@ -1,9 +1,9 @@
 /** The charts of a robot's run: errors within their bounds, NEES, time a module. */
 
 import type { History } from "../run/history";
-import { faded, readTokens, rowColor } from "../run/ink";
 import type { RobotFacts } from "../run/protocol";
-import { Signal } from "../signal";
+import { faded, readTokens, rowColor } from "../ui/ink";
+import { Signal } from "../ui/signal";
 import { word } from "../words/words";
 import { Chart, type ChartSettings, type Handlers, type Line, type Marks, NO_MARKS } from "./chart";
 

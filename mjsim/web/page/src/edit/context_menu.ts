@@ -1,7 +1,7 @@
 /** What can be done with what is selected, in a menu where it was asked for. */
 
 import type { Item } from "../api";
-import { type Entry, openMenu } from "../shell/menu";
+import { type Entry, openMenu } from "../ui/menu";
 import { word } from "../words/words";
 import type { Editor } from "./editor";
 import { groupable, groupOf, wholeGroup, withGroups } from "./groups";

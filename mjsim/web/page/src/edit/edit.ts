@@ -1,19 +1,20 @@
 /** The Edit view: tools, the plan, the text and the panel, side by side. */
 
+import { type IconName, icon } from "../ui/icons";
 import "./edit.css";
 import "../panel/panel.css";
 import type { Item, Point, Values } from "../api";
-import { el, fill, icon } from "../dom";
 import { Panel } from "../panel/panel";
 import { uploadPicture } from "../panel/pictures";
 import { PosturePane } from "../panel/posture";
 import { SchemaBook } from "../panel/schema";
 import { keyOf, Plan } from "../plan/plan";
-import { remembered, toggle } from "../run/controls";
 import { Door } from "../scene/door";
-import { ICONS } from "../shell/icons";
 import type { Studio, View } from "../shell/view";
 import { TextPane } from "../text/text";
+import { remembered, toggle } from "../ui/controls";
+import { el, fill } from "../ui/dom";
+import { splitter } from "../ui/splitter";
 import { word } from "../words/words";
 import { openContextMenu } from "./context_menu";
 import { Editor } from "./editor";
@@ -22,7 +23,6 @@ import { Outliner } from "./outliner";
 import { Panes } from "./panes";
 import { Preview } from "./preview";
 import { holdSolids } from "./solid_grip";
-import { splitter } from "./splitter";
 import { emptyState } from "./start";
 import { Tools } from "./tools";
 
@@ -85,7 +85,7 @@ class EditView {
     el(
       "button",
       { class: "primary", onclick: () => this.tools.take("wall") },
-      icon(ICONS.wall),
+      icon("wall"),
       word("edit.drawTheFirstWallW"),
     ),
   );
@@ -137,7 +137,7 @@ class EditView {
       el(
         "header",
         { class: "dock-head" },
-        icon(ICONS.text),
+        icon("text"),
         el("h2", {}, word("edit.text")),
         this.problems,
         el("span", { class: "space" }),
@@ -148,7 +148,7 @@ class EditView {
     const show = el(
       "button",
       { class: "show-text", title: word("edit.showTheTextT"), onclick: () => this.toggleText() },
-      icon(ICONS.text),
+      icon("text"),
       word("edit.text"),
     );
     const zoom = el(
@@ -226,8 +226,8 @@ class EditView {
     if (isOpen) this.solids.want(text, String(this.world));
   }
 
-  private zoomButton(name: keyof typeof ICONS, title: string, onclick: () => void): HTMLElement {
-    return el("button", { class: "square", title, "aria-label": title, onclick }, icon(ICONS[name]));
+  private zoomButton(name: IconName, title: string, onclick: () => void): HTMLElement {
+    return el("button", { class: "square", title, "aria-label": title, onclick }, icon(name));
   }
 
   private listen(): void {
@@ -305,7 +305,7 @@ class EditView {
       el(
         "button",
         { class: `quiet problem ${first.kind}`, title: word("edit.fGoesToTheNext", { text }), onclick: go },
-        icon(ICONS.warning),
+        icon("warning"),
         el("span", {}, text),
       ),
     );

@@ -4,7 +4,7 @@ import type { Change, Item, Path, Point, Values } from "../api";
 import type { Look } from "../plan/items";
 import { keyOf, type Plan } from "../plan/plan";
 import type { Studio } from "../shell/view";
-import { debounced, Signal } from "../signal";
+import { debounced, Signal } from "../ui/signal";
 import { word } from "../words/words";
 import { type Arrangement, arranged } from "./arrange";
 import { type Piece, written } from "./clipboard";

@@ -1,8 +1,8 @@
 /** The keys of the Edit view: the plan can be worked without a mouse. */
 
 import type { Item, Point } from "../api";
-import { isCommand, isSign, isTyping } from "../dom";
 import type { Spot } from "../plan/gestures";
+import { isCommand, isSign, isTyping } from "../ui/dom";
 import type { Editor } from "./editor";
 import type { Tools } from "./tools";
 

@@ -1,9 +1,9 @@
 /** Everything else that is put down on the plan: a kind of thing, its size or where it looks, and what is chosen for it. */
 
 import type { Path, Values } from "../api";
-import { el } from "../dom";
 import { chooseArm, chooseModel, chooser } from "../panel/gallery";
 import type { Studio } from "../shell/view";
+import { el } from "../ui/dom";
 import { word } from "../words/words";
 import type { Editor } from "./editor";
 import { type Make, PlaceTool, roundMaker, sizedMaker, turnedMaker } from "./place_tool";

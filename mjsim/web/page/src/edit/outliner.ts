@@ -1,11 +1,11 @@
 /** The tree of all things of the world by kind, with a search; only the rows that are seen are in the page. */
 
 import type { Change, Item } from "../api";
-import { el, fill, icon, isCommand } from "../dom";
 import type { SchemaBook } from "../panel/schema";
 import { keyOf } from "../plan/plan";
-import { remembered } from "../run/controls";
-import { ICONS } from "../shell/icons";
+import { remembered } from "../ui/controls";
+import { el, fill, isCommand } from "../ui/dom";
+import { icon } from "../ui/icons";
 import type { Editor } from "./editor";
 import { groupOf } from "./groups";
 import { HEADINGS, kindName } from "./kinds";
@@ -51,7 +51,7 @@ export class Outliner {
     this.head = el(
       "button",
       { class: "quiet outline-head", onclick: () => this.open(!this.isOpen) },
-      icon(ICONS.down),
+      icon("down"),
       el("span", {}, word("edit.things")),
       this.count,
     );
@@ -173,7 +173,7 @@ export class Outliner {
     if ("list" in row) {
       const shut = !this.search.value.trim() && this.shut.has(row.list);
       const parts = [
-        icon(ICONS.down),
+        icon("down"),
         el("b", {}, HEADINGS[row.list] ?? row.list),
         el("span", { class: "count" }, String(row.count)),
       ];
@@ -195,7 +195,7 @@ export class Outliner {
       ? el(
           "span",
           { class: "held", title: item.fixed },
-          icon(ICONS[item.origin ?? "lock"]),
+          icon(item.origin ?? "lock"),
           el("span", { class: "sr" }, item.fixed),
         )
       : null;

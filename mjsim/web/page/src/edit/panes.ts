@@ -1,7 +1,7 @@
 /** On a small screen the fields or the text stand by the plan, one at a time, or neither; where there is room, both. */
 
-import { el } from "../dom";
-import { setPressed, toggle } from "../run/controls";
+import { setPressed, toggle } from "../ui/controls";
+import { el } from "../ui/dom";
 import { word } from "../words/words";
 
 type Pane = "fields" | "text";

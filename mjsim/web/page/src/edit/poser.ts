@@ -2,7 +2,7 @@
 
 import { ApiError, type Change, type Item, type Look, type Point, type Pose, type PoseWish } from "../api";
 import { keyOf } from "../plan/plan";
-import { debounced, newestWins, Signal } from "../signal";
+import { debounced, newestWins, Signal } from "../ui/signal";
 import type { Editor } from "./editor";
 
 /** What turns a joint by a degree shifts one that slides by so much [m]. */

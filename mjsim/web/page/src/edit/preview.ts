@@ -2,8 +2,8 @@
 
 import type { Item, PreviewAsk, Values } from "../api";
 import { ApiError } from "../api";
-import { el, fill } from "../dom";
-import { newestWins } from "../signal";
+import { el, fill } from "../ui/dom";
+import { newestWins } from "../ui/signal";
 import { word } from "../words/words";
 import type { Editor } from "./editor";
 

@@ -1,10 +1,10 @@
 /** What the Edit view shows before a world is open: how to begin. */
 
 import type { Opened } from "../api";
-import { el, icon } from "../dom";
-import { ICONS } from "../shell/icons";
 import { isNew, takeTour } from "../shell/tour";
 import type { Studio } from "../shell/view";
+import { el } from "../ui/dom";
+import { icon } from "../ui/icons";
 import { word } from "../words/words";
 
 export function emptyState(studio: Studio): HTMLElement {
@@ -30,12 +30,12 @@ export function emptyState(studio: Studio): HTMLElement {
     el(
       "div",
       { class: "row" },
-      el("button", { class: "primary", onclick: () => void create() }, icon(ICONS.new), word("edit.newWorld")),
+      el("button", { class: "primary", onclick: () => void create() }, icon("new"), word("edit.newWorld")),
       example
         ? el(
             "button",
             { onclick: () => void open(`shipped:${example}`) },
-            icon(ICONS.open),
+            icon("open"),
             word("edit.seeThe", { example }),
           )
         : null,

@@ -1,13 +1,13 @@
 /** The tools of the Edit view, their buttons, and what can be chosen for them. */
 
 import type { Values } from "../api";
-import { el, icon, refill } from "../dom";
 import { chooseRobot, chooser, nameOf } from "../panel/gallery";
 import { choosePicture, hangable } from "../panel/pictures";
 import type { SchemaBook } from "../panel/schema";
 import type { Tool } from "../plan/gestures";
-import { ICONS } from "../shell/icons";
-import { Signal } from "../signal";
+import { el, refill } from "../ui/dom";
+import { icon } from "../ui/icons";
+import { Signal } from "../ui/signal";
 import { word } from "../words/words";
 import { freshMarker, nextUnused } from "./copies";
 import type { Editor } from "./editor";
@@ -171,7 +171,7 @@ export class Tools {
           "aria-keyshortcuts": key,
           onclick: () => this.take(name),
         },
-        icon(ICONS[name]),
+        icon(name),
       );
       button.addEventListener("keydown", (event) => this.arrow(event, name));
       this.buttons.set(name, button);

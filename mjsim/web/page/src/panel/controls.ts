@@ -1,8 +1,8 @@
 /** One control for each kind of value. What was entered is given on at Enter, or when it is left. */
 
 import type { Module, Path } from "../api";
-import { el, fill, icon } from "../dom";
-import { ICONS } from "../shell/icons";
+import { el, fill } from "../ui/dom";
+import { icon } from "../ui/icons";
 import { word } from "../words/words";
 import type { Field, Kind } from "./schema";
 import { SEVERAL } from "./several";
@@ -244,7 +244,7 @@ function pictureField(entry: Entry, tools: Tools): HTMLElement {
     const chosen = await tools.choosePicture();
     if (chosen) entry.give(chosen);
   };
-  const picture = path ? el("img", { src: tools.picture(path), alt: "", loading: "lazy" }) : icon(ICONS.beacon);
+  const picture = path ? el("img", { src: tools.picture(path), alt: "", loading: "lazy" }) : icon("beacon");
   const button = el("button", {
     type: "button",
     class: "pick",
@@ -278,7 +278,7 @@ function moduleField(entry: Entry, tools: Tools): HTMLElement {
       onclick: () => void choose(),
     },
     el("span", { class: "path" }, name),
-    icon(ICONS.down),
+    icon("down"),
   );
 }
 

@@ -1,8 +1,8 @@
 /** The form of a robot's modules, as Edit and the setup of a run show it. */
 
 import type { Item, Values } from "../api";
-import { type Child, el, icon } from "../dom";
-import { ICONS } from "../shell/icons";
+import { type Child, el } from "../ui/dom";
+import { icon } from "../ui/icons";
 import { word } from "../words/words";
 import { moduleTitle } from "./controls";
 import type { ModuleShelf } from "./modules";
@@ -41,7 +41,7 @@ export function suggestion(sheet: Sheet, shelf: ModuleShelf, robot: Item, run: R
   const button = el(
     "button",
     { type: "button", "data-id": `${JSON.stringify(path)} suggest`, onclick: put },
-    icon(ICONS.plus),
+    icon("plus"),
     word("panel.useWhatFits"),
   );
   return el("div", { class: "suggestion" }, button, el("span", { class: "hint" }, titles.join(", ")));

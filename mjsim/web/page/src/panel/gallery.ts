@@ -1,9 +1,9 @@
 /** Choosing one of many by its picture: models, robots and arms, with a search. */
 
-import { type Child, el, icon } from "../dom";
-import { askWith } from "../shell/dialog";
-import { ICONS } from "../shell/icons";
 import type { Studio } from "../shell/view";
+import { askWith } from "../ui/dialog";
+import { type Child, el } from "../ui/dom";
+import { icon } from "../ui/icons";
 import { meaningOf, word } from "../words/words";
 
 /** What can be chosen. */
@@ -168,7 +168,7 @@ function card(portrait: Portrait, entry: Entry, answer: (value: string) => void)
 
 function told({ about, fault }: Pick<Entry, "about" | "fault">): HTMLElement[] {
   const sentences = about ? [el("span", { class: "hint" }, about)] : [];
-  return fault ? [...sentences, el("span", { class: "card-fault" }, icon(ICONS.warning), fault)] : sentences;
+  return fault ? [...sentences, el("span", { class: "card-fault" }, icon("warning"), fault)] : sentences;
 }
 
 /** Arrow keys go through the cards: along the row, and to the next one as they are seen. */

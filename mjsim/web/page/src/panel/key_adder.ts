@@ -1,9 +1,9 @@
 /** Puts an entry into a map of the world, under a key that it may have or one of the person's own. */
 
 import type { Path } from "../api";
-import { el, icon } from "../dom";
 import { keyOf } from "../plan/plan";
-import { ICONS } from "../shell/icons";
+import { el } from "../ui/dom";
+import { icon } from "../ui/icons";
 import { word } from "../words/words";
 import type { Sheet } from "./rows";
 import { labelOf, type Schema } from "./schema";
@@ -31,7 +31,7 @@ export function keyAdder(sheet: Sheet, path: Path, list: string, entry: Schema, 
   const button = el(
     "button",
     { type: "button", class: "quiet add", "data-id": `${id} add`, onclick: () => void add() },
-    icon(ICONS.plus),
+    icon("plus"),
     word("panel.add"),
   );
   const offers = el(

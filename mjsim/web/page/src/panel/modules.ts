@@ -1,9 +1,9 @@
 /** The modules that can be chosen for a robot: what there is, asked of the server once for a world, and the choice. */
 
 import type { Item, Module, Modules, Path } from "../api";
-import { type Child, el } from "../dom";
 import type { Studio } from "../shell/view";
-import { Signal } from "../signal";
+import { type Child, el } from "../ui/dom";
+import { Signal } from "../ui/signal";
 import { meaningOf, word } from "../words/words";
 import { choose, type Entry } from "./gallery";
 import { allOf, begun, fits, isShipped, offersFor, type Role, readingsOf, robotAt, roleOf } from "./offers";

@@ -1,13 +1,13 @@
 /** The panel of what is selected: every field of it, or of the world when nothing is. */
 
 import type { Change, Item, Path, Problem, Values } from "../api";
-import { type Child, el, fill, icon } from "../dom";
 import { ARRANGEMENTS, type Arrangement, arrangeable } from "../edit/arrange";
 import { type Editor, itemOf } from "../edit/editor";
 import { groupable, groupOf, wholeGroup } from "../edit/groups";
 import { kindName } from "../edit/kinds";
 import { keyOf } from "../plan/plan";
-import { ICONS } from "../shell/icons";
+import { type Child, el, fill } from "../ui/dom";
+import { icon } from "../ui/icons";
 import { word } from "../words/words";
 import type { Tools } from "./controls";
 import { driverRows, type RunValues, suggestion } from "./driver";
@@ -114,13 +114,13 @@ export class Panel {
   private origin({ origin }: Item, why: string): Child {
     const press = origin ? { onclick: () => this.editor.makeSingle(), title: SINGLE[origin] } : null;
     const button = press && el("button", { ...press, "data-id": "single" }, word("panel.makeSingle"));
-    return el("div", { class: "note" }, icon(ICONS[origin ?? "lock"]), el("span", {}, why), button);
+    return el("div", { class: "note" }, icon(origin ?? "lock"), el("span", {}, why), button);
   }
 
   /** Problems of the item that no row shows. */
   private general(item: Item): Child[] {
     const own = this.problems().filter((problem) => problem.path && keyOf(problem.path) === keyOf(item.path));
-    return own.map((problem) => el("p", { class: `note ${problem.kind}` }, icon(ICONS.warning), problem.message));
+    return own.map((problem) => el("p", { class: `note ${problem.kind}` }, icon("warning"), problem.message));
   }
 
   private drawWorld(): void {
@@ -137,7 +137,7 @@ export class Panel {
         el(
           "p",
           { class: `note ${problem.kind}` },
-          icon(ICONS.warning),
+          icon("warning"),
           word("panel.line", { line: problem.line, message: problem.message }),
         ),
       ),
@@ -186,7 +186,7 @@ export class Panel {
           "data-id": how,
           onclick: () => void this.editor.arrange(how),
         },
-        icon(ICONS[how]),
+        icon(how),
       );
     });
     return el("div", { class: "arranger", role: "group", "aria-label": word("panel.alignAndDistribute") }, ...buttons);
@@ -248,7 +248,7 @@ export class Panel {
 
   private buttons(copies: boolean): Child[] {
     const one = (name: "copy" | "trash", title: string, onclick: () => void): HTMLElement =>
-      el("button", { class: "quiet square", title, "aria-label": title, onclick, "data-id": name }, icon(ICONS[name]));
+      el("button", { class: "quiet square", title, "aria-label": title, onclick, "data-id": name }, icon(name));
     return [
       copies ? one("copy", word("panel.duplicateCtrlD"), () => this.editor.duplicate()) : null,
       one("trash", word("panel.deleteDel"), () => void this.editor.remove()),

@@ -1,8 +1,8 @@
 /** Choosing a picture: of the folder, of those that come with mjsim, or one of the person's own. */
 
 import type { Verdict } from "../api";
-import { el } from "../dom";
 import type { Studio } from "../shell/view";
+import { el } from "../ui/dom";
 import { said, word } from "../words/words";
 import { choose, type Entry, nameOf, ownFiles, pictured } from "./gallery";
 

@@ -1,9 +1,9 @@
 /** How a mechanism or a person starts: drawn from aside, with a slider for each value of a joint. */
 
 import type { Item, JointValue, Look, Pose } from "../api";
-import { type Child, el, fill } from "../dom";
 import type { Editor } from "../edit/editor";
 import type { Poser } from "../edit/poser";
+import { type Child, el, fill } from "../ui/dom";
 import { word } from "../words/words";
 import { SideDrawing } from "./side";
 

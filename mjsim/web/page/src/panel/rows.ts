@@ -1,9 +1,9 @@
 /** Rows of the panel: a field with its name, unit, meaning, reset and error; groups of fields; lists. */
 
 import type { Change, Path, Problem, Values } from "../api";
-import { type Child, el, icon } from "../dom";
 import { keyOf } from "../plan/plan";
-import { ICONS } from "../shell/icons";
+import { type Child, el } from "../ui/dom";
+import { icon } from "../ui/icons";
 import { meaningOf, word } from "../words/words";
 import { isMapping } from "./changes";
 import { control, type Tools, useOf } from "./controls";
@@ -144,7 +144,7 @@ function resetButton(place: Place): Child {
       "data-id": `${keyOf(path)} reset`,
       onclick: () => give(undefined),
     },
-    icon(ICONS.reset),
+    icon("reset"),
   );
 }
 
@@ -159,7 +159,7 @@ function emptyRow(sheet: Sheet, { field, path, fixed, give }: Place, schema: Sch
       "data-id": `${keyOf(path)} add`,
       onclick: () => give(sheet.book.fresh(schema)),
     },
-    icon(ICONS.plus),
+    icon("plus"),
     field.label,
   );
   return el("div", { class: "field-add", title: field.meaning }, add);
@@ -248,7 +248,7 @@ function listEntry(
       "data-id": `${keyOf(path)} remove`,
       onclick: () => sheet.change([{ op: "remove", path }]),
     },
-    icon(ICONS.trash),
+    icon("trash"),
   );
   const within = inner(place);
   const one = { field, path, value, raw, written: true, fixed: place.fixed, within, give };
@@ -277,7 +277,7 @@ function adder(sheet: Sheet, place: Place, entry: Schema): HTMLElement {
         "data-id": `${keyOf(place.path)} add ${title}`,
         onclick: () => add(schema),
       },
-      icon(ICONS.plus),
+      icon("plus"),
       title,
     ),
   );
@@ -349,7 +349,7 @@ function group(sheet: Sheet, { field, path }: Place, beside: Child, rows: Child[
   const head = el(
     "summary",
     { title: field.meaning, "data-id": `${key} group` },
-    icon(ICONS.down),
+    icon("down"),
     el("span", { class: "group-name" }, field.label),
     error
       ? el("span", {

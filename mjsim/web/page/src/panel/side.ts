@@ -1,8 +1,8 @@
 /** A mechanism or a person from aside, to scale, above the floor; what moves there is dragged. */
 
 import type { Item, Point, Pose } from "../api";
-import { el, fill } from "../dom";
 import type { Poser } from "../edit/poser";
+import { el, fill } from "../ui/dom";
 import { word } from "../words/words";
 
 const SPACE = "http://www.w3.org/2000/svg";

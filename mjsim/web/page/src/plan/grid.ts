@@ -1,6 +1,6 @@
 /** Paper with a grid of round metres, and rulers along its upper and left edges. */
 
-import type { Palette } from "./palette";
+import type { Tokens } from "../ui/ink";
 import { metres, type PlanView, roundStep } from "./view";
 
 export const RULER = 22;
@@ -8,14 +8,14 @@ export const RULER = 22;
 const FINE = 14;
 const STRONG = 70;
 
-export function drawGrid(context: CanvasRenderingContext2D, view: PlanView, palette: Palette): void {
+export function drawGrid(context: CanvasRenderingContext2D, view: PlanView, palette: Tokens): void {
   context.fillStyle = palette.ground;
   context.fillRect(0, 0, view.width, view.height);
   drawLines(context, view, roundStep(view.scale, FINE), palette.grid);
   drawLines(context, view, roundStep(view.scale, STRONG), palette["grid-strong"]);
 }
 
-export function drawRulers(context: CanvasRenderingContext2D, view: PlanView, palette: Palette): void {
+export function drawRulers(context: CanvasRenderingContext2D, view: PlanView, palette: Tokens): void {
   const step = roundStep(view.scale, STRONG);
   context.fillStyle = palette.paper;
   context.fillRect(0, 0, view.width, RULER);

@@ -1,8 +1,8 @@
 /** Drawing of walls, things, beacons and robots as the films draw them, in pixels of the screen. */
 
 import type { Item, Point } from "../api";
+import { blend, type Tokens } from "../ui/ink";
 import { add, boundsOf, direction, distance, middle, minus, rotate, times } from "./geometry";
-import { blend, type Palette } from "./palette";
 import type { PlanView } from "./view";
 
 /** Where something stands when it is not where its Item says. */
@@ -65,7 +65,7 @@ export function drawItem(
   context: Context,
   item: Item,
   view: PlanView,
-  palette: Palette,
+  palette: Tokens,
   look: Look,
   stand?: Stand,
 ): void {
@@ -82,7 +82,7 @@ export function drawItem(
 }
 
 /** Fine lines over what is repeated, rising, and over what is included, falling. */
-function hatch(context: Context, shapes: Point[][], palette: Palette, origin: "repeat" | "include"): void {
+function hatch(context: Context, shapes: Point[][], palette: Tokens, origin: "repeat" | "include"): void {
   const lines = hatching(origin === "repeat", palette.ground);
   if (!lines) return;
   context.fillStyle = lines;
@@ -138,7 +138,7 @@ interface Brush {
   item: Item;
   shapes: Point[][];
   view: PlanView;
-  palette: Palette;
+  palette: Tokens;
   look: Look;
   /** Where it faces, world frame. */
   facing: Point;
@@ -157,7 +157,7 @@ const DRAWERS: Record<string, (brush: Brush) => void> = {
   lamp: drawLight,
 };
 
-function halo(context: Context, shapes: Point[][], palette: Palette, look: Look): void {
+function halo(context: Context, shapes: Point[][], palette: Tokens, look: Look): void {
   context.strokeStyle = look.problem ? palette[look.problem] : palette.accent;
   context.lineWidth = look.selected ? 7 : 5;
   context.lineJoin = "round";
@@ -224,7 +224,7 @@ function drawThing({ context, item, shapes, palette, look, facing, view, at }: B
 }
 
 /** Where a thing goes by itself. */
-function drawWay(context: Context, item: Item, view: PlanView, palette: Palette): void {
+function drawWay(context: Context, item: Item, view: PlanView, palette: Tokens): void {
   const path = item.values["path"] as { points?: Point[]; closed?: boolean } | null | undefined;
   if (!path?.points || !item.at) return;
   context.strokeStyle = palette.muted;

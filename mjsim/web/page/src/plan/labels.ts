@@ -1,9 +1,9 @@
 /** Names of things beside them, as many as there is room for. */
 
 import type { Bounds, Item, Point } from "../api";
+import type { Tokens } from "../ui/ink";
 import { boundsOf, direction, overlaps } from "./geometry";
 import { outlines, type Stand } from "./items";
-import type { Palette } from "./palette";
 import type { PlanView } from "./view";
 
 const SIZE = 11;
@@ -19,7 +19,7 @@ export interface Named {
   turns: boolean;
 }
 
-export function drawLabels(context: CanvasRenderingContext2D, things: Named[], view: PlanView, palette: Palette): void {
+export function drawLabels(context: CanvasRenderingContext2D, things: Named[], view: PlanView, palette: Tokens): void {
   const seen = things.filter(({ item }) => item.name && item.kind !== "wall" && item.kind !== "opening");
   const crowded = seen.length > MANY && view.scale < 60;
   const taken: Bounds[] = [];
@@ -37,7 +37,7 @@ function write(
   context: CanvasRenderingContext2D,
   thing: Named,
   view: PlanView,
-  palette: Palette,
+  palette: Tokens,
   taken: Bounds[],
 ): void {
   const text = thing.item.name ?? "";

@@ -18,14 +18,14 @@
 
 import Konva from "konva/lib/Core";
 import type { Bounds, Item, Path, Point } from "../api";
-import { themeChanged } from "../shell/theme";
-import { Signal } from "../signal";
+import { readTokens, type Tokens } from "../ui/ink";
+import { Signal } from "../ui/signal";
+import { themeChanged } from "../ui/theme";
 import { boundsOf, distance, distanceTo, overlaps } from "./geometry";
 import { Gestures, type Spot, type Tool } from "./gestures";
 import { drawGrid, drawRulers, RULER } from "./grid";
 import { drawItem, inOrder, type Look, outlines, type Stand } from "./items";
 import { drawLabels } from "./labels";
-import { type Palette, readPalette } from "./palette";
 import { PlanView, roundStep } from "./view";
 
 export type Painter = (context: CanvasRenderingContext2D, plan: Plan) => void;
@@ -46,7 +46,7 @@ export class Plan {
   /** What a click of the right button or a long press opens, at a place of the page [px]. */
   menuAsked: ((spot: Spot, at: Point) => void) | null = null;
   rulers = true;
-  palette: Palette = readPalette();
+  palette: Tokens = readTokens();
   items: Item[] = [];
   bounds: Bounds = [0, 0, 10, 8];
   private held: Tool | null = null;
@@ -258,7 +258,7 @@ export class Plan {
   }
 
   private recolor(): void {
-    this.palette = readPalette();
+    this.palette = readTokens();
     this.refresh();
   }
 

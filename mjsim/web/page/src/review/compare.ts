@@ -1,15 +1,15 @@
 /** Several recordings beside each other: paths on one plan, errors in one chart, the figures of `mjsim compare`. */
 
 import uPlot from "uplot";
-
 import { Chart, type Line, NO_MARKS } from "../charts/chart";
 import { noNees } from "../charts/sheet";
-import { el, fill } from "../dom";
 import { clock } from "../run/bar";
-import { button, sign, write } from "../run/controls";
-import { faded } from "../run/ink";
 import type { Studio } from "../shell/view";
-import { Signal } from "../signal";
+import { button, write } from "../ui/controls";
+import { el, fill } from "../ui/dom";
+import { icon } from "../ui/icons";
+import { faded } from "../ui/ink";
+import { Signal } from "../ui/signal";
 import { word } from "../words/words";
 import { comparisonFigures } from "./compare_figures";
 import { ComparePlan } from "./compare_plan";
@@ -62,7 +62,7 @@ export class Compare {
         button(
           { title: word("review.backToTheRecordingsEscape") },
           () => this.close(),
-          sign("left"),
+          icon("arrowLeft"),
           word("review.back"),
         ),
         this.play,
@@ -188,7 +188,7 @@ export class Compare {
   }
 
   private label(playing: boolean): void {
-    fill(this.play, sign(playing ? "pause" : "play"), playing ? word("review.pause") : word("review.play"));
+    fill(this.play, icon(playing ? "pause" : "play"), playing ? word("review.pause") : word("review.play"));
   }
 }
 

@@ -1,10 +1,11 @@
 /** The figures of a comparison as tables: what is certain, what to know, the means, all differences. */
 
 import { save } from "../charts/save";
-import { el } from "../dom";
-import { button, sign } from "../run/controls";
-import { rowColor } from "../run/ink";
-import { themeChanged } from "../shell/theme";
+import { button } from "../ui/controls";
+import { el } from "../ui/dom";
+import { icon } from "../ui/icons";
+import { rowColor } from "../ui/ink";
+import { themeChanged } from "../ui/theme";
 import { said, word, wordOr } from "../words/words";
 import type { Comparison, Difference, Group } from "./comparison";
 
@@ -76,7 +77,7 @@ function legend(groups: Group[]): HTMLElement {
 
 function csvButton({ csv }: Comparison): HTMLElement {
   const keep = (): void => save(new Blob([csv], { type: "text/csv" }), "comparison.csv");
-  return button({ class: "run-small" }, keep, sign("copy"), word("review.saveCsv"));
+  return button({ class: "run-small" }, keep, icon("copy"), word("review.saveCsv"));
 }
 
 /** A table for every two groups. */

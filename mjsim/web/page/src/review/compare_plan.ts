@@ -5,12 +5,13 @@ import { inkNow } from "../charts/chart";
 import { type Curve, type Figure, rangeOf } from "../charts/figure";
 import { rowAt } from "../charts/rows";
 import { savingMenu } from "../charts/saving";
-import { el } from "../dom";
 import { Plan } from "../plan/plan";
-import { button, sign } from "../run/controls";
-import { faded, inLight, readTokens } from "../run/ink";
-import { makeTile, type Tile } from "../run/tile";
-import { color } from "../shell/theme";
+import { button } from "../ui/controls";
+import { el } from "../ui/dom";
+import { icon } from "../ui/icons";
+import { faded, inLight, readTokens } from "../ui/ink";
+import { color } from "../ui/theme";
+import { makeTile, type Tile } from "../ui/tile";
 import { word } from "../words/words";
 import { type Comparison, type Group, type RunPath, styleOf } from "./comparison";
 
@@ -38,7 +39,7 @@ export class ComparePlan {
     const fit = button(
       { class: "quiet square", title: word("review.showTheWholePlan") },
       () => this.plan.fit(),
-      sign("fit"),
+      icon("fit"),
     );
     const spring = el("span", { class: "run-spring" });
     this.host.append(this.note);

@@ -2,7 +2,7 @@
 
 import { type Bounds, getJson, type Item, type Point } from "../api";
 import type { Line } from "../charts/chart";
-import { ROW_COLORS, rowColor } from "../run/ink";
+import { ROW_COLORS, rowColor } from "../ui/ink";
 
 type Values = (number | null)[];
 

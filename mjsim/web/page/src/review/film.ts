@@ -1,8 +1,9 @@
 /** The marked part as a film: which view, how far it is, where it lies. */
 
 import { ApiError } from "../api";
-import { el, fill } from "../dom";
-import { button, sign } from "../run/controls";
+import { button } from "../ui/controls";
+import { el, fill } from "../ui/dom";
+import { icon } from "../ui/icons";
 import { said, word } from "../words/words";
 import { type Recording, recordings } from "./recording";
 
@@ -19,7 +20,7 @@ export class Film {
   private part: [number, number] = [0, 0];
 
   constructor() {
-    this.start = button({ class: "primary" }, () => void this.make(), sign("film"), word("review.exportVideo"));
+    this.start = button({ class: "primary" }, () => void this.make(), icon("film"), word("review.exportVideo"));
     this.element.append(
       this.what,
       el("label", { class: "run-field" }, el("span", {}, word("review.view")), this.views),

@@ -1,10 +1,10 @@
 /** The recordings of the folder, and a place to drop another. */
 
 import { ApiError } from "../api";
-import { el, refill } from "../dom";
-import { button } from "../run/controls";
-import { theme, themeChanged } from "../shell/theme";
 import type { Studio } from "../shell/view";
+import { button } from "../ui/controls";
+import { el, refill } from "../ui/dom";
+import { theme, themeChanged } from "../ui/theme";
 import { said, word } from "../words/words";
 import { factsOf, type RecordingCard } from "./facts";
 import { recordings } from "./recording";

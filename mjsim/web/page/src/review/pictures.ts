@@ -1,12 +1,12 @@
 /** Pictures of the time that is looked at: each view fetches the newest one it has time for. */
 
-import { el } from "../dom";
-import { remembered, toggle } from "../run/controls";
 import { Orbit, overlook } from "../run/orbit";
 import type { Outside, TickNews } from "../run/protocol";
 import { drawRecognised, pixelRatio } from "../run/screen";
-import { makeTile, type Tile } from "../run/tile";
-import { newestWins } from "../signal";
+import { remembered, toggle } from "../ui/controls";
+import { el } from "../ui/dom";
+import { newestWins } from "../ui/signal";
+import { makeTile, type Tile } from "../ui/tile";
 import { said, word } from "../words/words";
 import { titleOf } from "./film";
 import { type Recording, recordings } from "./recording";

@@ -1,6 +1,6 @@
 /** The time that is looked at, and how it goes on by itself. */
 
-import { Signal } from "../signal";
+import { Signal } from "../ui/signal";
 
 export class Player {
   readonly changed = new Signal<number>();

@@ -1,8 +1,8 @@
 /** The bar to go through a recording: events stand on it, and the part that is marked. */
 
-import { el, fill } from "../dom";
 import { sentenceOf } from "../run/events";
 import type { EventNews } from "../run/protocol";
+import { el, fill } from "../ui/dom";
 import { word } from "../words/words";
 
 export interface Part {

@@ -1,8 +1,9 @@
 /** The figures between two times, as a table and as CSV. */
 
 import { csvOf, save } from "../charts/save";
-import { el, fill } from "../dom";
-import { button, sign } from "../run/controls";
+import { button } from "../ui/controls";
+import { el, fill } from "../ui/dom";
+import { icon } from "../ui/icons";
 import { word, wordOr } from "../words/words";
 import type { Figures } from "./recording";
 
@@ -135,7 +136,7 @@ export class Table {
     const copy = button(
       { class: "run-small", title: word("review.copyAsCsv") },
       () => void this.copy(),
-      sign("copy"),
+      icon("copy"),
       word("review.copyAsCsv"),
     );
     fill(this.element, el("div", { class: "run-figures-head" }, el("strong", {}, this.title), copy), this.table());

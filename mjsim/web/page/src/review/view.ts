@@ -6,19 +6,20 @@ import { chartChips } from "../charts/chips";
 import { Plotter } from "../charts/plotter";
 import { rowAt } from "../charts/rows";
 import { type Kind, kindsOf, Sheet } from "../charts/sheet";
-import { el, fill } from "../dom";
 import { clock } from "../run/bar";
-import { button, choice, sign, write } from "../run/controls";
 import { EventList } from "../run/events";
 import { Floor } from "../run/floor";
 import { JointStates } from "../run/joint_states";
 import type { RobotTick, TickNews } from "../run/protocol";
 import { RunRecord } from "../run/record";
-import { Tabs } from "../run/tabs";
-import { Stage } from "../run/tile";
 import { SolidsTile } from "../scene/tile";
 import type { Studio, View } from "../shell/view";
-import { newestWins } from "../signal";
+import { button, choice, write } from "../ui/controls";
+import { el, fill } from "../ui/dom";
+import { icon } from "../ui/icons";
+import { newestWins } from "../ui/signal";
+import { Tabs } from "../ui/tabs";
+import { Stage } from "../ui/tile";
 import { word } from "../words/words";
 import { Compare } from "./compare";
 import { Film } from "./film";
@@ -74,7 +75,7 @@ export class ReviewView implements View {
   private readonly playButton = button(
     { class: "primary run-main", title: word("review.playSpace") },
     () => this.player.toggle(),
-    sign("play"),
+    icon("play"),
     word("review.play"),
   );
   private readonly time = el("output", { class: "run-value run-time" }, "–");
@@ -127,7 +128,7 @@ export class ReviewView implements View {
     this.floor.layers.changed.on(() => this.show(this.player.time));
     this.player.changed.on((time) => this.show(time));
     this.player.playingChanged.on((playing) =>
-      fill(this.playButton, sign(playing ? "pause" : "play"), playing ? word("review.pause") : word("review.play")),
+      fill(this.playButton, icon(playing ? "pause" : "play"), playing ? word("review.pause") : word("review.play")),
     );
     this.tabs.offer("joints", false);
     this.tabs.shown.on(() => this.askFigures(this.part));
@@ -216,8 +217,8 @@ export class ReviewView implements View {
       el(
         "div",
         { class: "run-group" },
-        button({ class: "square", title: word("review.oneTickBack") }, () => this.player.step(-1), sign("left")),
-        button({ class: "square", title: word("review.oneTickOn") }, () => this.player.step(1), sign("right")),
+        button({ class: "square", title: word("review.oneTickBack") }, () => this.player.step(-1), icon("arrowLeft")),
+        button({ class: "square", title: word("review.oneTickOn") }, () => this.player.step(1), icon("arrowRight")),
       ),
       el("label", { class: "run-figure" }, el("span", {}, word("review.speed")), speeds),
       el(

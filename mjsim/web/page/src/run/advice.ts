@@ -1,9 +1,9 @@
 /** What to do next, in a word over the large view of a run. */
 
 import type { Item } from "../api";
-import { el, fill } from "../dom";
+import { button } from "../ui/controls";
+import { el, fill } from "../ui/dom";
 import { word } from "../words/words";
-import { button } from "./controls";
 import type { RunNews } from "./protocol";
 
 /** What there is to run, and what the person may be led to. */

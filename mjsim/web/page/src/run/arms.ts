@@ -1,9 +1,10 @@
 /** Sliders for the joints of a robot's arms, and fields for where their tools are. The rows serve mechanisms as well. */
 
 import type { Values } from "../api";
-import { el, fill } from "../dom";
+import { button } from "../ui/controls";
+import { el, fill } from "../ui/dom";
+import { icon } from "../ui/icons";
 import { word } from "../words/words";
-import { button, sign } from "./controls";
 import { dragged, rounded, scale, shown, unit } from "./joint_units";
 import type { Leader } from "./leader";
 import type { ArmFacts, JointFacts, RobotFacts, RobotTick } from "./protocol";
@@ -96,7 +97,7 @@ export class ArmPanel {
         part.wanted = null;
         this.leader.touch({ release: this.robot, arm: facts.name });
       },
-      sign("restart"),
+      icon("restart"),
       word("run.giveBack"),
     );
     const part: Part = { facts, rows, tool, release, goal: [], wanted: null };

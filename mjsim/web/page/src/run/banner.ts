@@ -1,6 +1,6 @@
 /** The line above the views: that the server is away, or why a run failed. */
 
-import { el } from "../dom";
+import { el } from "../ui/dom";
 import { word } from "../words/words";
 import type { LinkState } from "./link";
 

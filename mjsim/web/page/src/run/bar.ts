@@ -1,8 +1,9 @@
 /** The strip above a run: start, pause, speed, time. */
 
-import { el } from "../dom";
+import { button, choice, write } from "../ui/controls";
+import { el } from "../ui/dom";
+import { icon } from "../ui/icons";
 import { word } from "../words/words";
-import { button, choice, sign, write } from "./controls";
 import type { LinkState } from "./link";
 import type { RunNews, TickNews } from "./protocol";
 
@@ -72,16 +73,16 @@ export class Bar {
     this.main = button(
       { class: "primary run-main" },
       () => this.press(),
-      sign("play"),
+      icon("play"),
       el("span", {}, word("run.start")),
     );
-    this.step = button({ class: "square", title: word("run.singleTick") }, () => orders.tick(), sign("step"));
+    this.step = button({ class: "square", title: word("run.singleTick") }, () => orders.tick(), icon("step"));
     this.again = button(
       { class: "square", title: word("run.restartFromTheBeginning") },
       () => orders.restart(),
-      sign("restart"),
+      icon("restart"),
     );
-    this.halt = button({ class: "square", title: word("run.stopTheRun") }, () => orders.stop(), sign("stop"));
+    this.halt = button({ class: "square", title: word("run.stopTheRun") }, () => orders.stop(), icon("stop"));
     this.speeds = choice<Speed>({ "aria-label": word("run.speed") }, SPEEDS, "1", (value) =>
       orders.speed(speedOf(value)),
     );
@@ -164,7 +165,7 @@ export class Bar {
     const mine = open && (this.news?.controllable ?? false);
     const alive = state === "running" || state === "paused";
     const label = state === "running" ? word("run.pause") : state === "paused" ? word("run.goOn") : word("run.start");
-    this.main.replaceChildren(sign(state === "running" ? "pause" : "play"), el("span", {}, label));
+    this.main.replaceChildren(icon(state === "running" ? "pause" : "play"), el("span", {}, label));
     this.main.title = `${label} (space)`;
     this.main.disabled = !mine || state === "loading" || !(alive || this.canStart);
     this.step.disabled = !mine || state !== "paused";

@@ -1,13 +1,13 @@
 /** The pictures of a run: every camera, with depth and segmentation where wanted, and the view from outside. */
 
 import type { Bounds } from "../api";
-import { el } from "../dom";
+import { remembered, toggle } from "../ui/controls";
+import { el } from "../ui/dom";
+import { makeTile, type Tile } from "../ui/tile";
 import { word } from "../words/words";
-import { remembered, toggle } from "./controls";
 import { Orbit, overlook } from "./orbit";
 import type { FrameHead, Outside, RobotFacts, RunRequest } from "./protocol";
 import { Screen } from "./screen";
-import { makeTile, type Tile } from "./tile";
 
 /** The server is asked for another view from outside at most this often [ms]. */
 const CALM = 60;

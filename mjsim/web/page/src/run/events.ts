@@ -1,9 +1,9 @@
 /** What happened, newest first. */
 
-import { el } from "../dom";
+import { button } from "../ui/controls";
+import { el } from "../ui/dom";
 import { said, word, wordOr } from "../words/words";
 import { clock } from "./bar";
-import { button } from "./controls";
 import type { EventNews } from "./protocol";
 
 /** Most that are shown. */

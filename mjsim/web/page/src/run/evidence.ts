@@ -1,8 +1,8 @@
 /** What robots measure and what their modules show, on the plan: scans, the ring, points, lines, grids and texts. */
 
-import { color } from "../shell/theme";
+import { faded, readTokens } from "../ui/ink";
+import { color } from "../ui/theme";
 import type { Grids } from "./grids";
-import { faded, readTokens } from "./ink";
 import type { View } from "./overlay";
 import type { PlanarPose, RobotFacts, RobotTick, ShownNews } from "./protocol";
 

@@ -1,11 +1,13 @@
 /** The plan of a run: what stands still, drawn by the plan; what moves, drawn over it. */
 
 import type { Bounds, Item, Point } from "../api";
-import { el } from "../dom";
 import { keyOf, Plan } from "../plan/plan";
 import type { Thoughts } from "../scene/thoughts";
+import { button, isPressed, setPressed, toggle } from "../ui/controls";
+import { el } from "../ui/dom";
+import { icon } from "../ui/icons";
+import { makeTile, type Tile } from "../ui/tile";
 import { word } from "../words/words";
-import { button, isPressed, setPressed, sign, toggle } from "./controls";
 import { Evidence } from "./evidence";
 import { Grids } from "./grids";
 import type { Joints } from "./joint_grips";
@@ -15,7 +17,6 @@ import { Overlay } from "./overlay";
 import { PlanTools } from "./plan_tools";
 import type { JointFacts, JointGrip, JointRow, PlanarPose, RobotFacts, RobotTick } from "./protocol";
 import type { RunRecord } from "./record";
-import { makeTile, type Tile } from "./tile";
 import { type Standing, Touch } from "./touch";
 import type { Hands } from "./touch_tools";
 
@@ -77,9 +78,9 @@ export class Floor {
       { class: "quiet square", title: word("run.followTheRobotF") },
       false,
       (on) => this.setFollow(on),
-      sign("follow"),
+      icon("follow"),
     );
-    const fit = button({ class: "quiet square", title: word("run.showTheWholePlan") }, () => this.fit(), sign("fit"));
+    const fit = button({ class: "quiet square", title: word("run.showTheWholePlan") }, () => this.fit(), icon("fit"));
     this.tile = makeTile(
       "plan",
       word("run.plan"),

@@ -1,8 +1,8 @@
 /** How joints move now: a table for each arm, each balancing base and each mechanism. */
 
-import { el } from "../dom";
+import { write } from "../ui/controls";
+import { el } from "../ui/dom";
 import { word } from "../words/words";
-import { write } from "./controls";
 import { shown, unit } from "./joint_units";
 import type { JointFacts, JointRow } from "./protocol";
 

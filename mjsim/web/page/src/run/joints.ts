@@ -1,7 +1,7 @@
 /** All about the joints of a run: sliders of arms and mechanisms, and how all joints move. */
 
-import { el, fill } from "../dom";
 import type { Toasts } from "../shell/toasts";
+import { el, fill } from "../ui/dom";
 import { word } from "../words/words";
 import { ArmPanel } from "./arms";
 import { JointStates } from "./joint_states";

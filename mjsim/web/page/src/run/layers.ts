@@ -1,9 +1,10 @@
 /** The menu of what is drawn on the plan: a switch for each layer, and one for each thing that modules show. */
 
-import { el } from "../dom";
-import { Signal } from "../signal";
+import { remembered } from "../ui/controls";
+import { el } from "../ui/dom";
+import { icon } from "../ui/icons";
+import { Signal } from "../ui/signal";
 import { word } from "../words/words";
-import { remembered, sign } from "./controls";
 import type { Shown } from "./overlay";
 
 const LAYERS: [keyof Shown, string][] = [
@@ -65,7 +66,7 @@ export class Layers {
       this.own,
     );
     const title = { title: word("run.whatIsShown"), "aria-label": word("run.whatIsShown") };
-    const summary = el("summary", { class: "button quiet square", ...title }, sign("layers"));
+    const summary = el("summary", { class: "button quiet square", ...title }, icon("layers"));
     const details = el("details", { class: "run-layers" }, summary, list);
     document.addEventListener("pointerdown", (event) => {
       if (!details.contains(event.target as Node)) details.open = false;

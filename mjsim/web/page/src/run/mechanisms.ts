@@ -1,10 +1,11 @@
 /** Sliders for the joints of mechanisms that can be led. */
 
 import type { Values } from "../api";
-import { el } from "../dom";
+import { button } from "../ui/controls";
+import { el } from "../ui/dom";
+import { icon } from "../ui/icons";
 import { word } from "../words/words";
 import { jointRow, line, put, type Row, whenEntered } from "./arms";
-import { button, sign } from "./controls";
 import { dragged, rounded, shown, unit } from "./joint_units";
 import type { Leader } from "./leader";
 import type { MechanismFacts, MechanismTick } from "./protocol";
@@ -86,7 +87,7 @@ export class MechanismPanel {
     const made = button(
       { class: "quiet square", title },
       () => this.leader.touch({ release, joint: facts.name }),
-      sign("restart"),
+      icon("restart"),
     );
     this.releases.push(made);
     return made;

@@ -1,8 +1,9 @@
 /** Sliders for the noise of a run while it goes on. */
 
-import { el } from "../dom";
+import { button, write } from "../ui/controls";
+import { el } from "../ui/dom";
+import { icon } from "../ui/icons";
 import { meaningOf, word, wordFor } from "../words/words";
-import { button, sign, write } from "./controls";
 import type { NoiseFigure } from "./protocol";
 
 /** The slider's way is cut into so many steps. */
@@ -32,7 +33,7 @@ export class NoisePanel {
   private readonly all: HTMLButtonElement;
 
   constructor(private readonly set: (key: string, value: number) => void) {
-    this.all = button({ class: "quiet" }, () => this.resetAll(), sign("restart"), word("run.resetAllToTheWorld"));
+    this.all = button({ class: "quiet" }, () => this.resetAll(), icon("restart"), word("run.resetAllToTheWorld"));
     this.element.append(this.empty, this.all);
     this.all.hidden = true;
   }
@@ -96,7 +97,7 @@ export class NoisePanel {
     const reset = button(
       { class: "quiet square", title: word("run.resetTo", { label, initial: noise.initial ?? 0 }) },
       () => this.set(noise.key, noise.initial ?? 0),
-      sign("restart"),
+      icon("restart"),
     );
     this.rows.set(noise.key, { noise, slider, field, reset });
     const unit = el("span", { class: "run-unit" }, unitShown(noise));

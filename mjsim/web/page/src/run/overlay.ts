@@ -1,7 +1,7 @@
 /** What moves on the plan: robots, paths, ellipses, sightings; drawn in world metres on a plain canvas. */
 
+import { faded, readTokens } from "../ui/ink";
 import type { Trail } from "./history";
-import { faded, readTokens } from "./ink";
 import type { LandmarkRow, PlanarPose, RobotFacts, RobotTick } from "./protocol";
 
 /** Where the world is on the canvas: px = x + scale * east, py = y - scale * north. */

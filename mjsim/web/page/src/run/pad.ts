@@ -1,17 +1,17 @@
 /** Arrows on the screen for those who drive with a finger. */
 
-import { el } from "../dom";
+import { el } from "../ui/dom";
+import { type IconName, icon } from "../ui/icons";
 import { word } from "../words/words";
-import { type IconName, sign } from "./controls";
 import type { Wheel } from "./keys";
 
 const WAYS: [IconName, string, [number, number, number]][] = [
   ["turnLeft", word("run.turnLeftA"), [0, 0, 1]],
   ["up", word("run.forwardW"), [1, 0, 0]],
   ["turnRight", word("run.turnRightD"), [0, 0, -1]],
-  ["left", word("run.leftQ"), [0, 1, 0]],
+  ["arrowLeft", word("run.leftQ"), [0, 1, 0]],
   ["down", word("run.backS"), [-1, 0, 0]],
-  ["right", word("run.rightE"), [0, -1, 0]],
+  ["arrowRight", word("run.rightE"), [0, -1, 0]],
 ];
 
 /** Six buttons that push while they are held; those aside only for robots that can. */
@@ -21,7 +21,7 @@ export class Pad {
 
   constructor(wheel: Wheel) {
     for (const [picture, title, way] of WAYS) {
-      const push = el("button", { type: "button", class: "square", title, "aria-label": title }, sign(picture));
+      const push = el("button", { type: "button", class: "square", title, "aria-label": title }, icon(picture));
       push.addEventListener("pointerdown", (event) => {
         event.preventDefault();
         push.setPointerCapture(event.pointerId);

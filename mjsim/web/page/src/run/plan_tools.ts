@@ -1,15 +1,16 @@
 /** Tools of the plan of a run beside the hand: one gives a robot a goal, one measures. */
 
 import type { Point, Values } from "../api";
-import { el } from "../dom";
 import type { Spot, Tool } from "../plan/gestures";
 import type { Plan } from "../plan/plan";
 import type { Door } from "../scene/door";
-import { Signal } from "../signal";
+import { isPressed, setPressed, toggle } from "../ui/controls";
+import { el } from "../ui/dom";
+import { icon } from "../ui/icons";
+import { readTokens } from "../ui/ink";
+import { Signal } from "../ui/signal";
 import { word } from "../words/words";
 import { goalEvent, measured } from "./aim";
-import { isPressed, setPressed, sign, toggle } from "./controls";
-import { readTokens } from "./ink";
 
 /** A press that moves less than this has no direction [px]. */
 const SLIP = 8;
@@ -115,7 +116,7 @@ export class PlanTools {
     const goal = new Goal(plan);
     goal.set.on(([from, to]) => this.send(from, to, plan.px(SLIP)));
     const make = (tool: Dragged, title: string, name: "goal" | "ruler"): HTMLButtonElement =>
-      toggle({ class: "quiet square", title }, false, (on) => this.take(on ? tool : null), sign(name));
+      toggle({ class: "quiet square", title }, false, (on) => this.take(on ? tool : null), icon(name));
     this.aims = make(goal, word("run.goalTool"), "goal");
     const ruler = new Ruler(plan);
     this.buttons = [

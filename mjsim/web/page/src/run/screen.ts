@@ -1,7 +1,7 @@
 /** One picture on the page: a canvas that shows the newest JPEG, with what was recognised in it. */
 
+import { readTokens } from "../ui/ink";
 import { Rate } from "./frames";
-import { readTokens } from "./ink";
 import type { FrameHead } from "./protocol";
 
 type Recognised = FrameHead["recognised"];

@@ -1,7 +1,6 @@
 /** What a run begins with: the same form as in Edit, for settings that the world need not keep, and a file to record to. */
 
 import type { Change, Problem, Values } from "../api";
-import { type Child, el, refill } from "../dom";
 import { applied, differences, isSame } from "../panel/changes";
 import { driverRows, type RunValues, suggestion } from "../panel/driver";
 import { ModuleShelf } from "../panel/modules";
@@ -9,6 +8,7 @@ import { objectRows, type Sheet } from "../panel/rows";
 import { SchemaBook } from "../panel/schema";
 import { toolsFor } from "../panel/tools";
 import type { Studio } from "../shell/view";
+import { type Child, el, refill } from "../ui/dom";
 import { word } from "../words/words";
 
 /** What is set elsewhere: drivers have forms of their own, events are what the plan is touched for. */

@@ -1,7 +1,8 @@
 /** Whether the column with setup, noise and events is shown: as it was left, else where there is room for it. */
 
+import { remembered, setPressed, toggle } from "../ui/controls";
+import { icon } from "../ui/icons";
 import { word } from "../words/words";
-import { remembered, setPressed, sign, toggle } from "./controls";
 
 /** A button that shows and hides the column. */
 export function sideSwitch(side: HTMLElement): HTMLButtonElement {
@@ -17,7 +18,7 @@ export function sideSwitch(side: HTMLElement): HTMLButtonElement {
       put(open);
       remembered("run.side", open ? "yes" : "no");
     },
-    sign("side"),
+    icon("side"),
   );
   put(remembered("run.side") === null ? !narrow.matches : remembered("run.side") === "yes");
   return button;

@@ -5,9 +5,10 @@ import { add, distance, length, minus, times } from "../plan/geometry";
 import type { Spot, Tool } from "../plan/gestures";
 import type { Plan } from "../plan/plan";
 import type { Door } from "../scene/door";
-import { Signal } from "../signal";
+import { isPressed, setPressed, toggle } from "../ui/controls";
+import { icon } from "../ui/icons";
+import { Signal } from "../ui/signal";
 import { word } from "../words/words";
-import { isPressed, setPressed, sign, toggle } from "./controls";
 import {
   type Change,
   changeTo,
@@ -78,7 +79,7 @@ export class Touch implements Tool {
     { class: "quiet square", title: word("run.touchDragRobotsAndThings"), hidden: true },
     false,
     (on) => this.hold(on),
-    sign("hand"),
+    icon("hand"),
   );
   /** Told before it takes the plan. */
   readonly taken = new Signal();

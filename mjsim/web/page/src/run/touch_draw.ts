@@ -2,8 +2,8 @@
 
 import type { Point } from "../api";
 import { length, minus } from "../plan/geometry";
-import type { Palette } from "../plan/palette";
 import type { PlanView } from "../plan/view";
+import type { Tokens } from "../ui/ink";
 import { type Change, gripAfter, type HeldJoint, jointAfter, jointSaid, type LetGo } from "./joint_grips";
 import type { Touchable } from "./touch";
 import { drawJoint } from "./touch_tools";
@@ -11,7 +11,7 @@ import { drawJoint } from "./touch_tools";
 /** What is drawn on. */
 interface Sheet {
   view: PlanView;
-  palette: Palette;
+  palette: Tokens;
 }
 
 /** A push by a drag with Shift [N s for a metre]. */
@@ -68,7 +68,7 @@ export function drawGrab(context: CanvasRenderingContext2D, grab: Grab, now: Poi
 }
 
 /** Write beside a place of the plan. */
-export function letters(context: CanvasRenderingContext2D, text: string, [x, y]: Point, palette: Palette): void {
+export function letters(context: CanvasRenderingContext2D, text: string, [x, y]: Point, palette: Tokens): void {
   context.font = "12px system-ui, sans-serif";
   context.lineWidth = 3;
   context.strokeStyle = palette.paper;

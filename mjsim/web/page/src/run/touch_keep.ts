@@ -1,9 +1,9 @@
 /** What was done by hand: it is written into the world's text, as its events, and what did not come of it is said. */
 
 import type { Change, Values } from "../api";
-import { el, fill } from "../dom";
 import type { Studio } from "../shell/view";
-import { button } from "./controls";
+import { button } from "../ui/controls";
+import { el, fill } from "../ui/dom";
 import { Leader } from "./leader";
 
 export type { TouchAnswer } from "./leader";

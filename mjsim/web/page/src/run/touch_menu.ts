@@ -2,7 +2,7 @@
 
 import type { Item, Point, Values } from "../api";
 import { direction, times } from "../plan/geometry";
-import { type Entry, openMenu } from "../shell/menu";
+import { type Entry, openMenu } from "../ui/menu";
 import { type Key, word } from "../words/words";
 import { releaseEvent } from "./joint_grips";
 import type { Touchable } from "./touch";

@@ -1,9 +1,9 @@
 /** Tools of arms on the plan of a run: handles that lead them by inverse kinematics. */
 
 import type { Point, Values } from "../api";
-import type { Palette } from "../plan/palette";
 import type { PlanView } from "../plan/view";
 import type { Lead, Led, Place } from "../scene/grip";
+import type { Tokens } from "../ui/ink";
 import { type Change, gripAfter, type HeldJoint, showsOnPlan, still } from "./joint_grips";
 import type { Standing, Touchable } from "./touch";
 
@@ -134,7 +134,7 @@ export function drawTools(
   context: CanvasRenderingContext2D,
   tools: Touchable[],
   view: PlanView,
-  palette: Palette,
+  palette: Tokens,
 ): void {
   for (const { at, held } of tools) {
     const [x, y] = view.toScreen(at);

@@ -4,10 +4,12 @@ import { getBytes } from "../api";
 import { chartChips } from "../charts/chips";
 import { Plotter } from "../charts/plotter";
 import { type Kind, kindsOf, Sheet } from "../charts/sheet";
-import { el, fill } from "../dom";
 import { SolidsTile } from "../scene/tile";
 import type { Studio, View } from "../shell/view";
-import { throttled } from "../signal";
+import { el, fill } from "../ui/dom";
+import { throttled } from "../ui/signal";
+import { Tabs } from "../ui/tabs";
+import { Stage } from "../ui/tile";
 import { said, word } from "../words/words";
 import { Advice, canMove } from "./advice";
 import { Banner } from "./banner";
@@ -25,8 +27,6 @@ import { RunRecord } from "./record";
 import { Setup } from "./setup";
 import { sideSwitch } from "./side";
 import { startWorld } from "./start";
-import { Tabs } from "./tabs";
-import { Stage } from "./tile";
 import { Keep, leaderOf, type TouchAnswer } from "./touch_keep";
 
 /** Charts are drawn at most this often [ms]. */

@@ -2,7 +2,7 @@
 
 import { MOUSE, TOUCH } from "three";
 import type { Point } from "../api";
-import { Signal } from "../signal";
+import { Signal } from "../ui/signal";
 import type { Stage3d } from "./stage";
 
 export class Aim {

@@ -1,7 +1,7 @@
 /** The directions of x, y and z as the view has them, in a corner of it. */
 
 import { type Camera, Quaternion } from "three";
-import { setAttributes } from "../dom";
+import { setAttributes } from "../ui/dom";
 import { endsOf } from "./frame";
 
 /** Length of an axis, and half of the size of the picture [px]. */

@@ -4,7 +4,7 @@ import { DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMate
 import type { Point } from "../api";
 import type { Shown, Trails } from "../run/overlay";
 import type { LandmarkRow, PlanarPose, RobotFacts, RobotTick } from "../run/protocol";
-import { color } from "../shell/theme";
+import { color } from "../ui/theme";
 import { columns, ellipsoid } from "./bodies";
 import { points } from "./marks";
 import { ribbon } from "./ribbons";

@@ -2,10 +2,10 @@
 
 import type { Item, Point } from "../api";
 import { ApiError } from "../api";
-import { type Child, el } from "../dom";
 import { keyOf } from "../plan/plan";
-import { themeChanged } from "../shell/theme";
-import { newestWins, Signal } from "../signal";
+import { type Child, el } from "../ui/dom";
+import { newestWins, Signal } from "../ui/signal";
+import { themeChanged } from "../ui/theme";
 import { word } from "../words/words";
 import type { Grip, Lead, Led, LooseThing, Pull, Put } from "./grip";
 import type { SceneView } from "./scene";

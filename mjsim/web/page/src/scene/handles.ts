@@ -3,8 +3,8 @@
 import { Group, LineBasicMaterial, LineSegments, Vector3 } from "three";
 import type { Point } from "../api";
 import { add, direction, dot, minus, times } from "../plan/geometry";
-import { color } from "../shell/theme";
-import { Signal } from "../signal";
+import { Signal } from "../ui/signal";
+import { color } from "../ui/theme";
 import { clearHandles, Gesture, handleLength, inFront, inkOf, knobMesh, knobsNear, type Owner } from "./gesture";
 import type { Grip, Pull } from "./grip";
 import { points } from "./marks";

@@ -5,7 +5,6 @@
 
 import { Group, LineBasicMaterial, LineSegments, Matrix4, type Object3D, Vector3 } from "three";
 import type { Point } from "../api";
-import { el } from "../dom";
 import {
   type Change,
   changeTo,
@@ -17,8 +16,9 @@ import {
   letGoOf,
   rankOf,
 } from "../run/joint_grips";
-import { color } from "../shell/theme";
-import { Signal } from "../signal";
+import { el } from "../ui/dom";
+import { Signal } from "../ui/signal";
+import { color } from "../ui/theme";
 import { clearHandles, Gesture, handleLength, inFront, inkOf, knobMesh, knobsNear, type Owner } from "./gesture";
 import type { Lead, Led } from "./grip";
 import { points } from "./marks";

@@ -1,9 +1,9 @@
 /** Robots and movable things in 3-D that are dragged on the level: a ghost shows where they will stand. */
 
 import { Group, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, type Object3D, type Vector3 } from "three";
-import { el } from "../dom";
-import { color } from "../shell/theme";
-import { Signal } from "../signal";
+import { el } from "../ui/dom";
+import { Signal } from "../ui/signal";
+import { color } from "../ui/theme";
 import { Gesture, inFront, inkOf, type Owner } from "./gesture";
 import type { LooseThing, Put } from "./grip";
 import { points } from "./marks";

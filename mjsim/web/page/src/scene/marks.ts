@@ -15,7 +15,7 @@ import {
 import type { Bounds, Item, Point } from "../api";
 import { heightOf } from "../edit/lift";
 import { boundsOf, distanceTo } from "../plan/geometry";
-import { color } from "../shell/theme";
+import { color } from "../ui/theme";
 import { thingsOf } from "./solids";
 
 /** What lies so near to an outline belongs to it [m]. */

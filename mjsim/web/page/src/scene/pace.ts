@@ -1,6 +1,6 @@
 /** Tells when pictures stay too slow though they have the fewest pixels. */
 
-import { Signal } from "../signal";
+import { Signal } from "../ui/signal";
 
 /** So many pictures a second are wanted, and of so many things so many. */
 const QUICK = 20;

@@ -2,11 +2,11 @@
 
 import { Box3, Group, type Intersection, Line, LineBasicMaterial, type Material, type Mesh, Vector3 } from "three";
 import type { Item } from "../api";
-import { type Child, el, fill } from "../dom";
-import { isPressed, remembered, toggle } from "../run/controls";
 import { Grids } from "../run/grids";
-import { color } from "../shell/theme";
-import { Signal } from "../signal";
+import { isPressed, remembered, toggle } from "../ui/controls";
+import { type Child, el, fill } from "../ui/dom";
+import { Signal } from "../ui/signal";
+import { color } from "../ui/theme";
 import { Aim } from "./aim";
 import { takeAway } from "./away";
 import { Axes } from "./axes";

@@ -22,9 +22,9 @@ import {
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { Point } from "../api";
-import { el } from "../dom";
-import { color } from "../shell/theme";
-import { Signal } from "../signal";
+import { el } from "../ui/dom";
+import { Signal } from "../ui/signal";
+import { color } from "../ui/theme";
 import { whenDrawn } from "./fence";
 import { distanceToSee } from "./frame";
 import { drawnBy, isSlow } from "./graphics";

@@ -23,7 +23,7 @@ import { frameOf } from "../run/evidence";
 import type { Grids } from "../run/grids";
 import type { Shown, Trails } from "../run/overlay";
 import type { PlanarPose, RobotFacts, RobotTick, ShownNews } from "../run/protocol";
-import { color } from "../shell/theme";
+import { color } from "../ui/theme";
 import { ABOVE_FLOOR, EYE, landmarksOf, poseOf, trailsOf } from "./beliefs";
 import { points } from "./marks";
 import { dots } from "./strokes";

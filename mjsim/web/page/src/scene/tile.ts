@@ -1,8 +1,8 @@
 /** The view in 3-D among the views of Run and Review: a switch, and a tile while it is on. */
 
-import { el, fill } from "../dom";
-import { button, remembered, toggle } from "../run/controls";
-import { makeTile, type Tile } from "../run/tile";
+import { button, remembered, toggle } from "../ui/controls";
+import { el, fill } from "../ui/dom";
+import { makeTile, type Tile } from "../ui/tile";
 import { word } from "../words/words";
 import { Door } from "./door";
 

@@ -1,7 +1,7 @@
 /** Where bodies touch each other, as the last news of their places have it. */
 
 import { Group, type Points } from "three";
-import { color } from "../shell/theme";
+import { color } from "../ui/theme";
 import { points } from "./marks";
 import { dots } from "./strokes";
 

@@ -1,7 +1,7 @@
 /** What happens when the file of the world that is open, or a file that it names, changes on disk. */
 
 import type { Opened } from "../api";
-import { newestWins } from "../signal";
+import { newestWins } from "../ui/signal";
 import { word } from "../words/words";
 import type { Files } from "./files";
 import type { Notices } from "./notices";

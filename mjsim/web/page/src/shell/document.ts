@@ -11,8 +11,8 @@ import {
   type Past,
   type Path,
 } from "../api";
-import { debounced, newestWins, Signal } from "../signal";
 import { difference } from "../text/difference";
+import { debounced, newestWins, Signal } from "../ui/signal";
 import { said, word, wordFor } from "../words/words";
 import { History } from "./history";
 import { named } from "./naming";

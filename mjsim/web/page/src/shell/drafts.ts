@@ -1,10 +1,10 @@
 /** Unsaved changes survive a crash of the page, the browser or the server: the server keeps them until they are saved. */
 
 import { ApiError, type Draft, type DraftKept, type DraftText } from "../api";
-import { el, fill } from "../dom";
-import { newestWins, throttled } from "../signal";
+import { askWith } from "../ui/dialog";
+import { el, fill } from "../ui/dom";
+import { newestWins, throttled } from "../ui/signal";
 import { word } from "../words/words";
-import { askWith } from "./dialog";
 import type { Notices } from "./notices";
 import type { TabLink } from "./tab";
 import type { Studio } from "./view";

@@ -1,9 +1,9 @@
 /** Opening, making and saving worlds; a file that changed on disk is never overwritten without asking. */
 
 import { ApiError, type Draft, type Opened } from "../api";
-import { type Child, el } from "../dom";
+import { ask, askWith } from "../ui/dialog";
+import { type Child, el } from "../ui/dom";
 import { meaningOf, word } from "../words/words";
-import { ask, askWith } from "./dialog";
 import { Drafts } from "./drafts";
 import type { Notices } from "./notices";
 import type { TabLink } from "./tab";

@@ -1,8 +1,8 @@
 /** All keys of the studio on one sheet. */
 
-import { el } from "../dom";
+import { askWith } from "../ui/dialog";
+import { el } from "../ui/dom";
 import { word } from "../words/words";
-import { askWith } from "./dialog";
 
 const KEYS: [string, string][] = [
   ["Alt 1 / 2 / 3", word("shell.editRunReview")],

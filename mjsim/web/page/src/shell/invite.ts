@@ -1,9 +1,9 @@
 /** An address that lets in one more browser: this page makes it, because it is in already. */
 
 import { postJson } from "../api";
-import { el } from "../dom";
+import { ask, type Choice } from "../ui/dialog";
+import { el } from "../ui/dom";
 import { word } from "../words/words";
-import { ask, type Choice } from "./dialog";
 import type { Toasts } from "./toasts";
 
 interface Invitation {

@@ -1,9 +1,9 @@
 /** The choice of the language of the page. */
 
-import { el, icon } from "../dom";
+import { el } from "../ui/dom";
+import { icon } from "../ui/icons";
+import { openMenu } from "../ui/menu";
 import { choose, language, offered, word } from "../words/words";
-import { ICONS } from "./icons";
-import { openMenu } from "./menu";
 
 /** A button of the bar with a menu of languages; null where there is one language only. */
 export function languageButton(): HTMLButtonElement | null {
@@ -16,7 +16,7 @@ export function languageButton(): HTMLButtonElement | null {
     openMenu(title, [entries], [left, bottom + 4]);
   };
   const attributes = { class: "quiet square", title, "aria-label": title, "aria-haspopup": "menu", onclick: open };
-  const button = el("button", attributes, icon(ICONS.globe));
+  const button = el("button", attributes, icon("globe"));
   return button;
 }
 

@@ -1,6 +1,6 @@
 /** Notices above the view: what the person should know or decide, without taking the keyboard from them. */
 
-import { el, fill } from "../dom";
+import { el, fill } from "../ui/dom";
 import { word } from "../words/words";
 
 export interface Action {

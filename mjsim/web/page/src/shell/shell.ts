@@ -1,24 +1,24 @@
 /** The frame of the page: tabs, the world's name, open and save, the switch of colours, and the keys for them. */
 
 import { api, type Folder } from "../api";
-import { el, fill, icon, isCommand, isPress, isSign, isTyping } from "../dom";
 import { makeEditView } from "../edit/edit";
 import { tellUnhandled } from "../failures";
 import { makeReviewView } from "../review/index";
 import { makeRunView } from "../run/index";
+import { el, fill, isCommand, isPress, isSign, isTyping } from "../ui/dom";
+import { type IconName, icon } from "../ui/icons";
+import { switchTheme, theme, themeChanged } from "../ui/theme";
 import { word } from "../words/words";
 import { type Place, placeAt } from "./address";
 import { Disk } from "./disk";
 import { WorldDocument } from "./document";
 import { Files } from "./files";
 import { askHelp } from "./help";
-import { ICONS } from "./icons";
 import { askInvite } from "./invite";
 import { languageButton } from "./language";
 import { Notices } from "./notices";
 import { stepsButton } from "./steps";
 import { TabLink } from "./tab";
-import { switchTheme, theme, themeChanged } from "./theme";
 import { Toasts } from "./toasts";
 import { takeTour } from "./tour";
 import { askTrust, type RunCode } from "./trust";
@@ -168,7 +168,7 @@ export class Shell implements Studio {
   private bar(live: boolean): HTMLElement {
     const light = tool("sun", word("shell.lightOrDark"), switchTheme);
     const paint = (): void => {
-      fill(light, icon(theme() === "dark" ? ICONS.sun : ICONS.moon));
+      fill(light, icon(theme() === "dark" ? "sun" : "moon"));
       light.title = theme() === "dark" ? word("shell.lightColours") : word("shell.darkColours");
       light.setAttribute("aria-label", light.title);
     };
@@ -182,7 +182,7 @@ export class Shell implements Studio {
       title: word("shell.openAWorldCtrl"),
       onclick: () => void this.files.ask(),
     });
-    world.append(this.name, this.changed, icon(ICONS.down));
+    world.append(this.name, this.changed, icon("down"));
     return el(
       "header",
       { class: "bar" },
@@ -274,6 +274,6 @@ export class Shell implements Studio {
   }
 }
 
-function tool(name: keyof typeof ICONS, title: string, onclick: () => void): HTMLButtonElement {
-  return el("button", { class: "quiet square", title, "aria-label": title, onclick }, icon(ICONS[name]));
+function tool(name: IconName, title: string, onclick: () => void): HTMLButtonElement {
+  return el("button", { class: "quiet square", title, "aria-label": title, onclick }, icon(name));
 }

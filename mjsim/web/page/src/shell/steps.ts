@@ -1,15 +1,15 @@
 /** The list of undo steps: what each did, the newest first; pressing one goes to the text after it. */
 
-import { el, icon } from "../dom";
+import { el } from "../ui/dom";
+import { icon } from "../ui/icons";
+import { openMenu } from "../ui/menu";
 import { word } from "../words/words";
 import type { WorldDocument } from "./document";
-import { ICONS } from "./icons";
-import { openMenu } from "./menu";
 
 export function stepsButton(world: WorldDocument): HTMLButtonElement {
   const title = word("shell.undoSteps");
   const attributes = { class: "quiet square", title, "aria-label": title, "aria-haspopup": "menu" };
-  const button = el("button", { ...attributes, onclick: () => open(world, button) }, icon(ICONS.steps));
+  const button = el("button", { ...attributes, onclick: () => open(world, button) }, icon("steps"));
   return button;
 }
 

@@ -1,7 +1,7 @@
 /** This tab's connection to the server: it says what the tab shows, and hears what changes on disk and in other tabs. */
 
 import type { Draft } from "../api";
-import { Signal } from "../signal";
+import { Signal } from "../ui/signal";
 
 /** Shortest and longest wait before the next try [ms]. */
 const FIRST_WAIT = 300;

@@ -1,7 +1,7 @@
 /** Short messages at the foot of the page: what went wrong and what to do, or that something was done. */
 
 import { ApiError } from "../api";
-import { el } from "../dom";
+import { el } from "../ui/dom";
 import { word } from "../words/words";
 
 const STAYS = { error: 9000, done: 3000 };

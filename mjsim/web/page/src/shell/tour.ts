@@ -1,7 +1,7 @@
 /** A short tour of the studio: what is where, and in which order one works; in six steps that can be left at any time. */
 
-import { el } from "../dom";
-import { remembered } from "../run/controls";
+import { remembered } from "../ui/controls";
+import { el } from "../ui/dom";
 import "./tour.css";
 import { word } from "../words/words";
 import type { Studio, ViewName } from "./view";

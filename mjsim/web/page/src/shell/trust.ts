@@ -1,9 +1,9 @@
 /** A world that names code beside it asks before that code first runs, and again when the code has changed. */
 
 import { ApiError, type Code } from "../api";
-import { el } from "../dom";
+import { ask } from "../ui/dialog";
+import { el } from "../ui/dom";
 import { word } from "../words/words";
-import { ask } from "./dialog";
 import type { Studio } from "./view";
 
 /** Code that a run was refused for, and the text that it was to run. */

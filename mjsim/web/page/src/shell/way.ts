@@ -1,6 +1,6 @@
 /** Keeps the address of the page up to date, so that a reload, a bookmark, Back and Forward lead to what was shown. */
 
-import { throttled } from "../signal";
+import { throttled } from "../ui/signal";
 import { addressOf, isSamePlace, type Place, placeAt } from "./address";
 
 /**

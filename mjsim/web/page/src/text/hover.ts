@@ -3,9 +3,9 @@
 import { syntaxTree } from "@codemirror/language";
 import type { Extension } from "@codemirror/state";
 import { type EditorView, hoverTooltip, type Tooltip } from "@codemirror/view";
-import { el } from "../dom";
 import type { Field, SchemaBook } from "../panel/schema";
 import type { Studio } from "../shell/view";
+import { el } from "../ui/dom";
 import { word } from "../words/words";
 import { ownKeys } from "./own_keys";
 import { ancestor, beside, levelsOf, nameOf, type Read, type SyntaxNode } from "./tree";

@@ -1,8 +1,8 @@
 /** The text of a module or an included file in a dialog, at the line of what was asked for. */
 
-import { el } from "../dom";
-import { askWith } from "../shell/dialog";
 import type { Studio } from "../shell/view";
+import { askWith } from "../ui/dialog";
+import { el } from "../ui/dom";
 import { word } from "../words/words";
 
 export async function showSource(studio: Studio, use: string): Promise<void> {

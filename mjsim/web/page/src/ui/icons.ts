@@ -1,5 +1,8 @@
 /** Icons of the studio: lines in a square of 20. */
-export const ICONS = {
+
+import { setAttributes } from "./dom";
+
+const ICONS = {
   select: "M5 3l10.5 7-5 1.2L8.2 16z",
   hand: "M6.5 10V5.5a1.25 1.25 0 0 1 2.5 0V9m0-4.5a1.25 1.25 0 0 1 2.500 0V9m0-3.500a1.250 1.250 0 0 1 2.500 0V12c0 3-1.800 5-4.500 5-2.300 0-3.200-1-4.200-3L3.600 11.200c-.6-1.200.9-2.100 1.800-1L6.500 11.500",
   wall: "M3 16V8l8-4.500h6M3 16h4M7 16V10l5-2.800h5",
@@ -45,4 +48,35 @@ export const ICONS = {
   bottom: "M3 16.500h14M5 4v10h3.500V4zM11.500 8v6H15V8z",
   across: "M3.500 3v14M16.500 3v14M8 6h4v8H8z",
   upright: "M3 3.500h14M3 16.500h14M6 8h8v4H6z",
+  pause: "M7 4v12M13 4v12",
+  step: "M5 4l7 6-7 6zM15 4v12",
+  restart: "M4.2 10a5.9 5.9 0 1 0 2-4.4M6 2.2v3.6h3.6",
+  stop: "M5 5h10v10H5z",
+  enlarge: "M12 3h5v5M17 3l-6 6M8 17H3v-5M3 17l6-6",
+  follow: "M10 2v3.5M10 14.5V18M2 10h3.5M14.5 10H18M10 6.5a3.5 3.5 0 1 0 0 7 3.5 3.5 0 0 0 0-7z",
+  layers: "M10 3l7 3.7-7 3.7-7-3.7zM3 10.4l7 3.7 7-3.7M3 14l7 3.7 7-3.7",
+  up: "M4 12l6-6 6 6",
+  arrowLeft: "M12 4l-6 6 6 6",
+  arrowRight: "M8 4l6 6-6 6",
+  turnLeft: "M6 9a5.5 5.5 0 1 1 1.6 5M6 4v5h5",
+  turnRight: "M14 9a5.5 5.5 0 1 0-1.6 5M14 4v5H9",
+  film: "M3 4h14v12H3zM7 4v12M13 4v12",
+  download: "M10 3v9M6.2 8.6l3.8 3.8 3.8-3.8M4 16.5h12",
+  side: "M3 4h14v12H3zM8 4v12",
+  goal: "M6 17V3M6 3l9 3.5L6 10",
+  ruler: "M3 13L13 3l4 4L7 17zM6 10l1.8 1.8M8.5 7.5l1.8 1.8M11 5l1.8 1.8",
+  close: "M5 5l10 10M15 5L5 15",
 } as const;
+
+export type IconName = keyof typeof ICONS;
+
+/** Draw an icon, in lines of the text's colour. */
+export function icon(name: IconName): SVGSVGElement {
+  const space = "http://www.w3.org/2000/svg";
+  const svg = document.createElementNS(space, "svg");
+  setAttributes(svg, { viewBox: "0 0 20 20", class: "icon", "aria-hidden": "true" });
+  const line = document.createElementNS(space, "path");
+  line.setAttribute("d", ICONS[name]);
+  svg.append(line);
+  return svg;
+}

@@ -1,9 +1,10 @@
 /** A framed view with a heading; one of them is large, the others stand beside it. */
 
-import { type Child, el, put } from "../dom";
-import { Signal } from "../signal";
 import { word } from "../words/words";
-import { button, sign } from "./controls";
+import { button } from "./controls";
+import { type Child, el, put } from "./dom";
+import { icon } from "./icons";
+import { Signal } from "./signal";
 
 export interface Tile {
   key: string;
@@ -45,7 +46,7 @@ export class Stage {
     const enlarge = button(
       { class: "quiet square run-enlarge", title: word("run.showLarge") },
       () => this.enlarge(tile.key),
-      sign("enlarge"),
+      icon("enlarge"),
     );
     tile.element.querySelector("header")?.append(enlarge);
   }

@@ -1,6 +1,6 @@
 /** A menu at a place of the page, worked with the pointer or with arrows, Enter and Escape. */
 
-import { el } from "../dom";
+import { el } from "./dom";
 import "./menu.css";
 
 export interface Entry {

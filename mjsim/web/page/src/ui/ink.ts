@@ -1,20 +1,28 @@
 /** Colours of what is drawn on canvases, as the theme has them now. */
 
-import { color, themeChanged } from "../shell/theme";
+import { color, themeChanged } from "./theme";
 
 const NAMES = [
-  "truth",
-  "estimate",
-  "odometry",
-  "seen",
-  "scanned",
-  "beacon",
   "accent",
-  "paper",
+  "beacon",
+  "edge",
+  "error",
+  "estimate",
+  "glass",
+  "grid",
+  "grid-strong",
+  "ground",
+  "hair",
   "ink",
   "muted",
-  "hair",
-  "grid-strong",
+  "odometry",
+  "paper",
+  "scanned",
+  "seen",
+  "truth",
+  "wall",
+  "wall-low",
+  "warning",
 ] as const;
 /** Of modules and other rows of a chart; told apart by those who do not see all colours. */
 const ROWS = ["--truth", "--estimate", "--seen", "--scanned", "--beacon", "--odometry"];
@@ -63,4 +71,15 @@ export function rowNamed(quantity: string): number {
 export function faded(rgb: string, share: number): string {
   const alpha = Math.round(255 * share);
   return rgb + alpha.toString(16).padStart(2, "0");
+}
+
+/** A colour '#rrggbb' mixed with a share of another. */
+export function blend(one: string, other: string, share: number): string {
+  const [a, b] = [channels(one), channels(other)];
+  const mixed = a.map((value, index) => Math.round((1 - share) * value + share * (b[index] ?? value)));
+  return `rgb(${mixed.join(" ")})`;
+}
+
+function channels(text: string): number[] {
+  return [1, 3, 5].map((start) => Number.parseInt(text.slice(start, start + 2), 16) || 0);
 }

@@ -49,17 +49,6 @@ function nameOf(control: HTMLElement): string {
   return `${control.tagName} ${control.getAttribute("aria-label") ?? control.textContent}`;
 }
 
-/** Draw an icon from the path of an SVG of 20 x 20, in lines of the text's colour. */
-export function icon(path: string): SVGSVGElement {
-  const space = "http://www.w3.org/2000/svg";
-  const svg = document.createElementNS(space, "svg");
-  setAttributes(svg, { viewBox: "0 0 20 20", class: "icon", "aria-hidden": "true" });
-  const line = document.createElementNS(space, "path");
-  line.setAttribute("d", path);
-  svg.append(line);
-  return svg;
-}
-
 /** Tell whether keys belong to what is being typed, so that they are no shortcuts. */
 export function isTyping(target: EventTarget | null): boolean {
   if (!(target instanceof HTMLElement)) return false;

@@ -1,7 +1,7 @@
 /** Questions: a dialog over the page that keeps the keyboard until it is answered. */
 
-import { type Child, el } from "../dom";
 import { word } from "../words/words";
+import { type Child, el } from "./dom";
 
 export interface Choice<T> {
   text: string;

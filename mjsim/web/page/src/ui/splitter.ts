@@ -1,7 +1,7 @@
 /** The bar between plan and text: dragged, or moved by arrow keys. */
 
-import { el } from "../dom";
 import { word } from "../words/words";
+import { el } from "./dom";
 
 /** The text is at least so large [px]. */
 const LEAST = 90;

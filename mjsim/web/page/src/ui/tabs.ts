@@ -1,8 +1,8 @@
 /** Panels of which one is seen, as tabs that the arrow keys go through. */
 
-import { el } from "../dom";
-import { Signal } from "../signal";
 import { remembered } from "./controls";
+import { el } from "./dom";
+import { Signal } from "./signal";
 
 export class Tabs {
   readonly element = el("div", { class: "run-tabbed" });

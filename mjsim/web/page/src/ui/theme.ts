@@ -1,6 +1,6 @@
 /** Light or dark: as the system has it, until the switch says otherwise; kept for the next time. */
 
-import { Signal } from "../signal";
+import { Signal } from "./signal";
 
 const KEY = "mjsim-theme";
 const system = window.matchMedia("(prefers-color-scheme: dark)");
