@@ -19,6 +19,7 @@ from .exchange import write_sdf as write_sdf
 from .exchange import write_svg as write_svg
 from .geometry import Pose as Pose
 from .interface import CLOUD_FIELDS as CLOUD_FIELDS
+from .interface import MAX_CHARACTERS as MAX_CHARACTERS
 from .interface import AnchorRanges as AnchorRanges
 from .interface import ArmInfo as ArmInfo
 from .interface import Avoidance as Avoidance

@@ -15,6 +15,8 @@ from .forms import named as named
 from .forms import retimed as retimed
 from .forms import width_of as width_of
 from .json_form import json_line as json_line
+from .message_text import MAX_CHARACTERS as MAX_CHARACTERS
+from .message_text import message_text as message_text
 from .protocols import Avoidance as Avoidance
 from .protocols import Controller as Controller
 from .protocols import ControlLoop as ControlLoop
@@ -28,7 +30,6 @@ from .protocols import SaysLost as SaysLost
 from .protocols import TakesGoals as TakesGoals
 from .protocols import TakesMap as TakesMap
 from .readings import CLOUD_FIELDS as CLOUD_FIELDS
-from .readings import LONGEST_MESSAGE as LONGEST_MESSAGE
 from .readings import AnchorRanges as AnchorRanges
 from .readings import CameraFrame as CameraFrame
 from .readings import CompassReading as CompassReading
@@ -44,7 +45,6 @@ from .readings import PointCloud as PointCloud
 from .readings import Scan as Scan
 from .readings import Sighting as Sighting
 from .readings import WheelTicks as WheelTicks
-from .readings import message_text as message_text
 from .shown import LONGEST_TEXT as LONGEST_TEXT
 from .shown import MAX_CELLS as MAX_CELLS
 from .shown import MAX_ITEMS as MAX_ITEMS

@@ -14,8 +14,6 @@ from mjsim.interface.forms import CLOCK_TIME, Form, Stamp
 
 Picture = NDArray[np.uint8]
 """RGB picture, shape (height, width, 3), uint8."""
-LONGEST_MESSAGE = 1 << 20
-"""Maximum length of a message in JSON [characters]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -376,26 +374,3 @@ class Observation:
     def moment(self) -> float:
         """When the motion of this tick ended: the time of the robot's pose [s]."""
         return self.time if self.odometry.stamp is None else self.odometry.stamp
-
-
-def message_text(content: object) -> str:
-    """Return a message's content as JSON, exactly.
-
-    Raises:
-        ValueError: It contains a value that JSON cannot represent, or is too long.
-    """
-    try:
-        text = json.dumps(content, allow_nan=False, separators=(",", ":"), default=_plain)
-    except (TypeError, ValueError, RecursionError) as error:
-        raise ValueError(
-            f"a message that cannot be sent ({error}); it may contain finite numbers, strings, None, lists and dicts"
-        ) from None
-    if len(text) > LONGEST_MESSAGE:
-        raise ValueError(f"a message of {len(text)} characters as JSON; {LONGEST_MESSAGE} can be sent")
-    return text
-
-
-def _plain(value: object) -> object:
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    raise TypeError(f"a value of type {type(value).__name__}")

@@ -177,7 +177,10 @@ class Simulation(Viewed, Closes):
         self._mechanisms.settle(self.tick)
         self._script.let_happen(self.time)
         self._refresh()
-        self._check(messages)
+        known = bool(self.data.warning.number.any())
+        failure = self._health.fault(self.data, messages, loop=self._mechanisms.failing(self.tick, known=known))
+        if failure is not None:
+            raise PhysicsFault(f"physics failed at {self.time:.2f} s: {failure}")
         for robot in self._robots.values():
             robot.after_tick(self.tick)
 
@@ -393,10 +396,3 @@ class Simulation(Viewed, Closes):
             acting = [*self._mechanisms.held(), *self._actuations]
             self._script.run(steps, self.tick * steps, actuations=acting, after_each=self._after_each)
         return messages
-
-    def _check(self, messages: list[str]) -> None:
-        """Raise if the state is no longer reliable."""
-        known = bool(self.data.warning.number.any())
-        failure = self._health.fault(self.data, messages, loop=self._mechanisms.failing(self.tick, known=known))
-        if failure is not None:
-            raise PhysicsFault(f"physics failed at {self.time:.2f} s: {failure}")

@@ -370,9 +370,7 @@ def test_sensors_that_arms_carry_are_left_out_of_euroc_and_named(tmp_path: Path,
     assert {each.name for each in (place / "mav0").iterdir()} == {"cam0", "state_groundtruth_estimate0", "body.yaml"}
     assert "up6/eye" in (place / "mav0" / "cam0" / "sensor.yaml").read_text()
     assert "'hand' of robot 'up6' moves with an arm" in capsys.readouterr().err
-    with pytest.raises(
-        UsageError, match="'hand' of robot 'up6' moves with an arm; EuRoC has only sensors that are fixed"
-    ):
+    with pytest.raises(UsageError, match="'hand' of robot 'up6' moves with an arm; EuRoC has only sensors that are"):
         export_euroc(mjsim.read_recording(tmp_path / "hand.mcap"), tmp_path / "none")
 
 

@@ -6,7 +6,6 @@ reads scans and pictures while their ticks are written. So the memory depends on
 Times are those in the headers of messages; without a header, the time of recording.
 """
 
-from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
@@ -17,7 +16,8 @@ import numpy as np
 
 from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array, Pose, Pose3
-from mjsim.interface import CameraFrame, Intrinsics, PointCloud, Scan, swept
+from mjsim.interface import PointCloud, Scan, swept
+from mjsim.logs.bags.bag_cameras import cameras_of
 from mjsim.logs.bags.bag_clouds import cloud_of
 from mjsim.logs.bags.bag_contents import Contents, Moves, Stream, moving_in_tf, times_of, unread_topics
 from mjsim.logs.bags.bag_file import Bag, BagMessages, is_bag
@@ -25,21 +25,14 @@ from mjsim.logs.bags.bag_frames import frame_name, is_base, level_mount, mount_o
 from mjsim.logs.bags.bag_gps import gps_poses
 from mjsim.logs.bags.bag_messages import (
     UPSIDE_DOWN,
-    assumed_intrinsics,
-    intrinsics_of,
     is_clockwise,
     scan_of,
-    unread_lens,
 )
-from mjsim.logs.bags.bag_pictures import depth_of, frame_of, shown_depth
-from mjsim.logs.bags.bag_topics import ODOMETRY, TRANSFORMS, RobotTopics, plain_topic, robots_of
+from mjsim.logs.bags.bag_streams import RobotStreams
+from mjsim.logs.bags.bag_topics import ODOMETRY, TRANSFORMS, RobotTopics, robots_of
 from mjsim.logs.resampling import (
-    AHEAD,
     NO_ODOMETRY,
     RESTARTS,
-    TOGETHER,
-    Damage,
-    DamagedReadingError,
     InertialTable,
     Log,
     Mount,
@@ -50,10 +43,8 @@ from mjsim.logs.resampling import (
     continuous,
     last_beam,
     longest_gap,
-    partners,
     track_of,
 )
-from mjsim.record import LoggedCamera, LoggedFrame, logged_frame
 
 __all__ = ["is_bag", "read_bag"]
 GAP = 0.5
@@ -82,7 +73,8 @@ def read_bag(path: Path, wishes: Wishes, stack: ExitStack) -> list[Log]:
         raise UsageError(line[:LONGEST_MESSAGE])
     contents = Contents(bag, robots)
     messages = BagMessages(bag, times_of(contents.streams))
-    logs = [_Robot(bag, contents, messages, robot, deskew=wishes.deskew).log() for robot in robots]
+    streams = [RobotStreams(bag, contents, messages, space=robot.space) for robot in robots]
+    logs = [_Robot(of, robot, deskew=wishes.deskew).log() for of, robot in zip(streams, robots, strict=True)]
     if len(logs) > 1:
         logs = [
             replace(log, notes={f"{fact} of {log.name}": value for fact, value in log.notes.items()}) for log in logs
@@ -96,13 +88,9 @@ def read_bag(path: Path, wishes: Wishes, stack: ExitStack) -> list[Log]:
 class _Robot:
     """One robot of a bag."""
 
-    def __init__(
-        self, bag: Bag, contents: Contents, messages: BagMessages, topics: RobotTopics, *, deskew: bool
-    ) -> None:
-        self._bag, self._contents, self._messages, self._topics = bag, contents, messages, topics
-        self._deskew = deskew
-        self._frames = contents.frames_of(topics.space)
-        self._notes, self._damage = dict[str, str](), Damage()
+    def __init__(self, streams: RobotStreams, topics: RobotTopics, *, deskew: bool) -> None:
+        self._streams, self._topics, self._deskew = streams, topics, deskew
+        self._contents, self._notes = streams.contents, streams.notes
         self._odometry = self._moves(topics.odometry) or self._transformed()
         self._track = None if self._odometry is None else self._odometry.planar()
         if self._track is not None:
@@ -112,13 +100,13 @@ class _Robot:
             self._notes.setdefault("odometry", NO_ODOMETRY)
         elif self._odometry is not None and self._odometry.by_twists():
             self._notes["odometry"] = f"twists of topic {topics.odometry}; it has no poses, or they never change"
-        self._base = self._base_frame()
+        self._streams.base = self._base_frame()
 
     def _base_frame(self) -> str | None:
         """Return the frame of the robot: the child frame of odometry, or a usual one if that is not in /tf."""
         child = self._odometry.child if self._odometry is not None else ""
-        usual = self._frames.base(self._topics.space)
-        if child and usual is not None and child not in self._frames:
+        usual = self._streams.frames.base(self._topics.space)
+        if child and usual is not None and child not in self._streams.frames:
             self._notes["odometry's frame"] = f"{child} is not in /tf; it is assumed to be {usual}"
             return usual
         return child or usual
@@ -127,7 +115,7 @@ class _Robot:
         """Return its log."""
         topics = self._topics
         mounts, scans = self._scans()
-        cameras, frames = self._cameras()
+        cameras, frames = cameras_of(self._streams, topics.camera)
         clouds, tops = self._clouds()
         readings, places = self._imu()
         twists = self._twists()
@@ -142,10 +130,10 @@ class _Robot:
             truth=gps,
             poses=self._truth(),
             gap=GAP if gps is None else longest_gap(gps),
-            damage=self._damage,
+            damage=self._streams.damage,
         )
         return Log(
-            kind="bag of ROS 2" if self._bag.is_ros2 else "bag of ROS 1",
+            kind="bag of ROS 2" if self._streams.bag.is_ros2 else "bag of ROS 1",
             robot=robot,
             name=topics.name,
             mounts={**mounts, **tops, **places},
@@ -194,9 +182,9 @@ class _Robot:
             return None
         self._notes["truth"] = f"topic {self._topics.truth}"
         table = moves.table(moves.rows)
-        if not moves.child or self._base is None or moves.child == self._base:
+        if not moves.child or self._streams.base is None or moves.child == self._streams.base:
             return table
-        child_from_base = self._frames.between(moves.child, self._base)
+        child_from_base = self._streams.frames.between(moves.child, self._streams.base)
         if child_from_base is None:
             return table
         for row in table:
@@ -212,7 +200,7 @@ class _Robot:
         if track is None or not np.ptp(track[:, 1:], axis=0).any():
             self._notes["truth"] = f"none; without odometry the heading at {len(fixes)} fixes of {topic} is unknown"
             return None
-        antenna = self._place("the antenna", self._contents.fix_frames[topic])
+        antenna = self._streams.place("the antenna", self._contents.fix_frames[topic])
         x, y = (0.0, 0.0) if antenna is None else antenna[:2, 3].tolist()
         found = gps_poses(fixes, track, (x, y))
         if len(found.rows) < 2:
@@ -222,29 +210,19 @@ class _Robot:
         self._notes["fixes left out that had jumped"] = str(found.jumped)
         return found.rows
 
-    def _place(self, name: str, frame: str) -> Array | None:
-        """Return robot_from_sensor from the frames of the bag, shape (4, 4) [m]; None if they do not contain it."""
-        place = None if self._base is None else self._frames.between(self._base, frame)
-        if place is None:
-            self._notes[f"place of {name}"] = "not in the bag; a guess"
-        return place
-
-    def _stream(self, topic: str) -> Stream | None:
-        stream = self._contents.streams.get(topic)
-        return None if stream is None or not len(stream.numbers()) else stream
-
     def _scans(self) -> tuple[dict[str, Mount], dict[str, Readings[Scan]]]:
         mounts: dict[str, Mount] = {}
         scans: dict[str, Readings[Scan]] = {}
         for name, topic in self._topics.scan.items():
-            stream = self._stream(topic)
+            stream = self._streams.stream(topic)
             if stream is None:
                 continue
             if (beams := (stream.usual() or (0,))[0]) > MAX_BEAMS:
+                path = self._streams.bag.path
                 raise UsageError(
-                    f"'{self._bag.path}': scans on '{topic}' have {beams:,} beams; a lidar has at most {MAX_BEAMS:,}"
+                    f"'{path}': scans on '{topic}' have {beams:,} beams; a lidar has at most {MAX_BEAMS:,}"
                 )
-            place = self._place(name, frame_name(stream.first.header.frame_id))
+            place = self._streams.place(name, frame_name(stream.first.header.frame_id))
             mounts[name] = Mount() if place is None else mount_of(place)
             hangs = place is not None and float(place[2, 2]) < UPSIDE_DOWN
             if place is not None and abs(float(place[2, 2])) < -UPSIDE_DOWN:
@@ -252,7 +230,7 @@ class _Robot:
             scans[name] = self._timed_scans(topic, stream, mounts[name], upside_down=hangs, beams=beams)
             if not self._deskew and (lasting := last_beam(stream.first, np.array(stream.stamps)[stream.numbers()])):
                 self._notes[f"sweep of {name}"] = f"{abs(lasting):.3f} s; beams stay as measured without --deskew"
-            self._count_odd(topic, stream)
+            self._streams.count_odd(topic, stream)
             if others := sum(stream.kinds[number] != (beams,) for number in stream.numbers().tolist()):
                 self._notes[f"beams of {name}"] = f"{others} scans have more or fewer; resampled to {beams}"
         return mounts, scans
@@ -265,110 +243,28 @@ class _Robot:
         robot_from_lidar = Pose(*mount.at[:2], mount.yaw)
         last = last_beam(stream.first, np.array(stream.stamps)[stream.numbers()])
         if not (self._deskew and last) or track is None:
-            return self._readings(topic, stream, take)
+            return self._streams.readings(topic, stream, take)
 
         def make(message: Any, stamp: float) -> Scan:
             times = beam_times(message, beams, reverse=is_clockwise(message, upside_down=upside_down))
             return swept(take(message, stamp), times - max(last, 0.0), track, robot_from_lidar)
 
-        return self._readings(topic, stream, make, later=max(last, 0.0))
+        return self._streams.readings(topic, stream, make, later=max(last, 0.0))
 
     def _clouds(self) -> tuple[dict[str, Readings[PointCloud]], dict[str, Mount]]:
         """Return clouds rotated to the axes of the robot, and the mounts of the lidars."""
         clouds: dict[str, Readings[PointCloud]] = {}
         mounts: dict[str, Mount] = {}
         for name, topic in self._topics.cloud.items():
-            stream = self._stream(topic)
+            stream = self._streams.stream(topic)
             if stream is None:
                 continue
-            place = self._place(name, frame_name(stream.first.header.frame_id))
+            place = self._streams.place(name, frame_name(stream.first.header.frame_id))
             mounts[name] = Mount() if place is None else level_mount(place)
             turned = np.eye(4) if place is None else place
-            clouds[name] = self._readings(topic, stream, partial(cloud_of, robot_from_sensor=turned))
-            self._count_odd(topic, stream)
+            clouds[name] = self._streams.readings(topic, stream, partial(cloud_of, robot_from_sensor=turned))
+            self._streams.count_odd(topic, stream)
         return clouds, mounts
-
-    def _readings(self, topic: str, stream: Stream, make: Callable[..., Any], *, later: float = 0.0) -> Readings[Any]:
-        """Return the readings of a stream, each made on request from its message and its stamp, moved `later` [s]."""
-        numbers = stream.numbers()
-        stamps = np.array(stream.stamps)[numbers] + later
-
-        def take(number: int) -> Any:
-            message = self._messages.take(topic, int(numbers[number]))
-            try:
-                return make(self._bag.decode(message), float(stamps[number]))
-            except ValueError as error:
-                raise DamagedReadingError(f"{topic} at {stamps[number]:.3f} s: {error}") from None
-
-        return Readings(stamps, take)
-
-    def _count_odd(self, topic: str, stream: Stream) -> None:
-        self._contents.left_out[topic] = len(stream.stamps) - len(stream.numbers())
-
-    def _cameras(self) -> tuple[dict[str, LoggedCamera], dict[str, Readings[LoggedFrame]]]:
-        """Return data sheets and pictures; depth of the same frame and size belongs to a picture."""
-        found = {name: (topic, self._stream(topic)) for name, topic in self._topics.camera.items()}
-        streams = {name: (topic, stream) for name, (topic, stream) in found.items() if stream is not None}
-        depths = {name: each for name, each in streams.items() if _is_of_depth(each[1])}
-        cameras: dict[str, LoggedCamera] = {}
-        frames: dict[str, Readings[LoggedFrame]] = {}
-        for name in [name for name in streams if name not in depths]:
-            topic, stream = streams[name]
-            camera, pictures = self._camera(name, topic, stream, frame_of)
-            partner = next((other for other in depths if _belong(stream, depths[other][1])), None)
-            if partner is not None:
-                pictures = self._with_depth(name, pictures, camera.intrinsics, *depths.pop(partner))
-                camera = replace(camera, has_depth=True)
-            cameras[name], frames[name] = camera, pictures
-        for name, (topic, stream) in depths.items():
-            camera, frames[name] = self._camera(name, topic, stream, _depth_frame)
-            cameras[name] = replace(camera, has_depth=True)
-        return cameras, frames
-
-    def _camera(
-        self, name: str, topic: str, stream: Stream, make: Callable[[Any, float, Intrinsics], LoggedFrame]
-    ) -> tuple[LoggedCamera, Readings[LoggedFrame]]:
-        """Return the data sheet and the pictures of a topic."""
-        self._count_odd(topic, stream)
-        width, height = _size(stream)
-        place = self._place(name, frame_name(stream.first.header.frame_id))
-        intrinsics = self._intrinsics(name, topic, width, height)
-        camera = LoggedCamera(intrinsics, AHEAD if place is None else place)
-        return camera, self._readings(topic, stream, lambda message, stamp: make(message, stamp, intrinsics))
-
-    def _intrinsics(self, name: str, topic: str, width: int, height: int) -> Intrinsics:
-        """Return the calibration beside a topic of pictures [px]."""
-        plain = plain_topic(topic)
-        info = self._contents.infos.get(f"{plain.rpartition('/')[0]}/camera_info")
-        rectified = "rect" in plain.rpartition("/")[2]
-        intrinsics = None if info is None else intrinsics_of(info, width=width, height=height, rectified=rectified)
-        if intrinsics is None:
-            self._notes[f"calibration of {name}"] = "not in the bag; 60 degrees are assumed"
-        elif not rectified and (unread := unread_lens(info)):
-            self._notes[f"calibration of {name}"] = unread
-        return intrinsics or assumed_intrinsics(width, height)
-
-    def _with_depth(
-        self, name: str, pictures: Readings[LoggedFrame], intrinsics: Intrinsics, topic: str, stream: Stream
-    ) -> Readings[LoggedFrame]:
-        """Return pictures with the depth of another topic, where the times match."""
-        self._count_odd(topic, stream)
-        self._notes[f"depth of {name}"] = f"topic {topic}"
-        depths: Readings[Any] = self._readings(topic, stream, lambda message, _: depth_of(message, intrinsics))
-        partner = partners(pictures.stamps, depths.stamps, tolerance=TOGETHER).tolist()
-
-        def take(number: int) -> LoggedFrame:
-            frame = pictures.take(number)
-            other = partner[number]
-            if other < 0:
-                return frame
-            try:
-                return replace(frame, depth=depths.take(other), depth_stamp=float(depths.stamps[other]))
-            except DamagedReadingError as error:
-                self._damage.add(f"depth of {name}", error)
-                return frame
-
-        return Readings(pictures.stamps, take)
 
     def _imu(self) -> tuple[InertialTable, dict[str, Mount]]:
         """Return inertial readings rotated to the axes of the robot, and the sensors' mounts."""
@@ -377,7 +273,7 @@ class _Robot:
         for name, topic in self._topics.imu.items():
             if not (recorded := self._contents.imus.pop(topic, None)):
                 continue
-            place = self._place(name, self._contents.imu_frames[topic])
+            place = self._streams.place(name, self._contents.imu_frames[topic])
             place = np.eye(4) if place is None else place
             mounts[name] = level_mount(place)
             rows = np.array(recorded).reshape(-1, 7)
@@ -385,25 +281,3 @@ class _Robot:
                 rows[:, columns] = rows[:, columns] @ place[:3, :3].T
             tables[name] = rows
         return InertialTable(tables), mounts
-
-
-def _size(stream: Stream) -> tuple[int, int]:
-    """Return width and height of the pictures of a stream [px]."""
-    width, height, *_ = stream.usual() or (0, 0)
-    return width, height
-
-
-def _is_of_depth(stream: Stream) -> bool:
-    return (stream.usual() or (0,))[-1] == 1
-
-
-def _belong(pictures: Stream, depths: Stream) -> bool:
-    """Return whether depth is registered to the pixels of a camera."""
-    frames = [frame_name(stream.first.header.frame_id) for stream in (pictures, depths)]
-    return frames[0] == frames[1] and _size(pictures) == _size(depths)
-
-
-def _depth_frame(message: Any, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
-    """Return the frame of a camera that only has depth, with a grey picture of it."""
-    depth = depth_of(message, intrinsics)
-    return logged_frame(CameraFrame(stamp, shown_depth(depth), intrinsics, depth))
