@@ -2,6 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { LOGARITHMIC, decade } from "page/charts/decades";
+import { isWindow } from "page/plan/geometry";
 import { withoutList, written } from "page/edit/clipboard";
 import { copied, freshMarker, freshName, nextUnused, remarked } from "page/edit/copies";
 import { following } from "page/edit/follow";
@@ -146,4 +147,10 @@ test("of what is wanted while one piece of work goes on only the newest is done"
   while (ends.length) { ends.shift()(); await new Promise(setImmediate); }
   await Promise.all(all);
   assert.deepEqual(done, [1, 3]);
+});
+
+test("an opening that begins at the floor is a doorway, above it a window", () => {
+  assert.ok(isWindow({ kind: "opening", values: { sill: 0.9 } }));
+  for (const values of [{ sill: 0 }, {}]) assert.ok(!isWindow({ kind: "opening", values }));
+  assert.ok(!isWindow({ kind: "wall", values: { sill: 1 } }));
 });

@@ -2,6 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { goalEvent, measured } from "page/run/aim";
+import { holdsUp } from "page/run/hold_up";
 import { goesOn, letGoOf } from "page/run/joint_grips";
 
 const LOOP = { grip: { toward: [1, 0, 0] } };
@@ -35,4 +36,11 @@ test("a press is a goal, a drag from it the heading there", () => {
 test("a distance is measured with its direction", () => {
   assert.deepEqual(measured([1, 1], [-2, 5]), { metres: "5.000", degrees: "126.9" });
   assert.deepEqual(measured([0, 0], [2, -1e-9]), { metres: "2.000", degrees: "0.0" });
+});
+
+test("what holds a robot up is told with its reason for ten seconds, of that robot alone", () => {
+  const blocked = { kind: "event", time: 4, robot: "scout", event: "blocked", text: "scout is blocked: no way to [5, 2]" };
+  assert.ok(holdsUp(blocked, "scout", 13.9));
+  for (const [event, robot, time] of [[blocked, "scout", 14], [blocked, "scout", 3], [blocked, "other", 5]])
+    assert.ok(!holdsUp(event, robot, time));
 });

@@ -124,7 +124,7 @@ def test_the_page_says_what_to_do_before_and_after_a_run(browser, folder):
         expect(advice).to_contain_text("No world is open", timeout=PATIENCE)
         open_world(page, "room.yaml")
         page.get_by_label("Record to a file").check()
-        page.get_by_label("Seconds", exact=True).fill("0.4")
+        page.get_by_label("Duration", exact=True).fill("0.4")
         page.get_by_role("button", name="Start", exact=True).click()
         advice.get_by_role("button", name="Review it").click()
         expect(page.locator(".review-title")).to_have_text("out/room/run.mcap", timeout=PATIENCE)
@@ -323,7 +323,7 @@ def test_the_page_finds_back_to_a_server_that_was_killed(browser, folder):
             open_in(page.context, again.url)
             is_in(page, "Ready")
             # The forms, which nobody answered for, have come as well.
-            expect(page.get_by_label("Seconds", exact=True)).to_be_visible(timeout=PATIENCE)
+            expect(page.get_by_label("Duration", exact=True)).to_be_visible(timeout=PATIENCE)
             start(page)
             picture_of(page, "scout/front")
 

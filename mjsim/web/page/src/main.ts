@@ -5,12 +5,14 @@ import "./shell/shell.css";
 import "./plan/plan.css";
 import { api } from "./api";
 import { Shell } from "./shell/shell";
+import { heedInputMethods } from "./ui/composing";
 import { el, fill } from "./ui/dom";
 import { startTheme } from "./ui/theme";
 import "./narrow.css";
 import { word } from "./words/words";
 
 startTheme();
+heedInputMethods();
 void start();
 
 async function start(): Promise<void> {

@@ -130,7 +130,7 @@ class EditView {
   private layOut(): void {
     const hide = el(
       "button",
-      { class: "quiet hide-text", title: word("edit.hideTheTextT"), onclick: () => this.toggleText() },
+      { class: "quiet hide-text", title: word("edit.hideTheTextY"), onclick: () => this.toggleText() },
       word("edit.hide"),
     );
     this.dock.append(
@@ -147,7 +147,7 @@ class EditView {
     );
     const show = el(
       "button",
-      { class: "show-text", title: word("edit.showTheTextT"), onclick: () => this.toggleText() },
+      { class: "show-text", title: word("edit.showTheTextY"), onclick: () => this.toggleText() },
       icon("text"),
       word("edit.text"),
     );

@@ -70,7 +70,7 @@ export class EditKeys {
   }
 
   private letter(key: string): boolean {
-    if (key.toLowerCase() === "t") return (this.ways.toggleText(), true);
+    if (key.toLowerCase() === "y") return (this.ways.toggleText(), true);
     return key.length === 1 && this.tools.takeKey(key);
   }
 

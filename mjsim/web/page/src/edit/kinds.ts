@@ -1,6 +1,7 @@
 /** What kinds of things are called. */
 
 import type { Item } from "../api";
+import { isWindow } from "../plan/geometry";
 import { word, wordFor } from "../words/words";
 
 /** Lists of a world, in the order in which they are told, and what a heading over their things says. */
@@ -17,5 +18,6 @@ export const HEADINGS: Record<string, string> = {
 
 /** What one thing is: "Wall", "Box", "Patch of floor". */
 export function kindName(item: Item): string {
+  if (item.kind === "opening") return word(isWindow(item) ? "edit.window" : "edit.doorway");
   return wordFor("form", item.type);
 }

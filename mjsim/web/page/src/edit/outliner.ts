@@ -218,7 +218,7 @@ export class Outliner {
     field.addEventListener("blur", () => end(true));
     field.addEventListener("keydown", (event) => {
       event.stopPropagation();
-      if (event.isComposing || (event.key !== "Enter" && event.key !== "Escape")) return;
+      if (event.key !== "Enter" && event.key !== "Escape") return;
       event.preventDefault();
       end(event.key === "Enter");
       this.tree.focus();

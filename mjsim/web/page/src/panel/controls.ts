@@ -66,8 +66,6 @@ function commit(input: HTMLInputElement, read: (text: string) => void): HTMLInpu
   input.addEventListener("change", () => "replaced" in input.dataset || read(input.value.trim()));
   input.addEventListener("input", () => (input.dataset["touched"] = ""));
   input.addEventListener("keydown", (event) => {
-    // While an input method is composing, keys belong to it.
-    if (event.isComposing) return;
     if (event.key === "Enter") input.blur();
     if (event.key === "Escape") {
       input.value = input.defaultValue;

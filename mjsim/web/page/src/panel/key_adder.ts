@@ -27,7 +27,7 @@ export function keyAdder(sheet: Sheet, path: Path, list: string, entry: Schema, 
     autocomplete: "off",
     spellcheck: "false",
   });
-  input.addEventListener("keydown", (event) => event.key === "Enter" && !event.isComposing && void add());
+  input.addEventListener("keydown", (event) => event.key === "Enter" && void add());
   const button = el(
     "button",
     { type: "button", class: "quiet add", "data-id": `${id} add`, onclick: () => void add() },

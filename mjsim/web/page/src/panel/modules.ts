@@ -142,7 +142,7 @@ function otherUse(answer: (value: string) => void): Child[] {
     autocomplete: "off",
   });
   const give = (): void => (input.value.trim() ? answer(input.value.trim()) : input.focus());
-  input.addEventListener("keydown", (event) => event.key === "Enter" && !event.isComposing && give());
+  input.addEventListener("keydown", (event) => event.key === "Enter" && give());
   return [
     el("p", { class: "list-title" }, label),
     el("div", { class: "joined" }, input, el("button", { type: "button", onclick: give }, word("panel.use"))),

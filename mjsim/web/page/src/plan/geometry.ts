@@ -1,6 +1,6 @@
 /** Points and angles of the plane, in metres and degrees. */
 
-import type { Bounds, Point } from "../api";
+import type { Bounds, Item, Point } from "../api";
 
 export const add = (a: Point, b: Point): Point => [a[0] + b[0], a[1] + b[1]];
 export const minus = (a: Point, b: Point): Point => [a[0] - b[0], a[1] - b[1]];
@@ -73,4 +73,9 @@ export const rounded = ([x, y]: Point): Point => [short(x), short(y)];
 /** A number as it is written: at most so many decimals, no zeros behind. */
 export function short(value: number, decimals = 4): number {
   return Number(value.toFixed(decimals)) + 0;
+}
+
+/** Whether an opening of a wall is a window: a doorway begins at the floor. */
+export function isWindow({ kind, values }: Item): boolean {
+  return kind === "opening" && Number(values["sill"] ?? 0) > 0;
 }

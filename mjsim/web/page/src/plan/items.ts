@@ -2,7 +2,7 @@
 
 import type { Item, Point } from "../api";
 import { blend, type Tokens } from "../ui/ink";
-import { add, boundsOf, direction, distance, middle, minus, rotate, times } from "./geometry";
+import { add, boundsOf, direction, distance, isWindow, middle, minus, rotate, times } from "./geometry";
 import type { PlanView } from "./view";
 
 /** Where something stands when it is not where its Item says. */
@@ -185,7 +185,7 @@ function drawWall({ context, shapes, palette, look, item }: Brush): void {
 function drawOpening({ context, shapes, palette, look, item }: Brush): void {
   const shape = shapes[0];
   if (!shape) return;
-  const window = typeof item.values["sill"] === "number" && item.values["sill"] > 0;
+  const window = isWindow(item);
   trace(context, shape);
   context.fillStyle = window ? blendSafe(palette.glass, palette.ground, 0.6) : palette.ground;
   context.fill();

@@ -14,6 +14,8 @@ export interface Outlook {
   live: boolean;
   /** Whose keys count. */
   robot: string;
+  /** What holds it up; "" for nothing. */
+  holdUp: string;
   /** Whether somebody has driven in this run by keys: then it is known how. */
   driven: boolean;
   /** Whether the run is of another world than the one that is open. */
@@ -71,8 +73,9 @@ export class Advice {
   }
 }
 
-function whileRunning(run: RunNews, { other, robot, driven }: Outlook): string {
+function whileRunning(run: RunNews, { other, robot, driven, holdUp }: Outlook): string {
   if (other) return word("run.thisIsTheRunOf", { world: run.path || run.name || word("run.anotherWorld") });
+  if (holdUp) return holdUp;
   const chosen = run.drivers?.[robot];
   const drives = run.robots.find(({ name }) => name === robot)?.can_drive;
   if (driven || !drives || !run.controllable || !chosen || chosen.navigator !== null) return "";

@@ -79,7 +79,7 @@ export class Touch implements Tool {
     { class: "quiet square", title: word("run.touchDragRobotsAndThings"), hidden: true },
     false,
     (on) => this.hold(on),
-    icon("hand"),
+    icon("touch"),
   );
   /** Told before it takes the plan. */
   readonly taken = new Signal();

@@ -15,14 +15,15 @@ import { Advice, canMove } from "./advice";
 import { Banner } from "./banner";
 import { Bar } from "./bar";
 import { Cameras } from "./cameras";
-import { EventList } from "./events";
+import { EventList, sentenceOf } from "./events";
 import { Floor } from "./floor";
+import { HOLD_UPS, holdsUp } from "./hold_up";
 import { explainJoints, JointPanel } from "./joints";
 import { type Push, Wheel } from "./keys";
 import { Link, type LinkState } from "./link";
 import { NoisePanel } from "./noise";
 import { Pad } from "./pad";
-import type { News, RefusedNews, RunNews, RunRequest, TickNews } from "./protocol";
+import type { EventNews, News, RefusedNews, RunNews, RunRequest, TickNews } from "./protocol";
 import { RunRecord } from "./record";
 import { Setup } from "./setup";
 import { sideSwitch } from "./side";
@@ -86,6 +87,8 @@ export class RunView implements View {
   private link: Link | null = null;
   private run: RunNews | null = null;
   private newest: TickNews | null = null;
+  /** The last event of which a robot does not go on. */
+  private holdUp: EventNews | null = null;
   private chosen = "";
   /** Whether the run that the server tells of is of another world than the one that is open. */
   private other = false;
@@ -226,7 +229,7 @@ export class RunView implements View {
 
   private takeMoment(news: Exclude<News, RunNews | RefusedNews | TouchAnswer>): void {
     if (news.kind === "tick") this.takeTick(news);
-    else if (news.kind === "event") this.events.add(news);
+    else if (news.kind === "event") this.takeEvent(news);
     else if (news.kind === "scene") {
       this.floor.scene(news.items, news.bounds);
       this.cameras.scene(news.bounds);
@@ -237,6 +240,11 @@ export class RunView implements View {
       this.events.fill(news.events);
       this.soon();
     }
+  }
+
+  private takeEvent(news: EventNews): void {
+    this.events.add(news);
+    if (HOLD_UPS.includes(news.event)) this.holdUp = news;
   }
 
   /** Another world was opened: what is over of the one before is no longer shown. */
@@ -282,7 +290,7 @@ export class RunView implements View {
   private forget(): void {
     this.record.clear();
     this.events.clear();
-    this.newest = null;
+    this.newest = this.holdUp = null;
     this.floor.clear();
     this.cameras.clear();
   }
@@ -302,6 +310,7 @@ export class RunView implements View {
       this.floor.show(this.newest);
       this.solids.door.think(this.floor.thoughts(this.newest));
       this.joints.tick(this.newest, this.chosen);
+      this.advise();
     }
     this.chartsSoon();
   }
@@ -401,6 +410,7 @@ export class RunView implements View {
       world,
       live: this.live,
       robot: this.chosen,
+      holdUp: this.holdUp && holdsUp(this.holdUp, this.chosen, this.newest?.time ?? 0) ? sentenceOf(this.holdUp) : "",
       driven: this.driven,
       other: this.other,
     });

@@ -11,6 +11,7 @@ import {
   type Past,
   type Path,
 } from "../api";
+import { isWindow } from "../plan/geometry";
 import { difference } from "../text/difference";
 import { debounced, newestWins, Signal } from "../ui/signal";
 import { said, word, wordFor } from "../words/words";
@@ -399,7 +400,9 @@ export class WorldDocument {
 function labelled(item: Item): Item {
   const number = Number(item.path.at(-1)) + 1;
   const fixed = item.fixed && said(item.fixed);
-  return item.name === null ? { ...item, fixed, label: wordFor("item", item.kind, { number }) } : { ...item, fixed };
+  return item.name === null
+    ? { ...item, fixed, label: wordFor("item", isWindow(item) ? "window" : item.kind, { number }) }
+    : { ...item, fixed };
 }
 
 /** The line in which two texts begin to differ, counted from 1. */

@@ -269,7 +269,7 @@ export class Files {
     search.addEventListener("input", () => filter(rest, search.value));
     search.addEventListener("keydown", (event) => {
       // While an input method is composing, Enter belongs to it.
-      if (event.key !== "Enter" || event.isComposing) return;
+      if (event.key !== "Enter") return;
       event.preventDefault();
       const shown = [...rest.querySelectorAll<HTMLElement>(".card:not([hidden])")];
       const named = shown.find((card) => card.querySelector("b")?.textContent === search.value.trim());

@@ -25,11 +25,12 @@ const KEYS: [string, string][] = [
   [word("shell.keyDragging"), word("shell.doNotSnap")],
   ["F6", word("shell.fromTheToolsTo")],
   [word("shell.keyInText"), word("shell.theNextProblem")],
-  ["T", word("shell.showOrHideThe")],
+  ["Y", word("shell.showOrHideThe")],
   [word("shell.keySpace"), word("shell.runStartPauseGo")],
   ["W A S D, Q E", word("shell.runDriveTheRobot")],
   [".  ,", word("shell.aTickOnIn")],
   ["F", word("shell.followTheRobot")],
+  ["T", word("shell.touchTheRun")],
   ["←  →, Home, End", word("shell.reviewASecondBack")],
   ["I  O, Esc", word("shell.reviewThePartBegins")],
 ];

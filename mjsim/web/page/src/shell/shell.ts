@@ -243,7 +243,7 @@ export class Shell implements Studio {
   }
 
   private key(event: KeyboardEvent): void {
-    if (event.isComposing || document.querySelector("dialog[open]")) return;
+    if (document.querySelector("dialog[open]")) return;
     if (this.globalKey(event)) return event.preventDefault();
     const isText = isTyping(event.target) || isPress(event);
     if (!isText && !event.defaultPrevented && this.view && this.views.get(this.view)?.key?.(event))
