@@ -124,7 +124,7 @@ def _lines(name: str, figures: dict[str, Any]) -> list[str]:
         shares = ", ".join(f"{value:.2f} %" for value in found["identified_fit_percent"])
         lines.append(f"  identified from {found['source']}: poles {shown(found['poles'])}; fit {shares}")
     for design in figures["designs"]:
-        unstable = "" if all(real < 0.0 for real, _ in design["poles"]) else "; not stable"
+        unstable = "" if design["stable"] else "; not stable"
         lines.append(f"  {design['name']}: closed-loop poles {shown(design['poles'])}{unstable}")
         if "nonlinear_seconds" in design:
             lines.append(f"  {_nonlinear_text(design, 'its linear loop', 'under it')}")

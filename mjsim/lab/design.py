@@ -11,8 +11,9 @@ from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.lab.linear import LinearPlant
 from mjsim.lab.margins import margins_of
-from mjsim.lab.pid_rules import RULES, first_output
-from mjsim.lab.plant_study import shown_seconds, shown_times, theory
+from mjsim.lab.pid_rules import RULES
+from mjsim.lab.plane import on_axis, outward
+from mjsim.lab.plant_study import first_output, shown_seconds, shown_times, system_of, theory
 
 FILTER = 10.0
 """Time constant of the derivative filter of a PID: its derivative time divided by this."""
@@ -26,11 +27,13 @@ class Design:
     gain: tuple[float, ...] = ()
     """Gain of state feedback u = r - K x."""
     num: tuple[float, ...] = ()
-    """Numerator of a series controller, u = C (r - y), highest power of s first."""
+    """Numerator of a series controller, u = C (r - y), highest power of s, or of z in discrete time, first."""
     den: tuple[float, ...] = ()
     """Denominator of a series controller."""
     poles: Array
-    """Poles of the closed loop, complex [rad/s]."""
+    """Poles of the closed loop, complex: of s [rad/s], or of z in discrete time."""
+    dt: float = 0.0
+    """Sampling period of plant and controller; 0 in continuous time [s]."""
     margins: dict[str, float | None]
     """Margins of the open loop, cut at the plant's input."""
     time: Array
@@ -41,11 +44,11 @@ class Design:
     @property
     def is_stable(self) -> bool:
         """Whether the closed loop is stable."""
-        return bool((self.poles.real < 0.0).all())
+        return bool((outward(self.poles, self.dt) < 0.0).all())
 
 
 def pid_design(plant: LinearPlant, rule: str) -> Design:
-    """Return a PID for the first output, tuned by a rule.
+    """Return a PID for the first output, tuned by a rule; of a plant in discrete time by backward differences.
 
     Raises:
         UsageError: The rule does not exist, or is not applicable to the plant.
@@ -60,6 +63,7 @@ def pid_design(plant: LinearPlant, rule: str) -> Design:
         law = law + kp / (ti * s)
     if td:
         law = law + kp * td * s / (1 + td / FILTER * s)
+    law = control.sample_system(law, plant.dt, "backward_diff") if plant.dt else law
     return _in_series(plant, law, f"PID by {rule}: gain {kp:.4g}, Ti {ti:.4g} s, Td {td:.4g} s")
 
 
@@ -85,7 +89,7 @@ def placed_design(plant: LinearPlant, poles: Sequence[complex]) -> Design:
 
 
 def lqr_design(plant: LinearPlant, weights: Sequence[float], effort: float) -> Design:
-    """Return the state feedback that minimises the integral of x' Q x + R u^2.
+    """Return the state feedback that minimises the integral, or the sum over samples, of x' Q x + R u^2.
 
     Args:
         plant: The linear plant.
@@ -100,7 +104,8 @@ def lqr_design(plant: LinearPlant, weights: Sequence[float], effort: float) -> D
         expected = f"{len(plant.A)} weights of 0 or more, of {', '.join(plant.states)}"
         raise UsageError(f"LQR needs {expected}, and an effort above 0, such as --lqr {','.join('1' * len(plant.A))}:1")
     try:
-        K, _, _ = theory().lqr(plant.A, plant.B, np.diag(weights), np.array([[effort]]))
+        regulator = theory().dlqr if plant.dt else theory().lqr
+        K, _, _ = regulator(plant.A, plant.B, np.diag(weights), np.array([[effort]]))
     except (ValueError, np.linalg.LinAlgError) as error:
         raise UsageError(f"LQR finds no feedback: {error}; give a weight to every unstable state") from None
     return _fed_back(plant, K, f"LQR, Q = diag({', '.join(f'{weight:g}' for weight in weights)}), R = {effort:g}")
@@ -121,13 +126,18 @@ def lead_design(plant: LinearPlant, *, margin_deg: float, crossover: float, lag:
     References:
         Franklin, Powell, Emami-Naeini, Feedback Control of Dynamic Systems (2015), section 6.7.
     """
-    control, loop = theory(), first_output(plant)
+    control, loop = theory(), first_output(plant.exact)
     if not (crossover > 0.0 and lag >= 1.0):
         raise UsageError("a lead needs a crossover above 0 rad/s and a lag of 1 or more")
-    behind = control.tf([1.0, crossover / 10], [1.0, crossover / 10 / lag]) if lag > 1.0 else control.tf([1.0], [1.0])
-    if float(np.abs(loop.poles() - 1j * crossover).min(initial=math.inf)) < 1e-9 * crossover:
+    if plant.dt and crossover * plant.dt >= math.pi:
+        raise UsageError(f"a crossover of {crossover:g} rad/s needs more than two samples of {plant.dt:g} s a period")
+    at = complex(on_axis(crossover, plant.dt))
+    if float(np.abs(loop.poles() - at).min(initial=math.inf)) < 1e-9 * abs(at):
         raise UsageError(f"the plant has a pole at {crossover:g} rad/s; take another crossover")
-    value = complex(loop(1j * crossover) * behind(1j * crossover))
+    # Tustin's rule takes the frequency w of the law to the crossover.
+    w = 2.0 / plant.dt * math.tan(crossover * plant.dt / 2.0) if plant.dt else crossover
+    behind = control.tf([1.0, w / 10], [1.0, w / 10 / lag]) if lag > 1.0 else control.tf([1.0], [1.0])
+    value = complex(loop(at) * np.exp(-1j * crossover * plant.delay) * behind(1j * w))
     turn = (math.radians(margin_deg) - math.pi - np.angle(value) + math.pi) % (2 * math.pi) - math.pi
     if abs(turn) > math.radians(75.0):
         raise UsageError(
@@ -135,9 +145,10 @@ def lead_design(plant: LinearPlant, *, margin_deg: float, crossover: float, lag:
             f" {margin_deg:g} deg at {crossover:g} rad/s, as it turns the phase by 75 deg at most"
         )
     ratio = (1 + math.sin(turn)) / (1 - math.sin(turn))
-    zero, pole = crossover / math.sqrt(ratio), crossover * math.sqrt(ratio)
+    zero, pole = w / math.sqrt(ratio), w * math.sqrt(ratio)
     law = control.tf([1 / zero, 1.0], [1 / pole, 1.0]) * behind
-    law = law / abs(complex(law(1j * crossover)) * complex(loop(1j * crossover)))
+    law = law / abs(complex(law(1j * w)) * complex(loop(at)))
+    law = control.sample_system(law, plant.dt, "tustin") if plant.dt else law
     return _in_series(plant, law, f"lead-lag, {margin_deg:g} deg at {crossover:g} rad/s, lag {lag:g}")
 
 
@@ -151,9 +162,9 @@ def _in_series(plant: LinearPlant, law: Any, name: str) -> Design:
     control = theory()
     num, den = (np.asarray(part[0][0], dtype=float) / law.den[0][0][0] for part in (law.num, law.den))
     open_loop = first_output(plant.exact) * control.ss(law)
-    closed = control.feedback(control.ss(plant.A, plant.B, plant.C, plant.D) * control.ss(law), _take_first(plant))
+    closed = control.feedback(system_of(plant) * control.ss(law), _take_first(plant))
     margins = margins_of(open_loop, plant.delay)
-    return _design(closed, margins, name, num=tuple(num.tolist()), den=tuple(den.tolist()))
+    return _design(closed, margins, name, plant.dt, num=tuple(num.tolist()), den=tuple(den.tolist()))
 
 
 def _take_first(plant: LinearPlant) -> Any:
@@ -163,17 +174,17 @@ def _take_first(plant: LinearPlant) -> Any:
 
 def _fed_back(plant: LinearPlant, K: Array, name: str) -> Design:
     control = theory()
-    closed = control.ss(plant.A - plant.B @ K, plant.B, plant.C - plant.D @ K, plant.D)
-    open_loop = control.ss(plant.A, plant.B, K, np.zeros((1, 1)))
-    return _design(closed, margins_of(open_loop), name, gain=tuple(np.asarray(K)[0].tolist()))
+    closed = control.ss(plant.A - plant.B @ K, plant.B, plant.C - plant.D @ K, plant.D, plant.dt)
+    open_loop = control.ss(plant.A, plant.B, K, np.zeros((1, 1)), plant.dt)
+    return _design(closed, margins_of(open_loop), name, plant.dt, gain=tuple(np.asarray(K)[0].tolist()))
 
 
-def _design(closed: Any, margins: dict[str, float | None], name: str, **law: tuple[float, ...]) -> Design:
+def _design(closed: Any, margins: dict[str, float | None], name: str, dt: float, **law: tuple[float, ...]) -> Design:
     control = theory()
     poles = np.sort_complex(closed.poles())
-    time = shown_times(poles, shown_seconds(poles))
+    time = shown_times(poles, shown_seconds(poles, dt=dt), dt)
     _, step = control.step_response(closed, time, squeeze=False)
-    return Design(name=name, poles=poles, margins=margins, time=time, step=step[:, 0, :], **law)
+    return Design(name=name, poles=poles, dt=dt, margins=margins, time=time, step=step[:, 0, :], **law)
 
 
 def _complex(value: complex) -> str:

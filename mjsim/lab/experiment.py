@@ -11,10 +11,12 @@ from mjsim.geometry import Array
 from mjsim.lab.closed import ClosedLoop, closed_loop
 from mjsim.lab.design import Design
 from mjsim.lab.effects import LedJoint
+from mjsim.lab.formula import formula_plant
+from mjsim.lab.formula_loop import FormulaLoop, is_simulated
 from mjsim.lab.identify import Identified, Samples, fit, identified
 from mjsim.lab.linear import LinearPlant
 from mjsim.lab.plant_scene import MAX_SIMULATED, ScenePlant, bound_of
-from mjsim.lab.plant_study import Study, formula_plant, frequencies, study
+from mjsim.lab.plant_study import Study, frequencies, study
 from mjsim.lab.recorded_plant import recorded
 from mjsim.mechanics import Chirp, TimeSignal
 from mjsim.record import Recording
@@ -51,7 +53,8 @@ class Experiment:
     identified: Identified | None = None
     designs: tuple[Design, ...] = ()
     closed: tuple[ClosedLoop | None, ...] = ()
-    """The nonlinear plant under each design; None for a formula, and for a joint that follows its input."""
+    """The simulated plant under each design; None for a joint that follows its input, and for a formula without delay
+    whose input is unlimited."""
 
     @property
     def name(self) -> str:
@@ -107,9 +110,15 @@ def experiment(
     else:
         found = _of_scene(world, scene, recording)
     designs = tuple(design(found.study.plant) for design in designers)
-    loose = None if scene is None or isinstance(scene.effect, LedJoint) else scene
-    closed = tuple(None if loose is None else closed_loop(loose, design) for design in designs)
+    closed = tuple(_closed(scene, plant, found.study.plant, design) for design in designs)
     return replace(found, designs=designs, closed=closed)
+
+
+def _closed(scene: ScenePlant | None, plant: Plant, linear: LinearPlant, design: Design) -> ClosedLoop | None:
+    """Return the simulated loop under a design, if it can differ from the linear one."""
+    if scene is None:
+        return closed_loop(FormulaLoop(plant, linear, design), design) if is_simulated(plant, linear, design) else None
+    return None if isinstance(scene.effect, LedJoint) else closed_loop(scene, design)
 
 
 def _of_scene(world: World, scene: ScenePlant, recording: Recording | None) -> Experiment:

@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.lab.linear import LinearPlant
-from mjsim.lab.plant_study import theory
+from mjsim.lab.plant_study import system_of, theory
 
 Complexes = NDArray[np.complex128]
 
@@ -87,8 +87,7 @@ def identified(plant: LinearPlant, samples: Samples) -> Identified:
     y = samples.outputs - samples.outputs[:, :1]
     direct = (plant.D != 0.0).any(axis=1) | (not samples.held)
     models = [_output_error(samples.inputs, row, len(plant.A), int(now)) for row, now in zip(y, direct, strict=True)]
-    control = theory()
-    linear = _driven(control.ss(plant.A, plant.B, plant.C, plant.D), samples)
+    linear = _driven(system_of(plant), samples)
     model = np.array([_follow(law, samples.inputs) for law in models])
     z = np.roots(models[0][1]).astype(complex)
     poles = np.log(np.where(np.abs(z) < 1e-12, 1e-12, z)) / dt

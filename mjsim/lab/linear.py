@@ -33,10 +33,17 @@ class LinearPlant:
     outputs: tuple[str, ...]
     units: tuple[str, ...]
     """Units of the input, then of the outputs."""
+    dt: float = 0.0
+    """Sampling period of a plant in discrete time; 0 in continuous time [s]."""
     delay: float = 0.0
-    """Delay that A, B, C, D approximate [s]."""
+    """Delay that A, B, C, D approximate [s]; in discrete time they contain it exactly, and this is 0."""
     undelayed: "LinearPlant | None" = None
     """The plant without its delay; None if it has none."""
+
+    @property
+    def parts(self) -> tuple[Array, Array, Array, Array, float]:
+        """A, B, C, D and the sampling period, as python-control takes them."""
+        return self.A, self.B, self.C, self.D, self.dt
 
     @property
     def exact(self) -> "LinearPlant":

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, linear_sum_assignment
 
 from mjsim.geometry import Array
+from mjsim.lab.plane import on_boundary, outward
 
 SEGMENT = 0.02
 """Longest segment of a branch, as a fraction of the width of the picture."""
@@ -51,7 +52,7 @@ class RootLocus:
     extent: float
     """Half the width and height of the picture, about the origin [rad/s]."""
     crossings: tuple[LocusMark, ...]
-    """Where branches cross the imaginary axis."""
+    """Where branches cross the imaginary axis, or the unit circle in discrete time."""
     breakaways: tuple[LocusMark, ...]
     """Where branches meet."""
     centroid: float | None
@@ -73,6 +74,8 @@ class _Loop:
     poles: Array
     zeros: Array
     g: float
+    dt: float
+    """Sampling period; 0 in continuous time [s]."""
 
     def roots(self, gains: Gains) -> Array:
         """Return the closed-loop poles, shape (gains, n)."""
@@ -95,10 +98,10 @@ def root_locus(loop: Any) -> RootLocus:
     """
     poles = np.asarray(loop.poles(), dtype=complex)
     zeros = finite_zeros(loop)
-    plant = _Loop(
-        A=loop.A, B=loop.B, C=loop.C, D=float(loop.D[0, 0]), poles=poles, zeros=zeros, g=_leading(loop, poles, zeros)
-    )
-    size = float(np.abs(np.concatenate([poles, zeros])).max(initial=0.0)) or 1.0
+    g, D, dt = _leading(loop, poles, zeros), float(loop.D[0, 0]), float(loop.dt or 0.0)
+    plant = _Loop(A=loop.A, B=loop.B, C=loop.C, D=D, poles=poles, zeros=zeros, g=g, dt=dt)
+    # The unit circle is shown.
+    size = float(np.abs(np.concatenate([poles, zeros])).max(initial=1.0 if dt else 0.0)) or 1.0
     breakaways = _breakaways(plant, size)
     excess = len(poles) - len(zeros)
     centroid = _without_rounding(float((poles.sum() - zeros.sum()).real) / excess, size) if excess else None
@@ -261,7 +264,8 @@ def _crossings(plant: _Loop, gains: Gains, branches: Array, extent: float) -> tu
     """Return where branches pass from one half plane into the other."""
     found = []
     for branch in branches:
-        side = np.sign(np.where(np.abs(branch.real) < 1e-7 * extent, 0.0, branch.real))
+        beyond = outward(branch, plant.dt)
+        side = np.sign(np.where(np.abs(beyond) < 1e-7 * extent, 0.0, beyond))
         known = np.flatnonzero(side)
         for low, high in pairwise(known):
             if side[low] != side[high]:
@@ -270,12 +274,12 @@ def _crossings(plant: _Loop, gains: Gains, branches: Array, extent: float) -> tu
 
 
 def _crossing(plant: _Loop, gains: tuple[float, float], ends: tuple[complex, complex]) -> LocusMark:
-    """Return the crossing of the imaginary axis between two gains."""
+    """Return the crossing of the imaginary axis, or of the unit circle, between two gains."""
 
     def nearest(gain: float) -> complex:
         share = (gain - gains[0]) / (gains[1] - gains[0])
         roots = plant.roots(np.array([gain]))[0]
         return complex(roots[int(np.argmin(np.abs(roots - (ends[0] + share * (ends[1] - ends[0])))))])
 
-    gain = float(brentq(lambda gain: nearest(gain).real, *gains, xtol=1e-15 * gains[1], rtol=1e-14))
-    return LocusMark(gain=gain, point=complex(0.0, nearest(gain).imag))
+    gain = float(brentq(lambda k: float(outward(nearest(k), plant.dt)), *gains, xtol=1e-15 * gains[1], rtol=1e-14))
+    return LocusMark(gain=gain, point=on_boundary(nearest(gain), plant.dt))

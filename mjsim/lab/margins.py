@@ -8,6 +8,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from mjsim.geometry import Array
+from mjsim.lab.plane import in_time, nyquist_frequency, on_axis, outward
 
 REAL = 1e-9
 """A response is real if its imaginary part is below this fraction of its magnitude, and then crosses no axis; one whose
@@ -29,8 +30,8 @@ def margins_of(loop: Any, delay: float = 0.0) -> dict[str, float | None]:
     """
     import control
 
-    if delay:
-        gains, phases = _delayed(loop, delay)
+    if delay or loop.dt:
+        gains, phases = _searched(loop, delay)
     else:
         # A pole that a zero cancels at 0 has no value there.
         with np.errstate(invalid="ignore"):
@@ -49,16 +50,23 @@ def margins_of(loop: Any, delay: float = 0.0) -> dict[str, float | None]:
     return {name: None if value is None else float(value) for name, value in zip(names, values, strict=True)}
 
 
+def _corners(loop: Any) -> Array:
+    """Return the sizes of poles and zeros but those at 0, in continuous time [rad/s]."""
+    corners = np.abs(in_time(np.concatenate([loop.poles(), loop.zeros()]), loop.dt))
+    return np.asarray(corners[(corners > REAL) & np.isfinite(corners)])
+
+
 def _lowest(loop: Any) -> float:
-    corners = np.abs(np.concatenate([loop.poles(), loop.zeros()]))
-    return float(corners[corners > REAL].min()) if (corners > REAL).any() else 1.0
+    return float(_corners(loop).min(initial=math.inf)) if len(_corners(loop)) else 1.0
 
 
 def _is_real(loop: Any, omega: float, delay: float) -> bool:
     """Whether the response is real about a frequency, so that its phase crosses nothing there."""
     if delay:
         return False
-    values = loop(1j * omega * np.array([0.7, 1.0, 1.4]))
+    if loop.dt and omega >= nyquist_frequency(loop.dt):
+        return False
+    values = loop(on_axis(omega * np.array([0.7, 1.0, 1.4]), loop.dt))
     return bool((np.abs(values.imag) < REAL * np.abs(values)).all())
 
 
@@ -68,15 +76,15 @@ def _crosses(loop: Any, omega: float, delay: float) -> bool:
     A real response, as that of 1 / s^2, meets it at -1: its margin is 0 if the closed loop swings there and does not
     grow elsewhere, else there is none.
     """
-    below, above = np.abs(loop(1j * omega * np.array([0.99, 1.01])))
+    below, above = np.abs(loop(on_axis(omega * np.array([0.99, 1.01]), loop.dt)))
     if abs(above - below) < REAL:
         return False
     if not _is_real(loop, omega, delay):
         return True
     import control
 
-    growth = np.max(control.feedback(loop).poles().real, initial=0.0)
-    return bool(complex(loop(1j * omega)).real < 0.0 and growth < EDGE * omega)
+    growth = np.max(outward(control.feedback(loop).poles(), loop.dt), initial=0.0) / (loop.dt or 1.0)
+    return bool(complex(loop(on_axis(omega, loop.dt))).real < 0.0 and growth < EDGE * omega)
 
 
 def _static(loop: Any) -> list[tuple[float, float]]:
@@ -85,22 +93,34 @@ def _static(loop: Any) -> list[tuple[float, float]]:
     return [(-1.0 / value, 0.0)] if math.isfinite(value) and value < 0.0 else []
 
 
-def _delayed(loop: Any, delay: float) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
-    """Return gain margins and phase margins [deg] with their frequencies [rad/s], of a loop with a delay."""
-    corners = np.abs(np.concatenate([loop.poles(), loop.zeros(), [1.0 / delay]]))
-    corners = corners[corners > REAL]
-    low, high = corners.min() / 1e3, corners.max() * 1e2
-    rounds = np.arange(1, min(high * delay / math.pi, GRID)) * math.pi / delay
-    omega = np.unique(np.concatenate([np.geomspace(low, high, GRID), rounds]))
+def _searched(loop: Any, delay: float) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
+    """Return gain margins and phase margins [deg] with their frequencies [rad/s], of a loop delayed or sampled."""
+    omega = _sampled_grid(loop) if loop.dt else _delayed_grid(loop, delay)
 
     def value(at: Any) -> Any:
-        return loop(1j * at) * np.exp(-1j * np.asarray(at) * delay)
+        return loop(on_axis(at, loop.dt)) * np.exp(-1j * np.asarray(at) * delay)
 
     crossed = _roots(lambda at: np.abs(value(at)) - 1.0, omega)
-    turned = [at for at in _roots(lambda at: np.imag(value(at)), omega) if complex(value(at)).real < 0.0]
+    turned = [*_roots(lambda at: np.imag(value(at)), omega), *([nyquist_frequency(loop.dt)] if loop.dt else [])]
+    # Beside a pole on the axis the sign changes through infinity.
+    turned = [at for at in turned if -1.0 / REAL < complex(value(at)).real < -REAL * REAL]
     gains = [(1.0 / abs(complex(value(at))), at) for at in turned]
     phases = [((math.degrees(np.angle(-complex(value(at)))) + 180.0) % 360.0 - 180.0, at) for at in crossed]
     return gains, phases
+
+
+def _delayed_grid(loop: Any, delay: float) -> Array:
+    corners = np.append(_corners(loop), 1.0 / delay)
+    low, high = corners.min() / 1e3, corners.max() * 1e2
+    rounds = np.arange(1, min(high * delay / math.pi, GRID)) * math.pi / delay
+    return np.unique(np.concatenate([np.geomspace(low, high, GRID), rounds]))
+
+
+def _sampled_grid(loop: Any) -> Array:
+    """Return frequencies up to almost Nyquist's, where the response is real but for rounding [rad/s]."""
+    high = nyquist_frequency(loop.dt) * (1.0 - 1e-7)
+    low = min(_lowest(loop), high) / 1e3
+    return np.unique(np.concatenate([np.geomspace(low, high, GRID), np.linspace(low, high, GRID)]))
 
 
 def _roots(function: Callable[[Any], Any], omega: Array) -> list[float]:

@@ -11,7 +11,8 @@ from mjsim.geometry import Array
 from mjsim.lab.linear import LinearPlant
 from mjsim.lab.locus import finite_zeros
 from mjsim.lab.margins import margins_of
-from mjsim.lab.plant_study import INTEGRATOR, shown_seconds, theory
+from mjsim.lab.plane import outward
+from mjsim.lab.plant_study import INTEGRATOR, first_output, shown_seconds, theory
 
 OTHERWISE = "take another rule of --pid, or --place, --lqr or --lead"
 EQUAL = 1e-3
@@ -32,17 +33,12 @@ class Lag:
     """[s]"""
 
 
-def first_output(plant: LinearPlant) -> Any:
-    """Return the system of python-control from the input to the first output."""
-    return theory().ss(plant.A, plant.B, plant.C[:1], plant.D[:1])
-
-
 def _ultimate(plant: LinearPlant) -> tuple[float, float]:
-    """Return the ultimate gain and period [s]."""
+    """Return the ultimate gain and period [s]; in discrete time those of the sampled loop."""
     loop = first_output(plant.exact)
     margins = margins_of(loop, plant.delay)
     gain, at = margins["gain_margin"], margins["phase_crossover"]
-    if gain is None or not at or not (loop.poles().real < 1e-9).all():
+    if gain is None or not at or not (outward(loop.poles(), plant.dt) < 1e-9).all():
         raise UsageError(f"no gain makes this plant oscillate; {OTHERWISE}")
     return gain, 2.0 * math.pi / at
 
@@ -134,6 +130,7 @@ def _tyreus_luyben(plant: LinearPlant) -> Parameters:
 
 def _cohen_coon(plant: LinearPlant) -> Parameters:
     """Cohen, Coon, Theoretical Consideration of Retarded Control, Transactions of the ASME 75 (1953)."""
+    _require_continuous(plant)
     lag = _reaction(plant)
     if lag.dead < 1e-6 * lag.constant:
         raise UsageError("the plant has no dead time, which this rule needs; use the rule simc")
@@ -147,6 +144,7 @@ def _simc(plant: LinearPlant) -> Parameters:
 
     The closed loop's time constant is the dead time; without a dead time, a fifth of the plant's time constant.
     """
+    _require_continuous(plant)
     loop = first_output(plant.exact)
     poles = loop.poles()
     if (np.abs(poles) < INTEGRATOR).sum() == 1 and (poles.real < INTEGRATOR).all():
@@ -155,6 +153,11 @@ def _simc(plant: LinearPlant) -> Parameters:
     lag = _halved(plant)
     aim = lag.dead if lag.dead > 1e-3 * lag.constant else lag.constant / 5.0
     return lag.constant / (lag.gain * (aim + lag.dead)), min(lag.constant, 4.0 * (aim + lag.dead)), 0.0
+
+
+def _require_continuous(plant: LinearPlant) -> None:
+    if plant.dt:
+        raise UsageError("this rule is for plants in continuous time; take --pid ziegler-nichols, --place or --lqr")
 
 
 def _ramp(loop: Any, delay: float) -> tuple[float, float]:

@@ -13,9 +13,9 @@ from mjsim.lab.closed import ClosedLoop
 from mjsim.lab.design import Design
 from mjsim.lab.design_modules import module_text
 from mjsim.lab.experiment import Experiment
+from mjsim.lab.formula import PADE, pade_limit
 from mjsim.lab.linear import LinearPlant
 from mjsim.lab.locus import RootLocus
-from mjsim.lab.plant_study import PADE, pade_limit
 from mjsim.report import Block, Code, Heading, HtmlTable, Paragraph, html_page, picture, png_of
 
 MATRIX_STYLE = """
@@ -58,6 +58,8 @@ def figures_of(experiment: Experiment) -> dict[str, Any]:
             for design, closed in zip(experiment.designs, experiment.closed, strict=True)
         ],
     }
+    if plant.dt:
+        found["dt"] = plant.dt
     if plant.delay:
         found["delay"] = {"seconds": plant.delay, "pade_order": PADE, "exact_to_1_deg_up_to": pade_limit(plant.delay)}
     if experiment.nonlinear is not None:
@@ -99,6 +101,7 @@ def _design_figures(design: Design, closed: ClosedLoop | None) -> dict[str, Any]
         "num": list(design.num),
         "den": list(design.den),
         "poles": _pairs(design.poles),
+        "stable": design.is_stable,
         "margins": design.margins,
         **simulated,
     }
@@ -122,6 +125,7 @@ def _figures(experiment: Experiment) -> dict[str, Any]:
             labels,
             ("nonlinear, MuJoCo", experiment.nonlinear),
             ("with dry friction", experiment.rough),
+            held=study.plant.dt > 0.0,
         ),
         "impulse": plots.response_plot(
             f"Response to an impulse of {study.plant.input} of {amplitude:g} {unit} s",
@@ -129,6 +133,7 @@ def _figures(experiment: Experiment) -> dict[str, Any]:
             study.impulse * amplitude,
             labels,
             ("nonlinear, MuJoCo", experiment.nonlinear_impulse),
+            held=study.plant.dt > 0.0,
         ),
         "bode": plots.bode_plot(study),
         "nyquist": plots.nyquist_plot(study),
@@ -150,7 +155,8 @@ def _blocks(experiment: Experiment, images: Mapping[str, Block]) -> Iterator[Blo
     plant = experiment.study.plant
     yield Paragraph(experiment.about, "run")
     yield Heading("Linear plant")
-    yield Paragraph("x' = A x + B u, y = C x + D u")
+    law = f"x[k + 1] = A x[k] + B u[k], y[k] = C x[k] + D u[k], every {plant.dt:g} s"
+    yield Paragraph(law if plant.dt else "x' = A x + B u, y = C x + D u")
     for name, rows, columns in (
         ("A", plant.states, plant.states),
         ("B", plant.states, (plant.input,)),
@@ -169,10 +175,10 @@ def _blocks(experiment: Experiment, images: Mapping[str, Block]) -> Iterator[Blo
 
 
 def _facts(experiment: Experiment) -> HtmlTable:
-    study = experiment.study
+    study, dt = experiment.study, experiment.study.plant.dt
     rows = [
-        ("poles", ", ".join(map(complex_text, study.poles)) + " rad/s"),
-        ("zeros", ", ".join(map(complex_text, study.zeros)) + " rad/s" if len(study.zeros) else "none"),
+        ("poles", _roots_text(study.poles, dt)),
+        ("zeros", _roots_text(study.zeros, dt)),
         ("stable", "yes" if study.is_stable else "no"),
         *_margin_rows(study.margins),
     ]
@@ -189,6 +195,11 @@ def _facts(experiment: Experiment) -> HtmlTable:
         text = ", ".join(map(complex_text, experiment.step_poles)) + " rad/s"
         rows.append(("nearest poles of MuJoCo's step (mjd_transitionFD), log(z) / dt", text))
     return HtmlTable((), rows)
+
+
+def _roots_text(roots: Array, dt: float) -> str:
+    """Return poles or zeros with their unit; those of z have none."""
+    return ", ".join(map(complex_text, roots)) + ("" if dt else " rad/s") if len(roots) else "none"
 
 
 def _margin_rows(margins: Mapping[str, float | None]) -> list[tuple[str, str]]:
@@ -212,7 +223,7 @@ def _shares(plant: LinearPlant, shares: Sequence[float] | None, time: Array) -> 
 
 def _design_blocks(experiment: Experiment, design: Design, closed: ClosedLoop | None) -> Iterator[Block]:
     plant = experiment.study.plant
-    rows = [("closed-loop poles", ", ".join(map(complex_text, design.poles)) + " rad/s")]
+    rows = [("closed-loop poles", _roots_text(design.poles, design.dt))]
     rows.append(("stable", "yes" if design.is_stable else "no"))
     if design.gain:
         named = zip(plant.states, design.gain, strict=True)
@@ -221,7 +232,7 @@ def _design_blocks(experiment: Experiment, design: Design, closed: ClosedLoop | 
         rows.append(("numerator", ", ".join(f"{value:.6g}" for value in design.num)))
         rows.append(("denominator", ", ".join(f"{value:.6g}" for value in design.den)))
     if closed is not None:
-        rows.append(("linear loop fits the nonlinear one", _shares(plant, closed.fit, closed.time)))
+        rows.append(("linear loop fits the simulated one", _shares(plant, closed.fit, closed.time)))
     yield Heading(design.name)
     yield HtmlTable((), [*rows, *_margin_rows(design.margins)])
     yield Code(module_text(experiment.plant, plant, design))

@@ -20,6 +20,8 @@ from mjsim.report import ESTIMATE, MAP, NEUTRAL, ODOMETRY, TRUTH, sheet
 
 DAMPINGS = (0.2, 0.4, 0.6, 0.8)
 """Damping ratios of the grid of a root locus."""
+ROOMY = 2.5
+"""Half the width of a picture up to which the unit circle has room for numbers."""
 GRID = "#8a8a8a"
 OTHERS = ((ODOMETRY, "--"), (MAP, ":"))
 """Colours and line styles of nonlinear responses."""
@@ -33,14 +35,19 @@ def response_plot(
     linear: Array,
     labels: Sequence[str],
     *others: tuple[str, tuple[Array, Array] | None],
+    held: bool = False,
 ) -> Figure:
-    """Draw outputs over time: of the linear plant and, if given, names, times and outputs of nonlinear ones."""
+    """Draw outputs over time: of the linear plant and, if given, names, times and outputs of simulated ones.
+
+    Outputs of discrete time are held until the next sample.
+    """
+    steps = "steps-post" if held else "default"
     figure, panels = sheet(len(linear), height=2.9 * len(linear))
     for row, axes in enumerate(panels):
-        axes.plot(time, linear[row], color=ESTIMATE, lw=1.8, label="linear")
+        axes.plot(time, linear[row], color=ESTIMATE, lw=1.8, label="linear", drawstyle=steps)
         for (name, curve), (color, style) in zip(others, OTHERS, strict=False):
             if curve is not None:
-                axes.plot(curve[0], curve[1][row], color=color, lw=1.4, ls=style, label=name)
+                axes.plot(curve[0], curve[1][row], color=color, lw=1.4, ls=style, label=name, drawstyle=steps)
         axes.set_ylabel(labels[row])
     panels[0].set_title(title, loc="left")
     panels[0].legend(frameon=False, loc="best")
@@ -116,21 +123,41 @@ def _damping_grid(axes: Axes, limit: float) -> None:
         axes.plot(frequency * np.cos(turn), frequency * np.sin(turn), ":", color=GRID, lw=0.8)
 
 
+def _sampled_grid(axes: Axes, limit: float) -> None:
+    """Draw the unit circle, and lines of equal damping and of tenths of Nyquist's frequency within it."""
+    circle = np.linspace(0.0, 2.0 * np.pi, 361)
+    axes.plot(np.cos(circle), np.sin(circle), color=NEUTRAL, lw=1.1)
+    turn = np.linspace(0.0, np.pi, 120)
+    for damping in DAMPINGS:
+        curve = np.exp((-damping / np.sqrt(1.0 - damping**2) + 1j) * turn)
+        for side in (1.0, -1.0):
+            axes.plot(curve.real, side * curve.imag, ":", color=GRID, lw=0.8)
+        place = curve[30]
+        if limit < ROOMY:
+            axes.text(place.real, place.imag, f"{damping:g}", fontsize=7, color=GRID, ha="center", va="center")
+    angle, damped = np.arange(0.2, 1.0, 0.2) * np.pi, np.linspace(0.0, 0.999, 60)[:, None]
+    curves = np.exp(angle * (-damped + 1j * np.sqrt(1.0 - damped**2)))
+    for side in (1.0, -1.0):
+        axes.plot(curves.real, side * curves.imag, ":", color=GRID, lw=0.8)
+
+
 def poles_plot(found: Study) -> Figure:
     """Draw poles and zeros, and the root locus with its crossings, breakaways, asymptotes and poles at gain 1."""
     figure, (plane, locus) = sheet(1, 2, height=4.9)
     _locus_lines(locus, found.locus)
+    dt = found.plant.dt
+    unit = "" if dt else " [rad/s]"
     for axes, title in ((plane, "Poles and zeros"), (locus, "Root locus under unity feedback")):
         axes.plot(found.poles.real, found.poles.imag, "x", color=GROUPS[1], ms=8, mew=1.8, label="poles")
         axes.plot(found.zeros.real, found.zeros.imag, "o", mfc="none", color=MAP, ms=8, mew=1.6, label="zeros")
         axes.axvline(0.0, color=NEUTRAL, lw=0.8)
         axes.axhline(0.0, color=NEUTRAL, lw=0.8)
-        axes.set(xlabel="real [rad/s]", ylabel="imaginary [rad/s]", aspect="equal")
+        axes.set(xlabel=f"real{unit}", ylabel=f"imaginary{unit}", aspect="equal")
         axes.set_title(title, loc="left")
-    limit = 1.3 * float(np.abs(np.concatenate([found.poles, found.zeros])).max(initial=0.0)) or 1.0
+    limit = 1.3 * float(np.abs(np.concatenate([found.poles, found.zeros])).max(initial=1.0 if dt else 0.0)) or 1.0
     for axes, reach in ((plane, limit), (locus, found.locus.extent)):
         axes.grid(visible=False)
-        _damping_grid(axes, reach)
+        (_sampled_grid if dt else _damping_grid)(axes, reach)
         axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
     plane.legend(frameon=False, loc="upper right")
     locus.legend(frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.16), fontsize=7.5, ncols=2)
@@ -189,8 +216,9 @@ def design_plot(design: Design, closed: ClosedLoop | None, labels: Sequence[str]
         design.time,
         design.step * amplitude,
         labels,
-        ("nonlinear, MuJoCo", None if closed is None else (closed.time, closed.step)),
+        ("" if closed is None else closed.what, None if closed is None else (closed.time, closed.step)),
         ("with dry friction", None if closed is None else closed.rough),
+        held=design.dt > 0.0,
     )
 
 

@@ -82,6 +82,16 @@ class ScenePlant:
         self.linear = self._linear()
 
     @property
+    def dt(self) -> float:
+        """Duration of a physics step [s]."""
+        return float(self.model.opt.timestep)
+
+    @property
+    def held_input(self) -> float:
+        """Input at the operating point."""
+        return self.setting.value
+
+    @property
     def held(self) -> str:
         """What holds the plant at its operating point, as text: a value of the input, or the force behind a motion."""
         effect = self.effect.force if isinstance(self.effect, LedJoint) else self.effect

@@ -157,10 +157,12 @@ from .items import Wheel as Wheel
 from .items import WheelOdometry as WheelOdometry
 from .items import World as World
 from .items import WorldEvent as WorldEvent
+from .items import ZerosPolesGain as ZerosPolesGain
 from .items import actuator_kind as actuator_kind
 from .items import arm_names as arm_names
 from .items import as_motions as as_motions
 from .items import carried_body as carried_body
+from .items import complex_root as complex_root
 from .items import event_from as event_from
 from .items import event_text as event_text
 from .items import extend_motion as extend_motion

@@ -160,8 +160,11 @@ def test_what_is_no_plant_is_said_in_one_line(keys, message):
     [
         ("of: jo, input: torque, outputs: way", "no robot or mechanism 'jo' in this world; did you mean 'joe'?"),
         ("of: joe, outputs: way", "key 'input' is missing; a part of the scene has an input and outputs"),
-        ("input: torque", "a plant has one of 'of', 'tf' and 'ss'; this one has none"),
-        ("of: joe, tf: {num: [1], den: [1, 1]}", "a plant has one of 'of', 'tf' and 'ss'; this one has of and tf"),
+        ("input: torque", "a plant has one of 'of', 'tf', 'zpk' and 'ss'; this one has none"),
+        (
+            "of: joe, tf: {num: [1], den: [1, 1]}",
+            "'zpk' and 'ss'; this one has of and tf",
+        ),
         ("tf: {num: [1, 2, 3], den: [1, 1]}", "num has degree 2, den 1; num's must not be higher"),
         ("tf: {num: [1], den: [0, 1]}", "the first coefficient of den is 0; leave leading zeros out"),
         ("tf: {num: [0], den: [1]}", "num is 0 altogether; give a coefficient"),

@@ -11,10 +11,11 @@ from scipy.interpolate import pade
 
 from mjsim.errors import UsageError
 from mjsim.lab.effects import ForceEffect, LedJoint, led
+from mjsim.lab.formula import formula_plant, pade_limit
 from mjsim.lab.identify import Samples, identified
 from mjsim.lab.linear import LinearPlant, minimal_states, slope
 from mjsim.lab.margins import margins_of
-from mjsim.lab.plant_study import formula_plant, frequencies, pade_limit, shown_seconds, shown_times, study
+from mjsim.lab.plant_study import frequencies, shown_seconds, shown_times, study
 from mjsim.world import parse_world
 
 FORCE = ForceEffect(unit="N", ctrl=np.zeros(0), applied=np.zeros(3))

@@ -5,8 +5,8 @@ import pytest
 
 import mjsim
 from mjsim.errors import UsageError
+from mjsim.lab.formula import formula_plant
 from mjsim.lab.pid_rules import RULES
-from mjsim.lab.plant_study import formula_plant
 
 FOPDT = "num: [1], den: [1, 1], delay: 2"
 """exp(-2 s) / (s + 1)."""

@@ -82,6 +82,8 @@ from .people import PersonColors as PersonColors
 from .plants import Plant as Plant
 from .plants import StateSpace as StateSpace
 from .plants import TransferFunction as TransferFunction
+from .plants import ZerosPolesGain as ZerosPolesGain
+from .plants import complex_root as complex_root
 from .presets import is_preset_file as is_preset_file
 from .presets import preset_names as preset_names
 from .radio import Radio as Radio

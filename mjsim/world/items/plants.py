@@ -10,8 +10,12 @@ from mjsim.world.items.timeline import Signal
 
 MAX_STATES = 50
 """Largest number of states of a mathematical model."""
+COMPLEX_PATTERN = r"^[-+0-9.eE ]*[ij]$"
+"""A complex number, such as -1+2j."""
 Figure = Annotated[float, Field(ge=-1e12, le=1e12)]
 Coefficients = Annotated[tuple[Figure, ...], Field(strict=False, min_length=1, max_length=MAX_STATES + 1)]
+Root = Figure | Annotated[str, Field(pattern=COMPLEX_PATTERN, max_length=60)]
+Roots = Annotated[tuple[Root, ...], Field(strict=False, max_length=MAX_STATES)]
 Row = Annotated[tuple[Figure, ...], Field(strict=False, min_length=1, max_length=MAX_STATES)]
 Matrix = Annotated[tuple[Row, ...], Field(strict=False, min_length=1, max_length=MAX_STATES)]
 Names = Annotated[
@@ -21,15 +25,35 @@ Names = Annotated[
 ]
 
 
-class TransferFunction(Model):
-    """A ratio of polynomials in s, highest power first: [12] over [1, 1.09] is 12 / (s + 1.09); optional delay."""
+class _Formula(Model):
+    """A model given by formulas, in continuous or discrete time."""
+
+    dt: Annotated[float, Field(gt=0, le=1e6)] | None = None
+    """Sampling period of a model in discrete time, in powers of z instead of s [s]."""
+
+
+class _DelayedFormula(_Formula):
+    delay: Annotated[float, Field(ge=0, le=1e6)] = 0.0
+    """Delay of the output; with `dt` a whole number of periods [s]."""
+
+    @model_validator(mode="after")
+    def _delay_fits(self) -> Self:
+        if self.dt is not None:
+            periods = self.delay / self.dt
+            if abs(periods - round(periods)) > 1e-9 * max(periods, 1.0):
+                raise fault(f"delay is {self.delay:g} s; it must be a multiple of dt, {self.dt:g} s", "delay")
+            if periods > MAX_STATES:
+                raise fault(f"delay is {periods:.0f} periods; it must be at most {MAX_STATES}", "delay")
+        return self
+
+
+class TransferFunction(_DelayedFormula):
+    """A ratio of polynomials in s, highest power first: [12] over [1, 1.09] is 12 / (s + 1.09); with `dt` in z."""
 
     num: Coefficients
     """Coefficients of the numerator."""
     den: Coefficients
     """Coefficients of the denominator."""
-    delay: Annotated[float, Field(ge=0, le=1e6)] = 0.0
-    """Delay of the output, with a fifth-order Pade approximation [s]."""
 
     @model_validator(mode="after")
     def _is_proper(self) -> Self:
@@ -42,8 +66,49 @@ class TransferFunction(Model):
         return self
 
 
-class StateSpace(Model):
-    """x' = A x + B u, y = C x + D u."""
+class ZerosPolesGain(_DelayedFormula):
+    """gain (s - zero) ... / ((s - pole) ...); with `dt` in z."""
+
+    zeros: Roots = ()
+    """Zeros [rad/s]; complex ones in pairs, such as -1+2j and -1-2j."""
+    poles: Roots
+    """Poles, likewise; at least as many as zeros [rad/s]."""
+    gain: Figure
+    """Factor before the product."""
+
+    @model_validator(mode="after")
+    def _is_real_and_proper(self) -> Self:
+        if len(self.zeros) > len(self.poles):
+            raise fault(
+                f"there are {len(self.zeros)} zeros; at most {len(self.poles)} are possible, one for each pole", "zeros"
+            )
+        if self.gain == 0.0:
+            raise fault("gain is 0; give another", "gain")
+        for key in ("zeros", "poles"):
+            roots = [self._root(root, key) for root in getattr(self, key)]
+            alone = next((root for root in roots if roots.count(root) != roots.count(root.conjugate())), None)
+            if alone is not None:
+                raise fault(f"{key} have {alone:g} without {alone.conjugate():g}; give both", key)
+        return self
+
+    @staticmethod
+    def _root(root: float | str, key: str) -> complex:
+        try:
+            value = complex_root(root)
+        except ValueError:
+            raise fault(f"{key} have '{root}'; write a complex number as -1+2j", key) from None
+        if not abs(value) <= 1e12:
+            raise fault(f"{key} have '{root}'; it must be at most 1e12", key)
+        return value
+
+
+def complex_root(root: float | str) -> complex:
+    """Return a zero or pole as a number; j or i is the imaginary unit."""
+    return complex(root.replace("i", "j").replace(" ", "") if isinstance(root, str) else root)
+
+
+class StateSpace(_Formula):
+    """x' = A x + B u, y = C x + D u; with `dt` x[k + 1] = A x[k] + B u[k]."""
 
     a: Matrix
     """A, row by row."""
@@ -81,7 +146,7 @@ def _numbered(name: str, count: int) -> list[str]:
 
 
 class Plant(Model):
-    """A plant that `mjsim lab` linearises and analyses: a part of the scene, `tf` or `ss`."""
+    """A plant that `mjsim lab` linearises and analyses: a part of the scene, `tf`, `zpk` or `ss`."""
 
     name: Name
     """Name in the command."""
@@ -98,11 +163,17 @@ class Plant(Model):
     """Operating point: joint values by name [m], or by name with `_deg`; others have their start values."""
     tf: TransferFunction | None = None
     """A transfer function, instead of a part of the scene."""
+    zpk: ZerosPolesGain | None = None
+    """Zeros, poles and a gain, instead of a part of the scene."""
     ss: StateSpace | None = None
     """A state-space model, instead of a part of the scene."""
     amplitude: Annotated[float, Field(gt=0, le=1e9)] = 1.0
     """Size of the step for which linear and nonlinear plant are compared: of the input, or of the set-point of a closed
     loop."""
+    saturation: Annotated[float, Field(gt=0, le=1e12)] | None = None
+    """Largest input, in either direction, in simulated closed loops; default: unlimited."""
+    dead_zone: Annotated[float, Field(ge=0, le=1e12)] = 0.0
+    """Inputs up to this have no effect in simulated closed loops; larger ones act less by it."""
     seconds: Annotated[float, Field(gt=0, le=1e4)] | None = None
     """Duration of the responses; default: chosen from the poles [s]."""
     signal: Signal | None = None
@@ -110,9 +181,9 @@ class Plant(Model):
 
     @model_validator(mode="after")
     def _is_one_thing(self) -> Self:
-        given = [key for key in ("of", "tf", "ss") if getattr(self, key) is not None]
+        given = [key for key in ("of", "tf", "zpk", "ss") if getattr(self, key) is not None]
         if len(given) != 1:
-            raise fault(f"a plant has one of 'of', 'tf' and 'ss'; this one has {' and '.join(given) or 'none'}")
+            raise fault(f"a plant has one of 'of', 'tf', 'zpk' and 'ss'; this one has {' and '.join(given) or 'none'}")
         if self.of is None:
             for key in ("input", "outputs", "around") if self.ss is None else ("around",):
                 if getattr(self, key):
@@ -125,6 +196,12 @@ class Plant(Model):
         if self.signal is not None and (wrong := self.signal.misfit(angle=False)) is not None:
             raise fault(wrong[0], "signal", *wrong[1])
         return self
+
+    @property
+    def dt(self) -> float:
+        """Sampling period of a model in discrete time; 0 in continuous time [s]."""
+        formula = self.tf or self.zpk or self.ss
+        return formula.dt or 0.0 if formula is not None else 0.0
 
     def _check_names(self, model: StateSpace) -> None:
         """Raise a fault for an input or output that a state space model does not have."""
