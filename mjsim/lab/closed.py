@@ -39,7 +39,7 @@ class SteppedPlant(Protocol):
 class ClosedLoop:
     """The step response of the simulated plant under a design, which acts at each step."""
 
-    what: str
+    what: str = "nonlinear, MuJoCo"
     """What is simulated, for a legend."""
     time: Array
     """Shape (k,) [s]; shorter than the linear response if the plant diverges."""

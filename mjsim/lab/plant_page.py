@@ -232,7 +232,8 @@ def _design_blocks(experiment: Experiment, design: Design, closed: ClosedLoop | 
         rows.append(("numerator", ", ".join(f"{value:.6g}" for value in design.num)))
         rows.append(("denominator", ", ".join(f"{value:.6g}" for value in design.den)))
     if closed is not None:
-        rows.append(("linear loop fits the simulated one", _shares(plant, closed.fit, closed.time)))
+        other = "nonlinear" if experiment.plant.of else "simulated"
+        rows.append((f"linear loop fits the {other} one", _shares(plant, closed.fit, closed.time)))
     yield Heading(design.name)
     yield HtmlTable((), [*rows, *_margin_rows(design.margins)])
     yield Code(module_text(experiment.plant, plant, design))

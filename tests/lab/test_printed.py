@@ -11,8 +11,8 @@ PLANT = {
     "dry_friction": 0.25,
     "identification": {"source": "run.mcap", "poles": [[-3.0, 0.0]], "identified_fit_percent": [98.765, 1.0]},
     "designs": [
-        {"name": "pid", "poles": [[-1.0, 0.0]]},
-        {"name": "lqr", "poles": [[0.0, 0.0]]},
+        {"name": "pid", "poles": [[-1.0, 0.0]], "stable": True},
+        {"name": "lqr", "poles": [[0.0, 0.0]], "stable": False},
     ],
 }
 
