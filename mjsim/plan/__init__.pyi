@@ -20,6 +20,7 @@ from .plan_items import arm_outlines as arm_outlines
 from .plan_items import arm_shapes as arm_shapes
 from .plan_items import circle as circle
 from .plan_items import leaf_path as leaf_path
+from .plan_items import link_outline as link_outline
 from .plan_items import start_of as start_of
 from .plan_items import swing as swing
 from .plan_items import world_shapes as world_shapes

@@ -89,6 +89,7 @@ _EDGE, _INK, _PAPER = Mix("tint", "ink", 0.45), Mix("ink"), Mix("paper")
 _LOW, _LEAF = Mix("wall", "paper", 0.6), Mix("tint", "ink", 0.25)
 ROLES: Mapping[str, Style] = MappingProxyType(
     {
+        "floor grid": Style(line=Mix("muted", "paper", 0.65), width=0.12, group="floor"),
         "patch": _edged(Mix("tint", "paper", 0.72), Mix("tint", "paper", 0.3), 0.15, dash=1.2),
         "low wall": _edged(_LOW, _LOW, 0.1, group="low walls"),
         "obstacle": _edged(Mix("tint", "paper", 0.5), _EDGE),
@@ -116,6 +117,7 @@ ROLES: Mapping[str, Style] = MappingProxyType(
         "odometry path": Style(line=Mix("odometry"), width=0.25, group="paths"),
         "true path": Style(line=Mix("truth", "paper", 0.55), width=0.9, group="paths"),
         "estimated path": Style(line=Mix("estimate"), width=0.3, group="paths"),
+        "tool path": Style(line=Mix("estimate"), width=0.45, group="paths"),
         "shown cells": Style(line=Mix("muted"), width=0.15, group="map"),
         "shown lines": Style(line=Mix("tint"), width=0.2, group="map"),
         "shown points": Style(fill=Mix("tint"), width=0.9, group="map"),

@@ -197,7 +197,7 @@ def arm_shapes(robot: str, item: RobotArm, q: Array, place: Pose) -> Iterator[Pl
     links, tool = shadows(item, q)
     at, frame = Pose(float(tool[0]), float(tool[1]), 0.0), f"robot/{robot}"
     for link in links:
-        yield PlanItem(role="link", parts=(outline(link),), place=place, of=robot, frame=frame, tint=item.color)
+        yield PlanItem(role="link", parts=(link_outline(link),), place=place, of=robot, frame=frame, tint=item.color)
     sign = (circle(0.5),)
     yield PlanItem(role="tool", parts=sign, symbol=True, place=place @ at, of=robot, frame=frame, frame_from_shape=at)
 
@@ -222,7 +222,7 @@ def shadows(item: RobotArm, q: Array) -> tuple[Array, Array]:
     return flat[order], posture.tool[:2, 3]
 
 
-def outline(link: Array) -> Array:
+def link_outline(link: Array) -> Array:
     """Return the outline of a link (x, y, x, y, radius), counter-clockwise, shape (n, 2) [m]."""
     first, last, radius = link[:2], link[2:4], float(link[4])
     angle = math.atan2(*(last - first)[::-1])
@@ -234,7 +234,7 @@ def outline(link: Array) -> Array:
 
 def arm_outlines(item: RobotArm, q: Array) -> list[Array]:
     """Return the outlines of an arm's links from above, lowest first, in the robot's frame, shape (n, 2) each [m]."""
-    return [outline(link) for link in shadows(item, q)[0]]
+    return [link_outline(link) for link in shadows(item, q)[0]]
 
 
 def _beacon(item: Hung) -> Iterator[PlanItem]:

@@ -44,13 +44,13 @@ def best_look(mechanism: Mechanism) -> Array:
     if len(turns):
         sizes, directions = np.linalg.eigh(turns.T @ turns)
         if sizes[-1] > PLANE * len(turns) and np.all(np.abs(slides @ directions[:, -1]) < ACROSS):
-            return _view_along(directions[:, -1])
+            return view_along(directions[:, -1])
         azimuth, elevation = OBLIQUE
         toward = np.array([math.cos(azimuth), math.sin(azimuth), math.tan(elevation)])
-    return _view_along(toward / np.linalg.norm(toward))
+    return view_along(toward / np.linalg.norm(toward))
 
 
-def _view_along(toward: Array) -> Array:
+def view_along(toward: Array) -> Array:
     """Return drawing_from_world for a direction towards the viewer, shape (3, 4) [m]: x to the right, or z up."""
     if abs(toward[2]) > STEEP:
         return np.eye(4)[:3]

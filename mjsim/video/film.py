@@ -45,8 +45,8 @@ def make_video(
     Args:
         recording: The recording.
         path: Output file; it appears only when the film is complete.
-        view: 'plan', 'chase', 'overview', 'diagrams' of mechanisms, or 'ROBOT/CAMERA'; by default the composed view, or
-            diagrams in a world without robots.
+        view: 'plan', 'chase', 'overview', 'diagrams' of mechanisms, or 'ROBOT/CAMERA'; by default the composed view, in
+            which arms that stand are seen from the side; without robots diagrams, or the overview.
         follow: What the close-up follows, 'truth', 'estimate' or 'nothing'; by default as in the world.
         sightings: Whether to draw lines to sighted beacons; by default as in the world, like the following ones.
         ellipses: Whether to draw 95 % ellipses.
@@ -64,8 +64,7 @@ def make_video(
     require_film_name(path)
     require_free(path, overwrite=overwrite)
     rows = frames_between(recording, begin, end)
-    if view is None and not recording.robots and recording.world.mechanisms:
-        view = DIAGRAMS
+    view = usual_view(recording) if view is None else view
     if view == DIAGRAMS and recording.world.mechanisms:
         pictures = diagram_pictures(recording, rows)
     elif view is None or view == "plan":
@@ -77,6 +76,13 @@ def make_video(
     first = next(pictures)
     with new_file(path, overwrite=overwrite) as part:
         write_film(chain((first,), pictures), part, progress=progress)
+
+
+def usual_view(recording: Recording) -> str | None:
+    """Return the view of a recording that fits what its world has; None is the composed one, of robots."""
+    if recording.robots:
+        return None
+    return DIAGRAMS if recording.world.mechanisms else "overview"
 
 
 def require_film_name(path: Path) -> None:

@@ -14,8 +14,9 @@ from mjsim.video.diagram_drawing import body_outlines, posed
 from mjsim.video.film import display_of
 from mjsim.video.ink import encoded_picture
 from mjsim.video.moment import Moment, moments
+from mjsim.video.oblique import ObliqueView, standing_arms
 from mjsim.video.state import LIFTED, PlanState
-from mjsim.video.views import composed_picture, first_robot, plan_picture
+from mjsim.video.views import arms_alone, composed_picture, first_robot, plan_picture
 from mjsim.world import World
 
 SUFFIXES = (".svg", ".pdf", ".png", ".jpg", ".jpeg")
@@ -76,6 +77,10 @@ def write_instant(
         return
     robot = first_robot(recording)
     (moment,) = moments(recording, robot, [row])
+    if view is None and arms_alone(recording):
+        oblique = ObliqueView(recording, standing_arms(recording))
+        write_file(path, _plan(oblique.items(moment, row), (), path, theme, oblique.bounds), overwrite=overwrite)
+        return
     state = PlanState(recording.world, robot, display)
     paths = _paths(recording.robots[robot], row) if display.trails else ()
     still, machines = state.still(state.gone(moment)), _mechanisms(recording.world, moment)
@@ -83,9 +88,11 @@ def write_instant(
     write_file(path, data, overwrite=overwrite)
 
 
-def _plan(shapes: Sequence[PlanItem], words: Sequence[Words], path: str | Path, theme: Theme) -> bytes:
-    """Return a plan as the contents of an SVG or PDF file, by its name."""
-    bounds = bounds_of(shapes)
+def _plan(
+    shapes: Sequence[PlanItem], words: Sequence[Words], path: str | Path, theme: Theme, bounds: Array | None = None
+) -> bytes:
+    """Return a plan as the contents of an SVG or PDF file, by its name; by default all of it."""
+    bounds = bounds_of(shapes) if bounds is None else bounds
     size = float(np.ptp(bounds, axis=0).max()) * 1000.0
     ratio = float(next((each for each in RATIOS if size / each <= WIDTH), RATIOS[-1]))
     margin = MARGIN * ratio / 1000.0

@@ -10,9 +10,11 @@ from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.record import Recording, logged_cameras
 from mjsim.sim import SEEN_FROM_OUTSIDE, Playback
+from mjsim.video.arm_frame import ArmFrame
 from mjsim.video.diagrams import DiagramFrame, some_of
 from mjsim.video.film_frame import Frame, PlanFrame
 from mjsim.video.moment import moments
+from mjsim.video.oblique import standing_arms
 from mjsim.video.picture_layout import HEIGHT, WIDTH
 from mjsim.world import Camera, View
 
@@ -36,7 +38,10 @@ def known_views(recording: Recording) -> list[str]:
 
 def composed_pictures(recording: Recording, rows: Sequence[int], display: View) -> Iterator[Picture]:
     """Yield the plan with close-up, onboard picture and error at ascending rows of a recording."""
-    yield from _drawn(_composed(recording, display), recording, rows)
+    if arms_alone(recording):
+        yield from _of_arms(recording, rows)
+    else:
+        yield from _drawn(_composed(recording, display), recording, rows)
 
 
 def plan_pictures(recording: Recording, rows: Sequence[int], display: View) -> Iterator[Picture]:
@@ -46,12 +51,26 @@ def plan_pictures(recording: Recording, rows: Sequence[int], display: View) -> I
 
 def composed_picture(recording: Recording, row: int, display: View) -> Picture:
     """Return the composed picture of a row of a recording."""
+    if arms_alone(recording):
+        return next(_of_arms(recording, [row]))
     return _last(_composed(recording, display), recording, row)
 
 
 def plan_picture(recording: Recording, row: int, display: View) -> Picture:
     """Return the plan at a row of a recording."""
     return _last(_plan(recording, display), recording, row)
+
+
+def arms_alone(recording: Recording) -> bool:
+    """Return whether a film shows arms from the side: the robot that it shows stands, and has an arm."""
+    robot = first_robot(recording)
+    return any(arm.robot.name == robot for arm in standing_arms(recording))
+
+
+def _of_arms(recording: Recording, rows: Sequence[int]) -> Iterator[Picture]:
+    frame = ArmFrame(recording)
+    for row, moment in zip(rows, moments(recording, first_robot(recording), rows), strict=True):
+        yield frame.draw(moment, row)
 
 
 def _composed(recording: Recording, display: View) -> Frame:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mjsim.plan.plan_items import outline, shadows
+from mjsim.plan.plan_items import link_outline, shadows
 from mjsim.video import PAPER, Letters, draw_world
 from mjsim.video.paper import Paper
 from mjsim.video.plan_parts import world_bounds
@@ -36,7 +36,7 @@ def test_links_are_seen_from_above_the_lowest_first():
 
 
 def test_an_outline_goes_round_a_link():
-    edge = outline(np.array([0.0, 0.0, 2.0, 0.0, 0.1]))
+    edge = link_outline(np.array([0.0, 0.0, 2.0, 0.0, 0.1]))
     np.testing.assert_allclose(np.abs(edge[:, 1]).max(), 0.1, atol=1e-3)
     assert edge[:, 0].min() == pytest.approx(-0.1, abs=1e-3)
     assert edge[:, 0].max() == pytest.approx(2.1, abs=1e-3)
