@@ -2,6 +2,7 @@
 
 import json
 import math
+import weakref
 from collections.abc import Collection, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -132,7 +133,7 @@ class Recording(Viewed):
             return self
         until = float(self.time[rows[-1]]) + SAME_TIME
         since = float(self.time[rows[0]]) - SAME_TIME
-        return replace(
+        section = replace(
             self,
             metadata={key: value for key, value in self.metadata.items() if key != "seconds"},
             time=self.time[rows],
@@ -153,6 +154,8 @@ class Recording(Viewed):
             clock=self.clock[rows],
             module_seconds={part: seconds[rows] for part, seconds in self.module_seconds.items()},
         )
+        weakref.finalize(section, id, self)  # a temporary file goes with the last recording that reads it
+        return section
 
     def cameras(self) -> tuple[tuple[str, str], ...]:
         """Return (robot, camera) of each onboard camera of the world."""

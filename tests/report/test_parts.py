@@ -51,6 +51,13 @@ def test_a_part_has_the_ticks_between_both_times_and_nothing_else(files):
     assert len(whole.between(end=0.0).time) == len(whole.between(1.55).time) == 1
 
 
+def test_a_part_of_a_run_without_a_file_keeps_what_is_read_on_request():
+    world = mjsim.parse_world("mjsim: 1\nrobots: [{name: scout, preset: pioneer3dx, at: [0, 0]}]")
+    with mjsim.Simulation(world) as sim:
+        part = mjsim.run(sim, seconds=0.2).between(0.0, 0.1)  # of the whole nothing else is left
+    assert len(list(part.observations("scout"))) == 5
+
+
 def test_between_two_ticks_there_is_nothing(files):
     with pytest.raises(mjsim.UsageError, match=r"no tick is between 0\.41 and 0\.43 s; .* from 0 to 1\.56 s"):
         mjsim.read_recording(files[0]).between(0.41, 0.43)
