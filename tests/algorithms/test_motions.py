@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -188,6 +189,19 @@ def test_a_robot_that_turns_or_moves_to_and_fro_is_not_at_rest_but_without_progr
         assert now == pytest.approx(8.1, abs=0.15)
 
 
+def test_space_seen_for_the_first_time_and_a_detour_as_long_as_planned_are_no_lack_of_progress():
+    for area_at, seconds_at, begins in (
+        (lambda _: 0.0, lambda _: 5.0, 8.1),
+        (lambda now: 0.2 * now, lambda _: 5.0, math.inf),
+        (lambda _: 0.0, lambda now: 5.0 if now < 0.05 else 25.0 - now, 28.0),
+    ):
+        recovery, now, x = Recovery(), 0.0, 0.0
+        while now < 40.0 and not recovery.update(Pose(x, 0.0, 0.0), max(seconds_at(now), 5.0), now, area=area_at(now)):
+            x, now = x + 0.05, now + 0.1
+            assert not (begins > 20.0 and recovery.silent(min(now, 24.0)))
+        assert now >= 40.0 if begins == math.inf else now == pytest.approx(begins, abs=0.3)
+
+
 def observation(time, *, proximity=math.inf, odometry=(0.0, 0.0, 0.0)):
     return Observation(
         time=time, dt=0.04, odometry=Odometry(*odometry, 1e-6 * np.eye(3)), proximity=np.full(16, proximity)
@@ -242,6 +256,16 @@ def test_goals_are_passed_in_order_and_another_takes_the_place_of_all():
     assert module.command(observation(0.8), belief).turn == 0.0
     assert module.is_done
     assert module.show() == ()
+
+
+def test_what_it_touches_unseen_is_gone_around_though_rays_pass_above():
+    module, _, belief = navigated([2.0, 0.0], ORIGIN)
+    touches = replace(observation(0.08, proximity=1.5), bump=(0.0,))
+    module.command(touches, belief)
+    for time in (0.4, 0.8):
+        module.command(observation(time, proximity=1.5), belief)
+    (path,) = module.show()
+    assert np.abs(path.points[:, 1]).max() > 0.2
 
 
 def test_all_of_a_plan_is_shown_in_the_frame_of_the_estimate():

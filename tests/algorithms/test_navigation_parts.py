@@ -268,6 +268,55 @@ def test_a_robot_beside_an_obstacle_still_has_a_way_out():
     np.testing.assert_allclose((np.array([1.0, 1.0]) - corner) / 0.1, [3.5, 3.5], atol=0.5)
 
 
+def line(start, end):
+    """Return points on a wall between two points [m]."""
+    return np.linspace(start, end, 2 + int(math.dist(start, end) / 0.05))
+
+
+U = np.concatenate([line(*ends) for ends in (((2, -2), (2, 2)), ((-6, -2), (2, -2)), ((-6, 2), (2, 2)))])
+
+
+def test_a_way_out_of_a_u_is_found_where_the_first_grid_did_not_reach():
+    way = WayPlan(np.zeros((0, 2)), None, half_width=0.2, gap=0.1, top=1.0, cell=0.1)
+    goal, place = np.array([4.0, 0.0]), np.zeros(2)
+    way.lay_out(goal, place[None])
+    way.see(ORIGIN, RangeView("scan", ORIGIN, -3.0, 0.02, np.full(300, 1.0), 8.0), 0.0)
+    area = way.seen_area
+    assert area == pytest.approx(math.pi, rel=0.1)
+    for time in (0.0, 0.3):
+        field = way.to(goal, place, time, points=U, stuck=[])
+    assert not way.is_barred
+    assert field.path(place)[:, 0].min() < -6.0
+    # What has been seen stays so.
+    assert way.seen_area == pytest.approx(area)
+
+
+def test_where_there_is_no_way_times_lead_near_the_goal_and_end_before_what_is_in_between():
+    way = WayPlan(np.zeros((0, 2)), None, half_width=0.2, gap=0.1, top=1.0, cell=0.1)
+    goal, place = np.array([4.0, 0.0]), np.zeros(2)
+    way.lay_out(goal, place[None])
+    closed = np.concatenate([U, line((-6, -2), (-6, 2))])
+    for time in (0.0, 0.3):
+        field = way.to(goal, place, time, points=closed, stuck=[])
+    assert way.is_barred
+    assert not way.ends(place)
+    assert way.ends(np.array([1.75, 0.0]))
+    assert float(field.at(np.array([1.5, 0.0]))) < float(field.at(place)) < UNREACHED
+    # Once there is a way again, it is planned for.
+    assert float(way.to(goal, place, 0.6, points=U, stuck=[]).at(place)) < float(field.at(place)) + 15.0
+    assert not way.is_barred
+
+
+def test_a_place_where_it_got_stuck_often_stays_passable():
+    way = WayPlan(np.zeros((0, 2)), None, half_width=0.2, gap=0.1, top=1.0, cell=0.1)
+    goal, place = np.array([2.0, 0.3]), np.zeros(2)
+    way.lay_out(goal, place[None])
+    times = [float(way.to(goal, place, 2.0 * n, points=FAR[:0], stuck=[(1.0, 0.1)] * n).at(place)) for n in (0, 1)]
+    way.begin()
+    often = float(way.to(goal, place, 4.0, points=FAR[:0], stuck=[(1.0, 0.1)] * 20).at(place))
+    assert often < 10.0 * times[0]
+
+
 def test_what_beams_have_passed_is_no_longer_doubtful():
     way = WayPlan(np.zeros((0, 2)), None, half_width=0.2, gap=0.1, top=1.0, cell=0.1)
     way.lay_out(np.array([2.0, 0.0]), np.array([[-2.0, 0.0], [0.0, 3.0]]))

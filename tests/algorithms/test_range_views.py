@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from mjsim.algorithms.go_to_goal.range_views import Views, rims
+from mjsim.algorithms.go_to_goal.range_views import Views, rims, touched
 from mjsim.geometry import Pose
 from mjsim.interface import CameraFrame, Intrinsics, Observation, Odometry, PointCloud, Scan, SensorInfo
 from mjsim.mechanics import rotation_of
@@ -95,7 +95,7 @@ def test_a_level_lidar_is_a_view_in_either_direction_of_its_beams(increment):
 
 def test_proximity_counts_from_the_rim_of_the_body():
     for outline in (BOX, BOX + np.array([0.1, -0.05]), None):
-        found = rims(robot(outline=outline), 16)
+        found = rims(robot(outline=outline), np.arange(16) * (math.pi / 8))
         for bearing, distance in zip(np.arange(16) * math.pi / 8, found.tolist(), strict=True):
             if outline is None:
                 assert distance == pytest.approx(math.hypot(0.25, 0.2))
@@ -104,5 +104,27 @@ def test_proximity_counts_from_the_rim_of_the_body():
             met = shapely.get_coordinates(ray.intersection(shapely.Polygon(outline).exterior))
             assert distance == pytest.approx(float(np.hypot(*met.T).max()))
     (view,) = views_of(SensorInfo(kind="imu", robot_from_sensor=np.eye(4), rate_hz=5.0))
-    np.testing.assert_allclose(view.ranges, 0.5 + rims(robot(), 16))
+    np.testing.assert_allclose(view.ranges, 0.5 + rims(robot(), np.arange(16) * (math.pi / 8)))
     assert (view.first, view.step) == (0.0, pytest.approx(math.pi / 8))
+
+
+def test_rays_that_meet_nothing_are_free_only_as_far_as_they_have_ever_met_something():
+    views, away = Views(robot()), np.array([[0.8, 0.0], [1.4, 0.0], [2.4, 0.0]])
+    for nearest, expected in ((math.inf, [False] * 3), (1.0, [True, False, False]), (2.0, [True, True, False])):
+        ranges = np.full(16, math.inf)
+        ranges[4] = nearest
+        odometry = Odometry(0.0, 0.0, 0.0, np.eye(3))
+        (view,) = views.update(Observation(0.04, 0.04, odometry, proximity=ranges))
+        assert len(view.points()) == np.isfinite(nearest)
+        # The rim is at least 0.2 m from the origin.
+        assert view.is_free(away, 0.025).tolist() == expected
+
+
+def test_what_is_touched_is_a_flat_piece_beside_the_rim():
+    points = touched(robot(), np.array([0.0, math.pi / 2]))
+    ahead, left = np.split(points, 2)
+    np.testing.assert_allclose(ahead[:, 0], 0.25 + 0.02)
+    np.testing.assert_allclose(left[:, 1], 0.2 + 0.02)
+    half = 0.5 * math.hypot(0.25, 0.2)
+    np.testing.assert_allclose([ahead[:, 1].min(), ahead[:, 1].max()], [-half, half])
+    assert np.diff(np.sort(left[:, 0])).max() <= 0.02
