@@ -106,6 +106,10 @@ class Planner:
         taken[self.cells(points[inside])] = True
         return taken
 
+    def centres(self, cells: NDArray[np.bool_]) -> Array:
+        """Return the centres of the marked cells of the grid, shape (n, 2) [m]."""
+        return np.asarray(self.lower + (np.argwhere(cells)[:, ::-1] + 0.5) * self.cell)
+
     def near(self, path: Array, distance: float) -> NDArray[np.bool_]:
         """Return the cells within a distance [m] of a path, points (n, 2) [m]."""
         drawn = np.zeros(self.shape, dtype=np.uint8)
@@ -135,18 +139,30 @@ class Planner:
             Dijkstra, A Note on Two Problems in Connexion with Graphs, Numerische Mathematik 1, 1959.
         """
         rows, columns = self.shape
-        i, j = np.clip(((goal - self.lower) / self.cell).astype(int), 0, (columns - 1, rows - 1))
-        price = np.pad(price[1:-1, 1:-1], 1, constant_values=math.inf)
-        price[j, i] = min(price[j, i], MOST_PRICE)
+        price, (j, i) = self._passable(price, goal)
         seconds, before = dijkstra(
             self._graph(price),
-            indices=int(j * columns + i),
+            indices=j * columns + i,
             return_predecessors=True,
             # Edges to where the robot cannot be take for ever.
             limit=min(limit, UNREACHED),
         )
         grid = np.minimum(seconds, UNREACHED).reshape(rows, columns)
         return CostToGo(self.lower, self.cell, _extended(grid), self._slope(grid), before, goal)
+
+    def is_connected(self, price: Array, goal: Array, place: Array) -> bool:
+        """Return whether there is a way from a place (2,) to a goal (2,) [m] over the prices of `cost_to_go`."""
+        price, cell = self._passable(price, goal)
+        _, regions = cv2.connectedComponents(np.isfinite(price).astype(np.uint8), connectivity=8)
+        ((j,), (i,)) = self.cells(place[None])
+        return bool(regions[j, i] == regions[cell] > 0)
+
+    def _passable(self, price: Array, goal: Array) -> tuple[Array, tuple[int, int]]:
+        """Return prices that are infinite at the edge of the grid and finite at a goal (2,) [m], and its cell."""
+        ((j,), (i,)) = self.cells(goal[None])
+        price = np.pad(price[1:-1, 1:-1], 1, constant_values=math.inf)
+        price[j, i] = min(price[j, i], MOST_PRICE)
+        return price, (int(j), int(i))
 
     def _graph(self, price: Array) -> csr_matrix:
         """Return the times between neighbours; the cells at the edge of the grid are impassable."""

@@ -18,7 +18,7 @@ from .moving_things import GATE, MovingThings
 from .obstacle_map import ObstacleMap
 from .obstacle_memory import ObstacleMemory
 from .path_integral import Leads, MotionPrices, PathIntegral
-from .range_views import RangeView, Views
+from .range_views import RangeView, Views, touched
 from .recovery import Around, Attempt, Recovery, Toward
 from .scan_alignment import ScanAlignment
 from .shown_plan import shown_plan
@@ -99,7 +99,11 @@ class GoToGoal:
     def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
         """Take the map; the first path is planned later."""
         self._robot = robot
-        self._views, self._memory = Views(robot), ObstacleMemory(FINE, seconds=FORGET)
+        self._views, self._memory, self._touched = (
+            Views(robot),
+            ObstacleMemory(FINE, seconds=FORGET),
+            ObstacleMemory(FINE, seconds=FORGET),
+        )
         top = min(robot.max_speed, math.inf if self._speed is None else self._speed)
         self._slow_pause = min(max(SPACING / top, LOOK), SLOW_LOOK)
         self._local = PathIntegral(robot, rng, top=top)
@@ -144,16 +148,13 @@ class GoToGoal:
             return Command()
         if self._is_there:
             return self._face(pose, seen.time)
-        points, stuck = self._memory.points, self._recovery.stuck
-        field = self._way.to(self._left[0][:2], place, seen.time, points=points, stuck=stuck)
+        way, stuck = self._way, self._recovery.stuck
+        field = way.to(self._left[0][:2], place, seen.time, points=self._obstacles, stuck=stuck)
         seconds = float(field.at(place))
-        if self._way.is_shut and seconds >= UNREACHED:
-            self._reason = self._why(seconds) if self._recovery.silent(seen.time) else None
-            return self._stop()
-        if self._recovery.update(pose, seconds, seen.time):
+        if self._recovery.update(pose, seconds, seen.time, area=way.seen_area, barred=way.is_barred):
             self._memory.forget(seen.time - 1.0)
-            self._way.begin()
-        self._reason = self._why(seconds) if self._recovery.silent(seen.time) else None
+            way.begin()
+        self._reason = self._why() if self._recovery.silent(seen.time) else None
         self._local.shift(self._robot.dt)
         if views and self._is_hurried(seen.time):
             self._choose(seen, pose, field)
@@ -170,6 +171,7 @@ class GoToGoal:
         if self._now < self._shown_at + SHOW - 1e-6:
             return self._shown
         self._shown_at, path = self._now, self._way.field.path(self._place)
+        path = path[:0] if self._way.is_barred else path
         more = shown_plan(self._way, self._local, self._left, self._place) if self._show_all else ()
         self._shown = (*more, *(shown_path(path) if len(path) > 1 else ()))
         return self._shown
@@ -209,13 +211,13 @@ class GoToGoal:
     def _face(self, pose: Pose, now: float) -> Command:
         """Return the command that turns the robot to the heading of its goal, on the side where there is room."""
         apart = _apart(float(self._left[0][2]), pose.heading)
-        near = np.concatenate([self._near, self._memory.points])
+        near = np.concatenate([self._near, self._obstacles])
         obstacles = ObstacleMap(self._place, near, cell=FINE, half=self._local.body.reach + 0.2)
         ways = (apart, apart - math.copysign(2.0 * math.pi, apart))
         free = [way for way in ways if self._local.can_turn(pose, way, obstacles)]
         command = self._stop()
         if not free:
-            self._reason = self._why(0.0) if self._recovery.silent(now) else None
+            self._reason = self._why() if self._recovery.silent(now) else None
             return command
         self._reason = None
         self._recovery.restart(now)
@@ -225,7 +227,7 @@ class GoToGoal:
     def _lay_out(self, place: Array) -> None:
         """Lay out the planning grid around a place (2,) of the robot [m], what is remembered, and the goals."""
         goals = self._goals[:, :2]
-        self._way.lay_out(goals[-1], np.concatenate([goals, [place], self._memory.points]))
+        self._way.lay_out(goals[-1], np.concatenate([goals, [place], self._obstacles]))
 
     def _pose(self, seen: Observation, estimate: Pose, views: list[RangeView]) -> Pose:
         """Return the pose that it drives by: the estimate, but dead reckoning is corrected by scans."""
@@ -259,7 +261,11 @@ class GoToGoal:
         """Remember what the sensors see."""
         odometry = seen.odometry
         if self._alignment is None:
-            self._memory.track(pose, Pose(odometry.forward, odometry.left, odometry.turn))
+            for memory in (self._memory, self._touched):
+                memory.track(pose, Pose(odometry.forward, odometry.left, odometry.turn))
+        if seen.bump:
+            # No sensor sees it: nothing contradicts it.
+            self._touched.add(pose, [], pose.transform(touched(self._robot, np.array(seen.bump))), seen.time)
         self._place = np.array([pose.x, pose.y])
         if len(self._walls) and not np.abs(self._place - self._around).max() < WINDOW:
             half = max(self._local.reach, MOVING_RANGE) + WINDOW
@@ -275,6 +281,11 @@ class GoToGoal:
         limits = np.array([self._robot.max_speed, max(self._robot.max_left, 0.1), self._robot.max_turn])
         surprise = np.abs(measured - self._twist) > 0.25 * limits
         self._twist = np.where(surprise, measured, self._twist)
+
+    @property
+    def _obstacles(self) -> Array:
+        """What has been seen and touched, shape (n, 2) [m]."""
+        return np.concatenate([self._memory.points, self._touched.points])
 
     def _remember(self, pose: Pose, views: list[RangeView], now: float) -> None:
         """Remember the hits of a scan, and follow what moves."""
@@ -308,7 +319,7 @@ class GoToGoal:
 
     def _choose(self, seen: Observation, pose: Pose, field: CostToGo) -> None:
         """Choose the next twist by the local planner."""
-        near = np.concatenate([self._near, self._memory.points])
+        near = np.concatenate([self._near, self._obstacles])
         obstacles = ObstacleMap(self._place, near, cell=FINE, half=self._local.reach)
         attempt, prices = self._recovery.attempt, MotionPrices()
         self._chosen, self._is_open = seen.time, False
@@ -317,7 +328,7 @@ class GoToGoal:
             leads, prices = Toward(self._recovery.target), MotionPrices(reverse=0.0, top=BACKWARDS)
         elif attempt is Attempt.LOOK:
             leads, prices = Around(pose.heading), MotionPrices(top=BACKWARDS)
-        elif float(field.at(self._place)) >= UNREACHED:
+        elif self._way.ends(self._place) or float(field.at(self._place)) >= UNREACHED:
             self._stop()
             return
         prices = replace(prices, things=tuple(self._moving.predicted(pose, seen.time)))
@@ -334,14 +345,14 @@ class GoToGoal:
         self._twist = np.zeros(3)
         return Command()
 
-    def _why(self, seconds: float) -> str:
+    def _why(self) -> str:
         """Return why the robot does not get nearer to its goal."""
         x, y, heading = self._left[0].tolist()
         if self._is_there:
             return f"no room to turn to {math.degrees(heading):g} degrees at [{x:g}, {y:g}]; waiting for some"
         if self._jammed:
             return f"every motion would touch something; still trying to get to [{x:g}, {y:g}]"
-        if seconds >= UNREACHED:
+        if self._way.is_barred:
             return f"no way to [{x:g}, {y:g}] between the obstacles seen so far; looking for one"
         return f"no progress towards [{x:g}, {y:g}]; trying other ways"
 

@@ -24,6 +24,8 @@ SMOOTHED = 3
 """Beams to each side over which the noise of a range is averaged, as far as they hit the same surface."""
 WINDOWS = (0, 1, 2, 4, 8, 16)
 """Numbers of beams to each side over which the shortest range is known."""
+TOUCHED = 0.02
+"""How far beyond the rim, and how far apart, points on what is touched are [m]."""
 NOISY = 0.005
 """Range noise from which ranges are averaged [m]."""
 
@@ -42,13 +44,13 @@ class RangeView:
     ranges: Array
     """Shape (n,) [m]; +inf for nothing within `farthest`, 0 for unknown."""
     farthest: float
-    """Range up to which it detects obstacles [m]."""
+    """Range up to which it surely detects obstacles [m]."""
     nearest: float = 0.0
     """Range from which a longer range means free space; nearer, an obstacle may be below the field of view [m]."""
 
     def points(self) -> Array:
         """Return the obstacles, in the robot frame, shape (k, 2) [m]."""
-        hit = (self.ranges > 0.0) & (self.ranges < self.farthest)
+        hit = (self.ranges > 0.0) & np.isfinite(self.ranges)
         bearings = self.first + self.step * np.flatnonzero(hit)
         ranges = self.ranges[hit]
         return self.robot_from_sensor.transform(
@@ -85,7 +87,7 @@ class Views:
         kinds = {name: sensor.kind for name, sensor in robot.sensors.items()}
         self._lidars = {name: LevelLidar(robot, name) for name, kind in kinds.items() if kind == "lidar"}
         self._top = HEADROOM + max([float(s.robot_from_sensor[2, 3]) for s in robot.sensors.values()], default=0.3)
-        self._rims = rims(robot, 16)
+        self._rims, self._reach = rims(robot, np.linspace(0.0, 2.0 * math.pi, 16, endpoint=False)), 0.0
 
     def update(self, seen: Observation) -> list[RangeView]:
         """Return the views of this tick."""
@@ -99,8 +101,10 @@ class Views:
         return views + [self._clouded(name, cloud) for name, cloud in seen.clouds.items()]
 
     def _ring(self, proximity: Array) -> RangeView:
-        """Return the view of the proximity rays."""
-        return RangeView("proximity", Pose(0.0, 0.0, 0.0), 0.0, 2.0 * math.pi / 16, proximity + self._rims, math.inf)
+        """Return the view of the proximity rays; nobody says how far they reach: at least as far as they did."""
+        self._reach = float(np.max(proximity, where=np.isfinite(proximity), initial=self._reach))
+        farthest = self._reach + float(self._rims.min())
+        return RangeView("proximity", Pose(0.0, 0.0, 0.0), 0.0, 2.0 * math.pi / 16, proximity + self._rims, farthest)
 
     def _imaged(self, name: str, frame: CameraFrame) -> RangeView:
         """Return the view of a depth image."""
@@ -147,15 +151,27 @@ class Views:
         bins = np.floor((np.arctan2(y, x) + 0.5 * fov) / fov * count).astype(int)
         ranges = np.full(count, np.inf)
         inside = (bins >= 0) & (bins < count)
-        np.minimum.at(ranges, bins[inside], np.hypot(x, y)[inside])
+        away = np.hypot(x, y)
+        inside &= away < farthest
+        np.minimum.at(ranges, bins[inside], away[inside])
         return RangeView(name, place, -0.5 * fov + 0.5 * fov / count, fov / count, ranges, farthest, blind)
 
 
-def rims(robot: RobotInfo, count: int) -> Array:
-    """Return the distances from the origin to the rim of the body, ahead and then counter-clockwise, (count,) [m]."""
+def touched(robot: RobotInfo, bearings: Array) -> Array:
+    """Return points beside the rim of the body on what it touches at bearings (n,), in the robot frame, (k, 2) [m].
+
+    What it touches is taken for a flat surface as wide as half the robot.
+    """
+    across = np.linspace(-0.5, 0.5, 1 + 2 * math.ceil(robot.radius / TOUCHED)) * robot.radius
+    away, (c, s) = rims(robot, bearings) + TOUCHED, (np.cos(bearings), np.sin(bearings))
+    x, y = (away * c)[:, None] - s[:, None] * across, (away * s)[:, None] + c[:, None] * across
+    return np.stack([x, y], axis=-1).reshape(-1, 2)
+
+
+def rims(robot: RobotInfo, bearings: Array) -> Array:
+    """Return the distances from the origin to the rim of the body at bearings (n,) [rad], shape (n,) [m]."""
     if robot.outline is None:
-        return np.full(count, robot.radius)
-    bearings = np.arange(count) * (2.0 * math.pi / count)
+        return np.full(len(bearings), robot.radius)
     start, edge = robot.outline, np.roll(robot.outline, -1, axis=0) - robot.outline
     along = np.stack([np.cos(bearings), np.sin(bearings)], axis=-1)[:, None]
     across = along[..., 0] * edge[:, 1] - along[..., 1] * edge[:, 0]
@@ -169,6 +185,7 @@ def _scanned(name: str, level: LevelScan, sensor: SensorInfo) -> RangeView:
     """Return the view of a level scan, with less noise."""
     scan, pose = level.scan, level.robot_from_lidar
     ranges = np.where(scan.ranges == -math.inf, 0.0, np.nan_to_num(scan.ranges, nan=0.0, posinf=np.inf))
+    ranges = np.where(ranges < scan.range_max, ranges, np.inf)
     if (noise := sensor.noise.get("range", 0.0)) > NOISY:
         ranges = smoothed(ranges, 3.0 * noise)
     if scan.angle_increment > 0.0:

@@ -13,6 +13,10 @@ STANDING, ROAMING = 2.0, 8.0
 """Time without motion, and without progress, after which it tries something else [s]."""
 MOVED, TURNED = 0.15, 0.5
 """Change of the pose that counts as motion [m, rad]."""
+DETOUR = 60.0
+"""Longest detour that is awaited, as long as its plan takes, before this counts as being without progress [s]."""
+NEWS = 0.5
+"""Area seen for the first time that counts as progress [m^2]."""
 SILENT = 5.0
 """Time without progress after which the robot says why [s]."""
 BACK, BACKING = 0.7, 3.0
@@ -83,7 +87,8 @@ class Recovery:
 
     def restart(self, now: float) -> None:
         """Begin with a new goal at a time [s]."""
-        self._best, self.since = math.inf, now
+        self._best, self._nearest = math.inf, math.inf
+        self._detour, self._area, self.since = 0.0, 0.0, now
         self._rest: Pose | None = None
         self._rested = now
         self.attempt, self._until, self._tries = Attempt.DRIVE, math.inf, 0
@@ -91,24 +96,32 @@ class Recovery:
 
     def silent(self, now: float) -> bool:
         """Return whether there was no progress for so long that the robot must say why."""
-        return now - self.since > SILENT
+        return now - self.since > SILENT + (0.0 if self._tries else self._detour)
 
-    def update(self, pose: Pose, seconds: float, now: float) -> bool:
+    def update(self, pose: Pose, seconds: float, now: float, *, area: float = 0.0, barred: bool = False) -> bool:
         """Follow the robot; return whether it begins something new.
 
         Args:
             pose: Of the robot.
             seconds: Time to the goal from here [s].
             now: [s]
+            area: Area seen so far, as far as it was unknown [m^2].
+            barred: Whether there is no way, so that `seconds` leads through obstacles.
         """
         self._note(pose, now)
-        if seconds < self._best - GAIN:
-            self._best, self.since = seconds, now
+        best = self._nearest if barred else self._best
+        if seconds < best - GAIN:
+            self._best, self._nearest = (self._best, seconds) if barred else (seconds, self._nearest)
+            self._detour, self.since = 0.0, now
             if self._tries and self.attempt is Attempt.DRIVE:
                 self._tries = 0
+        elif not barred:
+            self._detour = min(max(self._detour, seconds - best), DETOUR)
+        if area > self._area + NEWS:
+            self._area, self.since = area, now
         if self.attempt is not Attempt.DRIVE:
             return self._end(pose, now)
-        standing, roaming = now - self._rested > STANDING, now - max(self.since, self._began) > ROAMING
+        standing, roaming = now - self._rested > STANDING, now - max(self.since, self._began) > ROAMING + self._detour
         return self._begin(pose, now) if standing or roaming else False
 
     def _note(self, pose: Pose, now: float) -> None:
@@ -136,7 +149,6 @@ class Recovery:
         if not there and now < self._until:
             return False
         self.attempt, self._rest, self._began = Attempt.DRIVE, None, now
-        self._best = math.inf if self._tries % 4 == 0 else self._best
         return True
 
 

@@ -25,6 +25,11 @@ SIGHT, RAYS = 8.0, 180
 """Range in which, and number of beams by which a scan says what has been seen [m]."""
 EXPLAINED = 0.15
 """Hits this near to a wall of the map are that wall [m]."""
+BARRIER, BEFORE = 30.0, 0.2
+"""Time per metre through obstacles where there is no way around them, and distance at which a robot stops before them
+[s/m, m]."""
+AVOIDED = 30.0
+"""Largest factor on the time where the robot got stuck."""
 
 
 class WayPlan:
@@ -50,26 +55,33 @@ class WayPlan:
         self._planned, self._checked = -math.inf, -math.inf
         self._noted = dict[str, float]()
         self._price: Array = np.zeros((0, 0))
-        self.is_shut = False
-        """Whether obstacles are only the walls of the map: without a way between them there is none."""
+        self._planner = Planner(np.zeros(2), np.zeros(2), cell)
+        self._doubt: NDArray[np.bool_] = np.ones(self._planner.shape, dtype=bool)
+        self.is_barred = False
+        """Whether there is no way: the times lead through obstacles, so that the robot gets near its goal."""
 
     def lay_out(self, goal: Array, points: Array) -> None:
         """Lay out the grid around points (n, 2), with a goal (2,) in the middle of its cell [m]."""
         points = np.concatenate([points, goal[None], self._walls])
         low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
-        cell = self._cell
+        cell, before, seen = self._cell, self._planner, ~self._doubt
         while np.prod((high - low) / cell) > CELLS:
             cell *= 2.0
         low = goal - (np.ceil((goal - low) / cell) + 0.5) * cell
         self._planner = Planner(low, high, cell)
         self._built = self._planner.drawn(self._walls)
-        self._doubt: NDArray[np.bool_] = np.full(self._planner.shape, not len(self._walls))
+        self._doubt = ~self._planner.drawn(before.centres(seen)) & (not len(self._walls))
         self.field = None
 
     @property
     def cell(self) -> float:
         """Side of a cell of the grid [m]."""
         return self._planner.cell
+
+    @property
+    def seen_area(self) -> float:
+        """Area that has been seen, as far as it was unknown [m^2]."""
+        return 0.0 if len(self._walls) else np.count_nonzero(~self._doubt) * self.cell**2
 
     def contains(self, place: Array) -> bool:
         """Return whether a place (2,) is on the grid."""
@@ -110,10 +122,13 @@ class WayPlan:
         if self.field is not None and not self._is_due(self.field, place, now, points):
             return self.field
         self._planned = self._checked = now
-        self._occupied, self._doubted = self._drawn(points), self._doubt.copy()
-        distances = DistanceGrid(self._occupied, lower=self._planner.lower, cell=self._planner.cell).distance
-        price = time_per_metre(distances, half_width=self._half_width, gap=self._gap, top=self._top, doubt=self._doubt)
-        self._price = price = self._priced(price, place, stuck)
+        self._price = price = self._priced(goal, place, points, stuck)
+        self.is_barred = not self._planner.is_connected(price, goal, place)
+        if self.is_barred and self._grow(goal, place, points):
+            self._price = price = self._priced(goal, place, points, stuck)
+            self.is_barred = not self._planner.is_connected(price, goal, place)
+        if self.is_barred:
+            price, self.field = np.minimum(price, BARRIER), None
         # What is much farther from the goal than the robot does not matter.
         far = math.inf if self.field is None else float(self.field.at(place)) + BEYOND
         field = self._planner.cost_to_go(price, goal, limit=far)
@@ -121,6 +136,13 @@ class WayPlan:
             field = self._planner.cost_to_go(price, goal)
         self.field = field
         return field
+
+    def ends(self, place: Array) -> bool:
+        """Return whether there is no way, and a robot at a place (2,) [m] is as near to its goal as it gets."""
+        if not self.is_barred or self.field is None:
+            return False
+        ahead = self.field.path(place)[: 1 + math.ceil(BEFORE / self.cell)]
+        return bool(np.isinf(self._price[self._planner.cells(ahead)]).any())
 
     def costs(self, place: Array, *, half: float) -> tuple[Array, Array]:
         """Return the costs planned with around a place (2,), and the corner of the first cell, shape (2,) [m].
@@ -141,7 +163,7 @@ class WayPlan:
         if now < self._checked + REPLAN - 1e-6:
             return False
         self._checked = now
-        if float(field.at(place)) >= UNREACHED:
+        if self.is_barred:
             return True
         changed = self._drawn(points) != self._occupied
         if now >= self._planned + REFRESH:
@@ -152,17 +174,39 @@ class WayPlan:
         """Return the cells of the grid that walls and obstacles occupy."""
         if self._known is not None and len(points):
             points = points[self._known.at(points) > EXPLAINED]
-        self.is_shut = len(self._walls) > 0 and not len(points)
         return np.asarray(self._planner.drawn(points) | self._built)
 
-    def _priced(self, price: Array, place: Array, stuck: list[tuple[float, float]]) -> Array:
-        """Return prices that are finite where the robot is, and higher where it got stuck."""
-        rows, columns = self._planner.shape
-        cell = self._planner.cell
-        x = self._planner.lower[0] + (np.arange(columns) + 0.5) * cell
-        y = (self._planner.lower[1] + (np.arange(rows) + 0.5) * cell)[:, None]
-        own = (x - place[0]) ** 2 + (y - place[1]) ** 2 < (self._half_width + cell) ** 2
+    def _grow(self, goal: Array, place: Array, points: Array) -> bool:
+        """Lay out a larger grid if obstacles reach beyond its inner part: a way around them may; return whether it is.
+
+        It grows by steps, since the cells of a large grid are coarse.
+        """
+        low, high = self._planner.lower + MARGIN, self._planner.upper - MARGIN
+        corners = np.array(
+            [
+                np.minimum(low, np.maximum(points.min(axis=0, initial=math.inf), low - MARGIN)),
+                np.maximum(high, np.minimum(points.max(axis=0, initial=-math.inf), high + MARGIN)),
+            ]
+        )
+        if np.abs(corners - (low, high)).max() <= 2.0 * self._planner.cell:
+            return False
+        self.lay_out(goal, np.concatenate([corners, [place]]))
+        return True
+
+    def _priced(self, goal: Array, place: Array, points: Array, stuck: list[tuple[float, float]]) -> Array:
+        """Return the time per metre in each cell: finite where robot and goal are, longer where it got stuck [s/m]."""
+        self._occupied, self._doubted = self._drawn(points), self._doubt.copy()
+        planner = self._planner
+        distances = DistanceGrid(self._occupied, lower=planner.lower, cell=planner.cell).distance
+        price = time_per_metre(distances, half_width=self._half_width, gap=self._gap, top=self._top, doubt=self._doubt)
+        (rows, columns), (left, bottom) = planner.shape, planner.lower
+        x, y = (
+            left + (np.arange(columns) + 0.5) * planner.cell,
+            bottom + (np.arange(rows)[:, None] + 0.5) * planner.cell,
+        )
+        own = (x - place[0]) ** 2 + (y - place[1]) ** 2 < (self._half_width + planner.cell) ** 2
         price = np.where(own, np.minimum(price, MOST_PRICE), price)
+        avoided = np.ones_like(price)
         for a, b in stuck:
-            price = price * (1.0 + 3.0 * np.exp(-((x - a) ** 2 + (y - b) ** 2) / 0.3**2))
-        return price
+            avoided *= 1.0 + 3.0 * np.exp(-((x - a) ** 2 + (y - b) ** 2) / 0.3**2)
+        return price * np.minimum(avoided, AVOIDED)
