@@ -19,7 +19,7 @@ from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Sighti
 
 from .estimation.odometry_errors import COUNT, OdometryErrors
 from .estimation.recent_motion import RecentMotion
-from .estimation.relocation import Relocation, as_lost, fitted
+from .estimation.relocation import Relocation, fitted
 from .monte_carlo import systematic_resample_with
 from .picture_errors import PictureErrors, each_of
 
@@ -56,7 +56,7 @@ class FastSlam:
     def __init__(
         self,
         *,
-        particles: int = 200,
+        particles: int = 400,
         odometry_scale: float = 1.0,
         sighting_scale: float = 1.0,
         systematic: float = 1.0,
@@ -115,17 +115,18 @@ class FastSlam:
         self._error_covariance += np.diag(gained)
         self._move(control, covariance, slopes, known)
         if self._relocation.lost:
-            return self._relocated(seen.time)
-        for sighting, R in looks:
-            if sighting.name is not None and sighting.name not in self._index:
-                self._add(sighting, R)
-        if known:
-            self._resample()
-        return self._belief()
+            self._relocate(seen.time)
+        else:
+            for sighting, R in looks:
+                if sighting.name is not None and sighting.name not in self._index:
+                    self._add(sighting, R)
+            if known:
+                self._resample()
+        return self._relocation.reported(self._belief(), seen)
 
     def lost(self) -> bool:
-        """Return whether nearly all recent sightings contradict the maps of most particles."""
-        return self._relocation.lost
+        """Return whether nearly all recent sightings contradict the map, or expected ones do not come."""
+        return self._relocation.doubted
 
     @property
     def systematic_errors(self) -> Array:
@@ -171,18 +172,17 @@ class FastSlam:
         for sighting, R in () if self._relocation.lost else looks:
             self._correct(sighting, R)
 
-    def _relocated(self, time: float) -> Estimate:
-        """Return the belief of a lost robot, after each particle was moved to where its map explains what is seen."""
+    def _relocate(self, time: float) -> None:
+        """Move each particle of a lost robot to where its map explains what is seen, once sightings tell."""
         places = {name: self._weights @ self._means[:, i] for name, i in self._index.items()}
         found = self._relocation.find(self._recent, time, places)
         if found is None:
-            return as_lost(self._belief(), self._relocation, places)
+            return
         seen = np.array([self._looked(sighting) for sighting in found.sightings.values()]).transpose(1, 0, 2)
         hung = self._means[:, np.array([self._index[name] for name in found.sightings])]
         self._poses = np.array([fitted(own, places) for own, places in zip(seen, hung, strict=True)])
         self._weights = np.full(self._number, 1.0 / self._number)
         self._failures[:] = 0.0
-        return self._belief()
 
     def _looked(self, sighting: Sighting) -> Array:
         """Return a sighting in the frame of each particle, with an error of its own, shape (n, 2) [m]."""

@@ -32,7 +32,7 @@ from .estimation.look_checks import GATE, LookChecks, PosedSighting
 from .estimation.odometry_errors import COUNT, OdometryErrors
 from .estimation.range_errors import RANGE_ERRORS, RangeErrors
 from .estimation.recent_motion import RecentMotion
-from .estimation.relocation import ANYWHERE, Relocation, as_lost
+from .estimation.relocation import ANYWHERE, Relocation
 from .picture_errors import PictureErrors, each_of
 
 FLOOR = 1e-3
@@ -174,11 +174,11 @@ class GraphSlam:
             used = [replace(each, covariance=R) for each, R in zip(used, covariances, strict=True)]
             self._extend(used, seen.time)
         self._steps.append((seen.time, self._number, self._step, self._slopes))
-        return self._belief()
+        return self._relocation.reported(self._belief(), seen)
 
     def lost(self) -> bool:
-        """Return whether nearly all recent sightings contradict the map."""
-        return self._relocation.lost
+        """Return whether nearly all recent sightings contradict the map, or expected ones do not come."""
+        return self._relocation.doubted
 
     def _doubt(self, sightings: list[Sighting]) -> None:
         """Record how well sightings of the map fit where the robot is."""
@@ -354,10 +354,7 @@ class GraphSlam:
         pose, F, G = self._motion(self._frame.pose(self._pose), self._mended_step())
         own = self._step_covariance + self._slopes @ self._error_covariance @ self._slopes.T
         covariance = F @ self._frame.pose_covariance(self._pose, self._covariance) @ F.T + G @ own @ G.T
-        belief = Estimate(Pose.from_array(pose), covariance, dict(self._map))
-        if not self._relocation.lost:
-            return belief
-        return as_lost(belief, self._relocation, {name: place for name, (place, _) in self._map.items()})
+        return Estimate(Pose.from_array(pose), covariance, dict(self._map))
 
     def _mended_step(self) -> Array:
         """Return the step since the last pose, corrected for the systematic errors of odometry, shape (3,)."""

@@ -25,7 +25,7 @@ from ..estimation.ekf_models import bicycle_motion, odometry_motion
 from ..estimation.odometry_errors import COUNT, DELAY, OdometryErrors
 from ..estimation.range_errors import RANGE_ERRORS, RangeErrors
 from ..estimation.recent_motion import RecentMotion
-from ..estimation.relocation import ANYWHERE, Relocation, as_lost
+from ..estimation.relocation import ANYWHERE, Relocation
 from ..picture_errors import PictureErrors, each_of
 from .association import joint_compatibility, nearest_neighbour
 from .ekf_filter import EkfSlamFilter, Jacobians
@@ -165,7 +165,8 @@ class EkfSlam:
         nameless = [sighting for sighting in sightings if sighting.name is None]
         if nameless and self._association != "known":
             innovations += self._associate(nameless, seen.time)
-        return self._reported(innovations, distance=math.hypot(moved.forward, moved.left))
+        belief = self._reported(innovations, distance=math.hypot(moved.forward, moved.left))
+        return self._relocation.reported(belief, seen)
 
     def _reported(self, innovations: Innovations, *, distance: float) -> Estimate:
         """Return the belief; with frame 'map' also after a late correction of the whole map where it was before."""
@@ -184,13 +185,11 @@ class EkfSlam:
         if self._past is not None:
             self._past.mark(self._filter)
             belief = self._past.reported(belief)
-        if not self._relocation.lost:
-            return belief
-        return as_lost(belief, self._relocation, {name: mean for name, (mean, _) in belief.landmarks.items()})
+        return belief
 
     def lost(self) -> bool:
-        """Return whether nearly all recent sightings contradict the map."""
-        return self._relocation.lost
+        """Return whether nearly all recent sightings contradict the map, or expected ones do not come."""
+        return self._relocation.doubted
 
     @property
     def systematic_errors(self) -> Array:

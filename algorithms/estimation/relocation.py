@@ -3,7 +3,8 @@
 A filter with an error far beyond its covariance rejects every correct sighting as an outlier, and stays wrong. If
 nearly all recent sightings of named landmarks fail the gate, they are evidence about the robot, not about the
 landmarks: it was kidnapped, slipped, or was pushed. From then on no sighting corrects the map, and the belief says how
-little is known, until two landmarks, seen one after the other, give the pose, or sightings agree again.
+little is known, until two landmarks, seen one after the other, give the pose, or sightings agree again. The belief says
+so too while landmarks that should be in view are not seen; then one sighting that fails is enough.
 """
 
 import itertools
@@ -17,10 +18,11 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from mjsim.geometry import Array
-from mjsim.interface import Estimate, Sighting
+from mjsim.interface import Estimate, Observation, Sighting
 
 from .ekf_models import innovation
 from .recent_motion import MEMORY, RecentMotion
+from .unseen_landmarks import UnseenLandmarks
 
 COUNTED, FAILING = 12, 9
 """Number of recent sightings of the map, and of failures among them for a lost robot; if half are wrong, fewer fail."""
@@ -29,6 +31,8 @@ AGREES, AGAIN = 6.0, 3
 Mahalanobis distance of one that does (chi-square, 2 degrees of freedom: 95 %), and number of others."""
 ROW, ROW_SECONDS = 5, 1.0
 """Failures in a row, over at least this time [s], that suffice as well."""
+DOUBTED = 3
+"""Failures in a row after which the covariance is that of a lost robot: outliers come one by one, as a rule."""
 TRIAL = 3
 """Failures, with no agreement between, after which a robot that was found is lost again."""
 ANY_HEADING = np.pi**2 / 3.0
@@ -72,11 +76,17 @@ class Relocation:
         self._row: deque[float] = deque(maxlen=MAX_SIGHTINGS)
         self._agreeing: set[Hashable] = set()
         self._lost = False
+        self._unseen = UnseenLandmarks()
 
     @property
     def lost(self) -> bool:
         """Whether nearly all of the last sightings failed."""
         return self._lost
+
+    @property
+    def doubted(self) -> bool:
+        """Whether the robot is lost, or sees none of the landmarks that should be in view."""
+        return self._lost or self._unseen.suspicious
 
     def record(self, name: Hashable, sighting: Sighting, distance: float, *, gate: float) -> None:
         """Record a sighting of a landmark of the map.
@@ -97,10 +107,11 @@ class Relocation:
             self._agreeing.add(name)
             if not self._lost:
                 self._records.clear()
+                self._unseen.agree()
         self._failed.append(failed)
         failures = sum(self._failed)
         if not self._lost:
-            self._lost = failures >= FAILING or self._is_row()
+            self._lost = failures >= FAILING or self._is_row() or (failed and self._unseen.suspicious)
             self._agreeing.clear()
         elif failures <= AGAIN and len(self._agreeing) > 1:
             self._lost = False
@@ -140,6 +151,19 @@ class Relocation:
         self._failed = deque([True] * (FAILING - TRIAL), maxlen=COUNTED)
         self._lost = False
 
+    def reported(self, belief: Estimate, seen: Observation) -> Estimate:
+        """Return a belief after an observation; where it is doubted, its covariance says how little is known."""
+        if self._lost:
+            self._unseen.forget()
+        else:
+            self._unseen.look(belief, seen)
+        if not (self.doubted or len(self._row) >= DOUBTED):
+            return belief
+        covariance = self.covariance(belief.pose.as_array(), {name: at for name, (at, _) in belief.landmarks.items()})
+        joint = belief.joint_covariance
+        joint = None if joint is None else block_diag(covariance, joint[3:, 3:])
+        return replace(belief, covariance=covariance, joint_covariance=joint)
+
     def covariance(self, pose: Array, places: Places) -> Array:
         """Return that of the pose of a lost robot, shape (3, 3).
 
@@ -156,20 +180,6 @@ class Relocation:
         place, distance = seen[-1]
         squared = 0.5 * (float(np.sum((place - pose[:2]) ** 2)) + distance**2)
         return np.diag([squared, squared, ANY_HEADING])
-
-
-def as_lost(belief: Estimate, relocation: Relocation, places: Places) -> Estimate:
-    """Return a belief with the covariance of a pose of which little is known.
-
-    Args:
-        belief: As if the robot were not lost.
-        relocation: Of the robot.
-        places: Positions of the landmarks of the map, shape (2,) each [m].
-    """
-    covariance = relocation.covariance(belief.pose.as_array(), places)
-    joint = belief.joint_covariance
-    joint = None if joint is None else block_diag(covariance, joint[3:, 3:])
-    return replace(belief, covariance=covariance, joint_covariance=joint)
 
 
 def _agree(looks: Sequence[Sighting], motion: RecentMotion) -> bool:

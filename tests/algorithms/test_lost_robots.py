@@ -10,7 +10,8 @@ from scipy.optimize import least_squares
 
 from mjsim.algorithms import EkfSlam, FastSlam
 from mjsim.algorithms.estimation.recent_motion import MEMORY, RecentMotion
-from mjsim.algorithms.estimation.relocation import ANY_HEADING, Relocation, as_lost, fitted, pose_from_sightings
+from mjsim.algorithms.estimation.relocation import ANY_HEADING, Relocation, fitted, pose_from_sightings
+from mjsim.algorithms.estimation.unseen_landmarks import UnseenLandmarks
 from mjsim.geometry import Pose, wrap_angle
 from mjsim.interface import Estimate, Observation, Odometry, Sighting
 from tests.algorithms.test_recovery import DT, HUNG, R, looks_from
@@ -142,8 +143,11 @@ def test_what_failed_before_sightings_agreed_again_says_nothing():
 def test_the_belief_of_a_lost_robot_keeps_what_is_known_of_the_map():
     relocation, joint = Relocation(), np.arange(25.0).reshape(5, 5)
     belief = Estimate(pose=Pose(1.0, 2.0, 0.5), covariance=np.eye(3), joint_covariance=joint + joint.T + 99 * np.eye(5))
-    anywhere = np.diag([100.0, 100.0, ANY_HEADING])
-    lost = as_lost(belief, relocation, PLACES)
+    anywhere, seen = np.diag([100.0, 100.0, ANY_HEADING]), observed()
+    recorded(relocation, "xx", name="gone")
+    assert relocation.reported(belief, seen) is belief
+    recorded(relocation, "x", name="gone")
+    lost = relocation.reported(belief, seen)
     np.testing.assert_array_equal(lost.covariance, anywhere)
     np.testing.assert_array_equal(lost.joint_covariance[:3, :3], anywhere)
     np.testing.assert_array_equal(lost.joint_covariance[3:, 3:], belief.joint_covariance[3:, 3:])
@@ -155,6 +159,44 @@ def test_the_belief_of_a_lost_robot_keeps_what_is_known_of_the_map():
     circle = PLACES["r0"] + 2.0 * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     mean = ((circle - (1.0, 2.0)) ** 2).sum(axis=1).mean() / 2
     np.testing.assert_allclose(about, np.diag([mean, mean, np.mean(angles**2)]), rtol=1e-4)
+
+
+def observed(*sightings):
+    return Observation(time=0.0, dt=DT, odometry=Odometry(0.0, 0.0, 0.0, np.eye(3)), sightings=sightings)
+
+
+def suspicious(*, heading=-0.3, agreed=50, other_reason=0.0, blank=0.7, x=0.0):
+    """Return whether it is evidence that a robot, which has seen two landmarks from the origin, sees none at (x, 0)."""
+    unseen, places = UnseenLandmarks(), {"near": np.array([3.0, 0.5]), "far": np.array([5.0, 5.0])}
+
+    def belief(x, heading):
+        landmarks = {name: (place, np.eye(2)) for name, place in places.items()}
+        return Estimate(Pose(x, 0.0, heading), 1e-4 * np.eye(3), landmarks)
+
+    def wait(seconds, x, heading):
+        for _ in range(round(seconds / DT)):
+            unseen.look(belief(x, heading), observed())
+
+    for name, (ahead, left) in places.items():
+        look = Sighting(0.0, name, math.hypot(ahead, left), math.atan2(left, ahead), R)
+        unseen.look(belief(0.0, 0.0), observed(look))
+    wait(other_reason, 0.0, -0.3)
+    for _ in range(agreed):
+        unseen.agree()
+    wait(blank, x, heading)
+    return unseen.suspicious
+
+
+def test_no_landmark_where_some_were_seen_is_evidence_that_the_robot_is_elsewhere():
+    assert suspicious(x=0.4)
+    assert not suspicious(x=0.4, blank=0.5)
+    # Nothing is expected outside of the field of view, where nothing was seen from, or before it is known what is seen.
+    assert not suspicious(heading=0.3)
+    assert not suspicious(x=1.1)
+    assert not suspicious(agreed=49)
+    # Detectors miss, and people pass.
+    assert not suspicious(other_reason=0.5, blank=0.9)
+    assert suspicious(other_reason=0.5, blank=1.2)
 
 
 def test_the_way_since_a_time_is_that_between_two_poses_and_its_covariance_that_of_the_steps():

@@ -1,0 +1,66 @@
+"""Landmarks that should be in view and are not: evidence that the robot is elsewhere, before it sees anything again.
+
+Which landmarks are seen from where is learnt in the run, without a data sheet: a landmark should be in view near the
+places from which it was seen, at ranges and bearings at which sightings came. How long none may come is learnt as well,
+because people pass, detectors miss, and beacons are removed.
+"""
+
+import math
+from collections.abc import Hashable
+
+from mjsim.geometry import wrap_angle
+from mjsim.interface import Estimate, Observation
+
+CELL = 0.5
+"""Size of the cells from which a landmark was seen; it should be seen from those around them too [m]."""
+LEAST, LONGER, ENOUGH = 0.6, 2.0, 50
+"""Time without an expected sighting that is evidence [s], as a multiple of the longest that was none, and number of
+sightings that have to agree before."""
+INNER = 0.8
+"""Part of the largest range and of the field of view in which a landmark is surely in view."""
+CERTAIN = 3.0
+"""Standard deviations of the heading by which bearings may be off."""
+
+
+class UnseenLandmarks:
+    """Measures for how long landmarks should have been in view of which none was seen."""
+
+    def __init__(self) -> None:
+        """Start with nothing seen."""
+        self._seen_from: set[tuple[Hashable, int, int]] = set()
+        self._right, self._left, self._farthest = math.inf, -math.inf, 0.0
+        self._blank, self._longest, self._agreed = 0.0, 0.0, 0
+
+    @property
+    def suspicious(self) -> bool:
+        """Whether that time is longer than any for which there was another reason."""
+        return self._agreed >= ENOUGH and self._blank > max(LEAST, LONGER * self._longest)
+
+    def agree(self) -> None:
+        """Take a sighting that agrees with the map: that time had another reason."""
+        self._longest, self._blank, self._agreed = max(self._longest, self._blank), 0.0, self._agreed + 1
+
+    def forget(self) -> None:
+        """Discard that time: the robot was elsewhere."""
+        self._blank = 0.0
+
+    def look(self, belief: Estimate, seen: Observation) -> None:
+        """Take what was seen, and where the robot and its map are, in one frame."""
+        row, column = math.floor(belief.pose.x / CELL), math.floor(belief.pose.y / CELL)
+        named = [sighting for sighting in seen.sightings if sighting.name is not None]
+        for sighting in named:
+            self._right, self._left = min(self._right, sighting.bearing), max(self._left, sighting.bearing)
+            self._farthest = max(self._farthest, sighting.range)
+            if sighting.name in belief.landmarks:
+                around = ((row + i, column + j) for i in (-1, 0, 1) for j in (-1, 0, 1))
+                self._seen_from.update((sighting.name, *cell) for cell in around)
+        near = [name for name in belief.landmarks if (name, row, column) in self._seen_from]
+        if not named and any(self._is_in_view(belief, name) for name in near):
+            self._blank += seen.dt
+
+    def _is_in_view(self, belief: Estimate, name: Hashable) -> bool:
+        """Return whether a landmark is well within the ranges and bearings of all sightings."""
+        x, y = belief.landmarks[name][0] - belief.pose.as_array()[:2]
+        bearing = wrap_angle(math.atan2(y, x) - belief.pose.heading)
+        off = abs(bearing - 0.5 * (self._left + self._right)) + CERTAIN * math.sqrt(belief.covariance[2, 2])
+        return math.hypot(x, y) < INNER * self._farthest and off < 0.5 * INNER * (self._left - self._right)
