@@ -1,5 +1,6 @@
 """The renderer: the same pixels as MuJoCo's own reading, exact instances, depth as rays measure it."""
 
+import gc
 import threading
 from collections.abc import Iterator
 
@@ -165,6 +166,20 @@ def test_high_quality_casts_shadows_smooths_edges_and_keeps_instances(model: muj
         assert (plain[floor] - fine[floor]).max() > 10
         np.testing.assert_array_equal(high.segment(data, "overview"), renderer.segment(data, "overview"))
     assert model.vis.quality.offsamples == 0
+
+
+def test_a_renderer_that_nobody_closed_takes_nothing_from_one_at_work(model: mujoco.MjModel):
+    data, canvas = forwarded(model), Canvas(model)
+    near, far = (Renderer(model, width=16, height=16, canvas=canvas) for _ in range(2))
+    unclosed = Renderer(model, width=16, height=16)
+    first = near.render(data, "overview")
+    unclosed.render(data, "overview")
+    with canvas.at_work(16, 16):
+        del unclosed  # as the garbage collector does, at any time
+        gc.collect()
+    assert (near.render(data, "scout/front") != first).any()
+    np.testing.assert_array_equal(far.render(data, "overview"), first)
+    canvas.close()
 
 
 def test_a_renderer_can_be_closed_twice(model: mujoco.MjModel):

@@ -1,5 +1,6 @@
 """A model on the graphics processor: its meshes and textures, and the buffer for images."""
 
+import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Literal
@@ -18,6 +19,9 @@ SHADOW_PIXELS, SAMPLES = 4096, 4
 """High quality: side of the shadow map [px], and samples per pixel."""
 BACKGROUND = (0.87, 0.91, 0.95)
 """Colour of the background in full light, red, green, blue."""
+_left: list[tuple[GLContext, mujoco.MjrContext]] = []
+"""What canvases have left that nobody closed. MuJoCo frees by numbers in the context that is current: if the garbage
+collector did that, a canvas at work could lose its own resources, and its pictures would stand still."""
 
 
 class Canvas:
@@ -36,6 +40,7 @@ class Canvas:
         self._light = light
         self._baked: BakedLight | None = None
         self._context: GLContext | None = None
+        self._unclosed: weakref.finalize[..., Canvas] | None = None
         self._width = self._height = 0
 
     @contextmanager
@@ -45,6 +50,7 @@ class Canvas:
         Raises:
             OpenGLError: This machine cannot render.
         """
+        _free_what_is_left()
         if self._context is None:
             # Before the context is current: the check has one of its own.
             self._baked = None if self._light is None or why_not_lit() else self._light()
@@ -52,7 +58,7 @@ class Canvas:
         context = self._context
         context.make_current()
         try:
-            if not self._width:
+            if self._unclosed is None:
                 self._fill(context)
             if (width, height) != (self._width, self._height):
                 # A buffer of exactly this size is cleared fastest.
@@ -73,10 +79,11 @@ class Canvas:
         if self._context is None:
             return
         self._context.make_current()
-        if self._width:
+        if self._unclosed is not None:
+            self._unclosed.detach()
             self.mjr.free()
         self._context.free()
-        self._context, self._width = None, 0
+        self._context, self._unclosed, self._width = None, None, 0
 
     def _fill(self, context: GLContext) -> None:
         """Copy the model to the graphics processor."""
@@ -99,6 +106,16 @@ class Canvas:
         except BaseException:
             self.mjr.free()
             raise
+        self._unclosed = weakref.finalize(self, _left.append, (context, self.mjr))
+
+
+def _free_what_is_left() -> None:
+    """Free what canvases have left that nobody closed; no context is current in this thread."""
+    while _left:
+        context, mjr = _left.pop()
+        context.make_current()
+        mjr.free()
+        context.free()
 
 
 class Canvases(Closes):
