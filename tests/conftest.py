@@ -1,6 +1,7 @@
 """What all tests have in common: their limits, one browser, and a home of their own."""
 
 import gc
+import itertools
 
 import pytest
 
@@ -10,6 +11,7 @@ from tests.limits import Watch, have_defaults, limit
 
 FEWER_PASSES = 10_000
 """New objects until the garbage collector looks for cycles: at Python's 700 it took a twentieth of the tests' time."""
+FOLDERS = itertools.count()
 
 have_defaults()
 
@@ -51,6 +53,14 @@ def own_state(tmp_path_factory):
         for kind in ("STATE", "CACHE"):
             patch.setenv(f"XDG_{kind}_HOME", str(tmp_path_factory.mktemp(kind)))
         yield
+
+
+@pytest.fixture
+def tmp_path(tmp_path_factory):
+    """A folder of the test's own; for each, pytest's looks through those of all tests before and makes a link."""
+    place = tmp_path_factory.getbasetemp() / f"test-{next(FOLDERS)}"
+    place.mkdir()
+    return place
 
 
 @pytest.fixture(scope="session")

@@ -101,6 +101,7 @@ def between(surface, first, last):
     return Surface(surface.points[inside], surface.normals[inside], surface.noise[inside])
 
 
+@pytest.mark.slow
 def test_the_search_in_a_wide_window_loses_no_place_along_a_corridor():
     window = np.array([8.0, 8.0, 0.4])
     for seed in range(12):

@@ -93,6 +93,7 @@ def tool_of(robot, pose, q):
     return np.array([x, y, tool[2, 3]]), tool
 
 
+@pytest.mark.slow
 def test_a_box_is_gripped_from_the_front_lifted_and_held(fetcher, done):
     gripped = next(k for k, (_, _, command) in enumerate(done) if command.joints["arm"].torques[-1] < 0)
     pose, q, command = done[gripped]

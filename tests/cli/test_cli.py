@@ -92,6 +92,7 @@ def test_an_invalid_choice_is_a_plain_error(room, capsys):
     assert err == "mjsim: Invalid value for '--labels': 'some' is not one of 'none', 'walls', 'all'.\n"
 
 
+@pytest.mark.slow
 def test_show_draws_the_plan_and_what_a_camera_sees(room, capsys):
     assert typed("show", "room.yaml", "-o", "plan.png", capsys=capsys)[0] == 0
     assert min(cv2.imread("plan.png").shape[:2]) > 200

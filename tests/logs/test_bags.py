@@ -144,6 +144,7 @@ def logged(driven, tmp_path_factory):
     return imported(folder / "run", wishes=Wishes(rate_hz=25.0), record=folder / "log.mcap")
 
 
+@pytest.mark.slow
 def test_modules_are_given_the_pictures_depth_and_calibration_of_the_log(logged, driven, tmp_path):
     run, info = driven
     looker = Looker()

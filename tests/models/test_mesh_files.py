@@ -73,6 +73,7 @@ def nothing(name: str) -> bytes:
     raise ValueError(f"no file '{name}'")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("unit", "up", "size"),
     [

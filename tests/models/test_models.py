@@ -226,6 +226,7 @@ def test_a_movable_model_weighs_what_the_world_says_or_else_the_file():
     assert masses["said"] == pytest.approx(9)
 
 
+@pytest.mark.slow
 def test_a_robot_pushes_a_movable_chair_and_is_stopped_by_one_that_stands():
     text = """
     mjsim: 1

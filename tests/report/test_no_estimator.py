@@ -61,6 +61,7 @@ def test_tables_say_so_in_words_and_are_empty_where_programs_read(recording):
     assert float(rows["position_error_m.rmse"]) > 0.0
 
 
+@pytest.mark.slow
 def test_a_report_draws_no_nees_and_its_page_says_why(recording, tmp_path):
     write_report(recording, tmp_path)
     assert not list(tmp_path.glob("*_nees.png"))

@@ -137,6 +137,7 @@ def test_a_released_joint_with_a_speed_signal_continues_from_its_value():
     assert np.diff(speeds[:20]).min() > -1e-6  # it never goes back
 
 
+@pytest.mark.slow
 def test_a_joint_within_limits_comes_back_to_the_very_value_and_one_that_was_not_led_stays_with_its_signal():
     world = mjsim.parse_world(only(text(), until="  - name: lift"))
     with mjsim.Simulation(world) as sim, mjsim.Simulation(world) as plain:
@@ -226,6 +227,7 @@ def test_a_joint_that_a_motion_moves_through_its_loop_is_led_by_that_motion_and_
     assert math.remainder(after.positions[0] - signal, 2 * math.pi) == pytest.approx(0.0, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_what_was_led_by_hand_repeats_to_the_byte_once_it_is_kept(tmp_path):
     hand, kept = tmp_path / "hand.mcap", tmp_path / "kept.mcap"
     world = only(text(), until="  - name: lift").replace("seconds: 3", "seconds: 2")

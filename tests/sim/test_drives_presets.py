@@ -40,6 +40,7 @@ def test_every_robot_reaches_its_largest_speed_and_stands_level():
             assert math.hypot(x, y) < 0.002 * math.hypot(w, z), name
 
 
+@pytest.mark.slow
 def test_tyres_roll_at_the_radius_that_odometry_goes_by():
     # One that balances sways about its axle; test_balancing looks at its tyres.
     names = [name for name in preset_names() if name not in ("robotino", "youbot", "balancer")]

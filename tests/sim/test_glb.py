@@ -131,6 +131,7 @@ def test_a_shape_is_closed_and_looks_outwards(shape, size, volume):
     np.testing.assert_allclose(area, 0.0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_many_people_have_fewer_triangles_in_a_view_and_keep_their_forms():
     def scenes(count):
         people = "".join(f"  - {{name: p{k}, sex: female, at: [{k}, 0]}}\n" for k in range(count))

@@ -51,6 +51,7 @@ def test_a_hand_goes_where_an_event_leads_it_and_a_lidar_meets_it_there():
         assert nearest(sim) == pytest.approx(before, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_3d_lidar_meets_a_hand_where_it_was_led_and_no_longer_where_it_was():
     room = ROOM.replace("{lidar: scan, at: [0, 0, 1.0], beams: 181, fov_deg: 40, range: [0.05, 10]}", LIDAR)
     with mjsim.Simulation(mjsim.parse_world(room.replace("EVENTS", EVENT))) as sim:

@@ -140,6 +140,7 @@ def test_a_controller_goes_on_against_the_hand_and_has_its_joint_back_when_it_le
         assert stepped(sim, 6).positions[0] == pytest.approx(0.0, abs=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("ends", "way", "seconds"), [("[ground, rod]", 1, 3), ("[rod, ground]", -1, 5)])
 def test_a_ball_is_led_to_a_rotation_and_sags_about_the_axis_of_its_weight(ends, way, seconds):
     world = mjsim.parse_world(BELL.replace("ENDS", ends))
@@ -157,6 +158,7 @@ def test_a_ball_is_led_to_a_rotation_and_sags_about_the_axis_of_its_weight(ends,
         assert not sim.data.qfrc_applied.any()
 
 
+@pytest.mark.slow
 def test_one_value_of_a_ball_is_led_and_the_others_stay_where_the_hand_took_them():
     with mjsim.Simulation(mjsim.parse_world(BELL.replace("ENDS", "[ground, rod]"))) as sim:
         sim.lead("bell", "knot.rz", 40)
@@ -208,6 +210,7 @@ def test_a_joint_of_a_loop_is_held_against_its_weight_also_where_the_loop_does_n
     assert pull * (ahead - behind) == pytest.approx(up - down, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_two_joints_in_one_chain_are_held_stiffly_without_a_tremor():
     text = POLE.replace("mass: 2}", "mass: 0.05}").replace("mass: 0.5}", "mass: 0.02}")
     text = re.sub(r"    actuators:.*(?=run:)", "", text, flags=re.DOTALL)

@@ -43,7 +43,7 @@ def a_text(chance):
     return "mjsim: 1\nobstacles:\n" + "".join(chance.choice(ITEMS).format(k) for k in range(8))
 
 
-@pytest.mark.parametrize("seed", range(16))
+@pytest.mark.parametrize("seed", range(5))
 def test_keys_that_many_items_get_and_lose_at_once_are_written_as_one_after_the_other(seed):
     chance = Random(seed)
     text, some = a_text(chance), chance.sample(range(8), chance.randint(2, 8))
