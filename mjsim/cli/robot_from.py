@@ -13,7 +13,7 @@ from mjsim.output import require_free, write_files
 from mjsim.progress import say
 
 RobotFrom = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="URDF, xacro or MJCF of a robot; -o names the preset to write.")
+    Path | None, typer.Option(metavar="FILE", help="URDF, xacro, SDF or MJCF of a robot; -o names the preset.")
 ]
 LeftWheel = Annotated[list[str] | None, typer.Option(metavar="JOINT", help="Joint of a left wheel; may be repeated.")]
 RightWheel = Annotated[list[str] | None, typer.Option(metavar="JOINT", help="Joint of a right wheel; may be repeated.")]

@@ -4,6 +4,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
+from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -30,6 +31,10 @@ ADVICE: Mapping[str, str] = {
 """Kind of a file -> what to do if it cannot be read."""
 SEEN_ABOVE = 4
 """Folders above the file of a robot in which its ROS packages are looked for."""
+DESCRIPTIONS = ("urdf", "xacro", "robots", "sdf")
+"""Folders beside that of the meshes."""
+MOST_MESHES = 16_000_000
+"""Maximum size of meshes with which the limits grow [bytes]."""
 MODEL_PATHS = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH")
 """Variables of Gazebo with folders of models."""
 MOST_LINKS = 1000
@@ -142,7 +147,7 @@ def bring_robot(
     arguments: Mapping[str, str],
     environment: Mapping[str, str] = MappingProxyType({}),
 ) -> "BroughtRobot":
-    """Return the preset of a robot from a URDF, xacro or MJCF file.
+    """Return the preset of a robot from a URDF, xacro, SDF or MJCF file.
 
     Args:
         path: The file.
@@ -159,11 +164,20 @@ def bring_robot(
     from mjsim.exchange.robots import BroughtRobot
 
     above = Path(os.path.realpath(path)).parents
-    search = _package_folders()
+    search = [*_package_folders(), *_model_folders()]
     folders = [above[min(SEEN_ABOVE, len(above) - 1)], *packages.values(), *search]
     xacro = {"arguments": dict(arguments), "environment": dict(environment)}
     keywords: dict[str, Any] = {"name": name, "options": options, "packages": dict(packages), "search": search, **xacro}
-    return BroughtRobot(*guarded(f"{INSIDE}:robot", path, about=path, folders=folders, **keywords))
+    size = _size_with_meshes(path)
+    return BroughtRobot(*guarded(f"{INSIDE}:robot", path, about=path, size=size, folders=folders, **keywords))
+
+
+def _size_with_meshes(path: Path) -> int:
+    """Return the size of the files around a robot's, of which its meshes are the largest [bytes]."""
+    folder = path.absolute().parent
+    around = folder.parent if folder.name in DESCRIPTIONS else folder
+    files = (Path(place, name) for place, _, names in os.walk(around) for name in names)
+    return min(sum(file.stat().st_size for file in islice(files, MOST_LINKS) if file.is_file()), MOST_MESHES)
 
 
 def _model_folders() -> list[Path]:

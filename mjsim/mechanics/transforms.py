@@ -11,6 +11,8 @@ from mjsim.geometry import Array
 
 IDENTITY = np.eye(4)
 IDENTITY.flags.writeable = False
+STRAIGHT_UP = 1e-9
+"""An x axis whose horizontal part is shorter than this is vertical."""
 _YZX, _ZXY = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 
@@ -51,8 +53,13 @@ def placed(at: ArrayLike, rpy: ArrayLike) -> Array:
 
 
 def rpy_of(matrix: Array) -> Array:
-    """Return roll, pitch and yaw of a homogeneous transform, as for `placed`, shape (3,) [rad]."""
+    """Return roll, pitch and yaw of a homogeneous transform, as for `placed`, shape (3,) [rad].
+
+    At a pitch of a right angle only the sum or the difference of roll and yaw is known, and roll is 0.
+    """
     roll, yaw = np.arctan2(matrix[2, 1], matrix[2, 2]), np.arctan2(matrix[1, 0], matrix[0, 0])
+    if np.hypot(matrix[0, 0], matrix[1, 0]) < STRAIGHT_UP:
+        roll, yaw = 0.0, np.arctan2(-matrix[0, 1], matrix[1, 1])
     return np.array([roll, np.arctan2(-matrix[2, 0], np.hypot(matrix[0, 0], matrix[1, 0])), yaw])
 
 

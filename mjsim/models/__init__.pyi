@@ -51,7 +51,9 @@ from .rotations import pose_keys as pose_keys
 from .rotations import quaternion_of as quaternion_of
 from .sdf import SdfFrames as SdfFrames
 from .sdf import floats as floats
+from .sdf import is_robot as is_robot
 from .sdf import mesh_of as mesh_of
+from .sdf import sdf_named_in as sdf_named_in
 from .sdf import sizes_of as sizes_of
 from .shape import ModelShape as ModelShape
 from .shape import read_model as read_model

@@ -202,7 +202,11 @@ def _obj(meshes: Sequence[Any]) -> bytes:
     lines, first = [], 1
     for mesh in meshes:
         lines += [f"v {x:.7g} {y:.7g} {z:.7g}" for x, y, z in mesh.vertices]
-        lines += [f"vt {u:.6g} {v:.6g}" for u, v in mesh.visual.uv[:, :2]]
+        # The last of very many looks has the rest, too, some of which has no place on a picture.
+        places = getattr(mesh.visual, "uv", None)
+        lines += [
+            f"vt {u:.6g} {v:.6g}" for u, v in (np.zeros((len(mesh.vertices), 2)) if places is None else places[:, :2])
+        ]
         lines += [f"f {a}/{a} {b}/{b} {c}/{c}" for a, b, c in (mesh.faces + first).tolist()]
         first += len(mesh.vertices)
     return "\n".join(lines).encode()

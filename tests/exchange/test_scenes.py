@@ -164,7 +164,7 @@ def test_a_robot_in_the_scene_is_where_the_new_one_starts_and_lamps_shine(tmp_pa
     assert world.robots[0].at == (1.5, 3.0)
     assert world.robots[0].heading_deg == pytest.approx(90.0, abs=0.1)
     assert [(each.at, each.height, each.color) for each in world.lamps] == [((2.0, 1.0), 2.2, "#ff8000")]
-    assert "left out: robot 'bot': its start is kept; bring its URDF in by mjsim new --robot-from" in found.report
+    assert "left out: robot 'bot': its start is kept; bring it in by mjsim new --robot-from" in found.report
     assert "left out: directional light 'far': a world has ambient light and lamps" in found.report
 
 

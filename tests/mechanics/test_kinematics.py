@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mjsim.mechanics import Arm
+from mjsim.mechanics import Arm, inverted, placed, rpy_of
 from tests.mechanics.arms import TABLES, UP6_ROWS, arm_of, golden, plain_frames
 
 ROUNDING = 1e-12
@@ -85,3 +85,12 @@ def test_a_picture_shows_each_posture_and_names_the_arm():
     assert axes.get_title() == "up6"
     way = next(line for line in axes.lines if len(line.get_data_3d()[0]) == 3)
     np.testing.assert_allclose(np.array(way.get_data_3d()).T[-1], arm.fkine(np.full(6, 0.5))[:3, 3])
+
+
+@pytest.mark.parametrize("pitch", [np.pi / 2, -np.pi / 2, 1.57, 0.3])
+def test_roll_pitch_and_yaw_give_back_their_rotation_also_straight_up_and_down(pitch):
+    there = placed((0.0, 0.0, 0.0), (0.3, 0.2, 0.1))
+    for roll, yaw in ((0.0, 0.7), (0.4, 0.0), (-2.0, 1.0)):
+        # There and back, rounded: at a right angle the cosine of the pitch is noise of about 1e-16.
+        pose = inverted(there) @ (there @ placed((0.0, 0.0, 0.0), (roll, pitch, yaw)))
+        np.testing.assert_allclose(placed((0.0, 0.0, 0.0), rpy_of(pose)), pose, atol=1e-12)

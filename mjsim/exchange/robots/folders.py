@@ -13,8 +13,8 @@ MAX_BYTES = 64_000_000
 """Maximum size of one file [bytes]."""
 AROUND = 3
 """Number of parent folders of the description that may be its package."""
-MANIFESTS = ("package.xml", "manifest.xml")
-"""A folder that contains one of these is a ROS package."""
+MANIFESTS = ("package.xml", "manifest.xml", "model.config")
+"""A folder that contains one of these is a ROS package, or a model of Gazebo."""
 PARTS = ("meshes", "assets", "urdf")
 """A folder that contains one of these is laid out like a package."""
 DESCRIPTION = "_description"

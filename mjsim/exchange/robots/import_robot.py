@@ -47,7 +47,7 @@ def bring_robot(
     environment: Mapping[str, str] | None = None,
     search: Sequence[Path] = (),
 ) -> BroughtRobot:
-    """Return the preset of a robot from a URDF, xacro or MJCF file.
+    """Return the preset of a robot from a URDF, xacro, SDF or MJCF file.
 
     Args:
         path: The file.
@@ -80,7 +80,7 @@ def bring_robot(
     plan = first_plan(name, model, gear, stand, mounts)
     items = [*kept(anatomy, plan), *amiss(source, robot, anatomy, stand), *dropped, *source.unused()]
     plan, measured = _calibrated(plan, files, path)
-    report = [summary(path, robot, anatomy, stand), *_driven(measured, plan)]
+    report = [summary(path, robot, anatomy, stand, sdf=source.sdf), *_driven(measured, plan)]
     plan, found = _as_driven(plan, files, path, anatomy, robot)
     report += [*found, *inventory(items)]
     about = [line.replace(str(path), path.name) for line in report]  # comments name no folder of this machine

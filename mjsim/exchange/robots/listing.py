@@ -25,10 +25,10 @@ CLOSE = 0.02
 """Sizes of the file and of its plug-ins that differ by less than this fraction are equal."""
 
 
-def summary(path: Path, robot: RobotFiles, anatomy: Anatomy, stand: Stand) -> str:
+def summary(path: Path, robot: RobotFiles, anatomy: Anatomy, stand: Stand, *, sdf: bool = False) -> str:
     """Return the line about a file as a whole."""
     return (
-        f"{path}: {'URDF' if robot.files.urdf else 'MJCF'} of {anatomy.mass:.3g} kg,"
+        f"{path}: {'SDF' if sdf else 'URDF' if robot.files.urdf else 'MJCF'} of {anatomy.mass:.3g} kg,"
         f" {2 * stand.radius:.2f} m across, {stand.height:.2f} m high, {_counted(robot.files.assets)}"
     )
 
@@ -104,6 +104,7 @@ def amiss(source: RobotSource, robot: RobotFiles, anatomy: Anatomy, stand: Stand
         left_out = note.removeprefix("left out: ")
         fate = Fate.MENDED if left_out == note else Fate.LEFT_OUT
         yield FileItem(fate, source.shown(left_out))
+    yield from source.changed
     yield from robot.items
     for place, why in source.absent:
         yield FileItem(Fate.LEFT_OUT, "unused include", place.rpartition("/")[2], why)

@@ -20,7 +20,7 @@ WORDS = {
     "imu": re.compile(r"(^|_)imu|inertial_?(sensor|unit|meas|nav)|gyro"),
 }
 """Names of links that carry a sensor."""
-NO_SENSOR = re.compile(r"mount|bracket|holder|support|tower|screw|plate|(^|_)cap($|_)")
+NO_SENSOR = re.compile(r"mount|standoff|bracket|holder|support|tower|screw|plate|(^|_)cap($|_)")
 SAME = 0.15
 """Sensors of one kind closer together than this, and looking the same way, are one sensor [m]."""
 ALIKE = math.cos(math.radians(20.0))
@@ -35,6 +35,8 @@ RING = "a fan of few short beams; each robot has a ring of 16 ranges instead, Ob
 LOWEST = {"lidar": 0.02, "lidar3d": 0.02, "camera": 0.02, "imu": -0.01}
 """Minimum height above the floor; lower frames are placeholders, or see only the floor [m]."""
 WIDTH, HEIGHT = 640, 480
+WIDEST = 150.0
+"""Maximum field of view of a camera [deg]."""
 STEEP = 85.0
 """Sensors that look up or down more steeply are left out [deg]."""
 ALL_AROUND = 355.0
@@ -174,6 +176,8 @@ def _changed(sensor: SaidSensor) -> Iterator[str]:
         yield f"at most {MAX_BEAMS} beams in {MAX_RINGS} rings"
     if max(keys.get("width", 0), keys.get("height", 0)) > MAX_SIDE:
         yield f"at most {MAX_SIDE} pixels to a side"
+    if sensor.kind == "camera" and keys.get("fov_deg", 0.0) > WIDEST:
+        yield f"{WIDEST:g} degrees wide for {keys['fov_deg']:.0f}, the most of a camera"
 
 
 def _rate(rate: float) -> float:
@@ -277,7 +281,7 @@ def _fan(stated: Mapping[str, float], kind: str) -> dict[str, object]:
 
 def _within(angle: float) -> float:
     """Return a field of view limited to the valid range, given in [rad], returned in [deg]."""
-    return round(min(max(math.degrees(angle), 5.0), 150.0), 2)
+    return round(min(max(math.degrees(angle), 5.0), WIDEST), 2)
 
 
 def _plain(name: str) -> str:

@@ -10,6 +10,7 @@ from xml.etree.ElementTree import Element
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.exchange.robots.folders import Folders
+from mjsim.exchange.robots.sdf_robot import urdf_of_sdf
 from mjsim.inventory import Fate, FileItem
 from mjsim.models import (
     Given,
@@ -24,6 +25,7 @@ from mjsim.models import (
     parsed,
     plain_yaml,
     resolved,
+    sdf_named_in,
 )
 
 _URI = re.compile(rb"(?:package|model)://([A-Za-z0-9_.-]+)/?([^\"'<>\s]*)")
@@ -39,7 +41,7 @@ class RobotSource:
         """Locate the description.
 
         Args:
-            path: A URDF, xacro or MJCF file.
+            path: A URDF, xacro, SDF or MJCF file.
             packages: Folders of ROS packages by name; they take precedence.
             given: Arguments and variables for xacro.
             search: Folders in which the user keeps ROS packages.
@@ -48,13 +50,13 @@ class RobotSource:
             UsageError: The file does not exist.
         """
         if path.is_dir():
-            raise UsageError(f"'{path}' is a folder; name a URDF or MJCF file in it")
+            raise UsageError(f"'{path}' is a folder; name a URDF, SDF or MJCF file in it")
         if not path.is_file():
             suggestion = (
                 did_you_mean(path.name, (item.name for item in path.parent.iterdir())) if path.parent.is_dir() else ""
             )
             raise UsageError(
-                f"no file '{path}'{suggestion if suggestion.startswith('; did') else '; name a URDF or MJCF file'}"
+                f"no file '{path}'{suggestion if suggestion.startswith('; did') else '; name a URDF, SDF or MJCF file'}"
             )
         self._given, self._path = path, path.resolve()
         self._folders, self._xacro = Folders(self._path, packages, search=search), given
@@ -65,6 +67,10 @@ class RobotSource:
         self._packages = packages
         self.moved: list[str] = []
         """Files named by the path that they had elsewhere."""
+        self.sdf = False
+        """Whether it is SDF."""
+        self.changed: list[FileItem] = []
+        """What an SDF file lost on its way to URDF."""
         self.expanded = False
         """Whether xacro changed the text of the description."""
 
@@ -146,6 +152,9 @@ class RobotSource:
         written, root = parsed(data, self._given)
         found = resolved(written, self._path, shown=self._given, given=self._xacro, files=self._folders)
         text, self._asked, self.absent = found.text, found.asked, found.missing
+        if root.tag == "sdf":
+            self.sdf = True
+            text, self.changed = urdf_of_sdf(root, str(self._given), self._included)
         self.expanded = text != written
         if self.expanded:
             _, root = parsed(text.encode(), self._given)
@@ -158,6 +167,24 @@ class RobotSource:
             return f"{'../' * depth}@{package}/{rest}".encode()
 
         return _FILE.sub(self._local, _URI.sub(named, text.encode()))
+
+    def _included(self, uri: str) -> tuple[Element, str] | None:
+        """Return the root of the SDF file of a model, and the URI of its folder; None if it is not there."""
+        # A model of a server may be here under its name.
+        name = uri.rstrip("/").rpartition("/")[2]
+        folder = self._folders.package(name)
+        if folder is None:
+            return None
+        names = ["model.sdf"]
+        with suppress(XacroError, UsageError):
+            names = [*sdf_named_in(self._tree(folder / "model.config")), *names]
+        for file in names:
+            with suppress(XacroError):
+                return self._tree(folder / file), f"model://{name}/"
+        return None
+
+    def _tree(self, path: Path) -> Element:
+        return parsed(self._folders.read(path), path)[1]
 
     def _local(self, match: "re.Match[bytes]") -> bytes:
         """Return an absolute path relative to the folder of the description."""

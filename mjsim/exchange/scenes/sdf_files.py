@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element, ParseError, fromstring
 
 from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
-from mjsim.models import RefusedXmlError, checked_xml
+from mjsim.models import RefusedXmlError, checked_xml, sdf_named_in
 
 MAX_XML = 50_000_000
 """Maximum size of a file [bytes]."""
@@ -88,12 +88,7 @@ class Folders:
         """
         if place.is_file():
             return place
-        named = [
-            ((each.get("version") or "0").split("."), (each.text or "").strip())
-            for each in _sdf_named_in(place / "model.config")
-        ]
-        newest = sorted(named, key=lambda entry: [int(part) if part.isdecimal() else 0 for part in entry[0]])
-        for name in [*(name for _, name in reversed(newest)), "model.sdf"]:
+        for name in [*_sdf_named_in(place / "model.config"), "model.sdf"]:
             if name and (found := self._existing(place / name)) and found.is_file():
                 return found
         raise UsageError(f"'{place}' has no model.sdf; name one in its model.config")
@@ -105,9 +100,9 @@ class Folders:
         return self._models[path]
 
 
-def _sdf_named_in(config: Path) -> list[Element]:
-    """Return the elements of a model.config that name SDF files; none if it is missing or broken."""
+def _sdf_named_in(config: Path) -> list[str]:
+    """Return the SDF files that a model.config names; none if it is missing or broken."""
     try:
-        return list(read_xml(config).iter("sdf")) if config.is_file() else []
+        return sdf_named_in(read_xml(config)) if config.is_file() else []
     except UsageError:
         return []

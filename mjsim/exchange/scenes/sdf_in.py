@@ -18,12 +18,10 @@ from mjsim.exchange.scenes.scene_solids import Light, Scene, SceneSolid, SceneTh
 from mjsim.exchange.scenes.sdf_files import Folders
 from mjsim.geometry import Array
 from mjsim.inventory import Fate
-from mjsim.models import SdfFrames, color_of, floats, mesh_of, sizes_of
+from mjsim.models import SdfFrames, color_of, floats, is_robot, mesh_of, sizes_of
 
 MAX_INCLUDES = 12
 """Maximum nesting of included models."""
-DRIVEN = ("drive", "skid", "steer", "planar_move", "mecanum", "omni", "controller")
-"""Parts of the names of plug-ins that move a robot."""
 USUAL_MASS = 1.0
 """Mass of a link without one, as SDF defines [kg]."""
 GROUND, SUN = ("ground_plane", "ground plane"), ("sun",)
@@ -127,7 +125,7 @@ class _Reader:
         placed = model if bare else element
         world_from_model = outer.world_from_outer @ outer.frames.pose_of(placed)
         static = outer.static or _is_true(element.find("static")) or _is_true(model.find("static"))
-        if not static and _is_robot(model):
+        if not static and is_robot(model):
             self._robot(name, world_from_model)
             return
         frames = self._frames(model, inner_file)
@@ -148,7 +146,7 @@ class _Reader:
     def _robot(self, name: str, world_from_robot: Array) -> None:
         x, y, heading = world_from_robot[0, 3], world_from_robot[1, 3], math.atan2(*world_from_robot[[1, 0], 0])
         self.scene.starts.append((float(x), float(y), heading))
-        why = "its start is kept; bring its URDF in by mjsim new --robot-from"
+        why = "its start is kept; bring it in by mjsim new --robot-from"
         self.scene.tell(Fate.LEFT_OUT, "robot", name, why)
 
     def _links(
@@ -243,15 +241,6 @@ def _mass_of(link: Element, name: str) -> float:
 
 def _is_true(element: Element | None) -> bool:
     return element is not None and (element.text or "").strip().lower() in _TRUE
-
-
-def _is_robot(model: Element) -> bool:
-    """Return whether a model drives: it has a plug-in for that, or at least two endless hinges and a sensor."""
-    plugins = [f"{plugin.get('name', '')} {plugin.get('filename', '')}".lower() for plugin in model.iter("plugin")]
-    if any(word in plugin for plugin in plugins for word in DRIVEN):
-        return True
-    hinges = sum(joint.get("type") in ("revolute", "continuous") for joint in model.iter("joint"))
-    return hinges >= 2 and model.find(".//sensor") is not None
 
 
 def _why_missing(uri: str) -> str:

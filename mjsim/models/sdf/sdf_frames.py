@@ -86,11 +86,21 @@ class SdfFrames:
 
     def __post_init__(self) -> None:
         """Find the named elements."""
+        # Before SDF 1.7, a joint could have the name of a link; then the link is meant.
+        ordered = sorted(self.element, key=lambda child: child.tag != "joint")
         self._named = {
             name: child
-            for child in self.element
+            for child in ordered
             if child.tag in FRAMED and (name := child.get("name") or (child.findtext("name") or "").strip())
         }
+
+    def _included(self, name: str) -> Element | None:
+        """Return the include without a name of its own whose model has a name."""
+        for child in self.element.findall("include"):
+            inner = self.inner(child) if child.find("name") is None else None
+            if inner is not None and inner.element.get("name") == name:
+                return child
+        return None
 
     def pose_of(self, element: Element) -> Array:
         """Return the pose of a child, such as a link or a nested model, in the frame of the model."""
@@ -124,7 +134,7 @@ class SdfFrames:
             raise UsageError(f"{self.where}: the frame '{name:.40}' is relative to itself")
         self._open.add(name)
         head, _, rest = name.partition("::")
-        element = self._named.get(head)
+        element = self._named[head] if head in self._named else self._included(head)
         if element is None:
             raise UsageError(f"{self.where}: no frame '{name:.40}'; frames are {', '.join(sorted(self._named)[:10])}")
         pose = self.pose_of(element)

@@ -17,6 +17,8 @@ USUAL = "#808080"
 """Colour of a link without one."""
 _HALVES = {"box": (0.5, 0.5, 0.5), "sphere": (1.0,), "cylinder": (1.0, 0.5), "capsule": (1.0, 0.5)}
 """Shape of SDF that is a geom -> factors on its sizes, since MuJoCo has half of those across the middle."""
+DRIVEN = ("drive", "skid", "steer", "planar_move", "mecanum", "omni", "controller")
+"""Parts of the names of plug-ins that move a robot."""
 
 
 def mjcf_of_sdf(root: Element, path: str) -> Element:
@@ -53,6 +55,25 @@ def _add_links(model: Element, body: Element, asset: Element, path: str) -> None
             geom = SubElement(body, "geom", {**keys, **_placed(frames.pose_in(link, part, path)), "rgba": rgba})
             if mass is not None:
                 geom.set("mass", repr(floats(mass, 1, f"{path}: mass")[0] / len(shapes)))
+
+
+def is_robot(model: Element) -> bool:
+    """Return whether a model drives: it has a plug-in for that, or at least two endless hinges and a sensor."""
+    plugins = [f"{plugin.get('name', '')} {plugin.get('filename', '')}".lower() for plugin in model.iter("plugin")]
+    if any(word in plugin for plugin in plugins for word in DRIVEN):
+        return True
+    hinges = sum(joint.get("type") in ("revolute", "continuous") for joint in model.iter("joint"))
+    return hinges >= 2 and model.find(".//sensor") is not None
+
+
+def sdf_named_in(config: Element) -> list[str]:
+    """Return the SDF files that a model.config names, that of the newest version first."""
+    named = [
+        ([int(part) if part.isdecimal() else 0 for part in (each.get("version") or "0").split(".")], each.text or "")
+        for each in config.iter("sdf")
+    ]
+    newest = sorted(named, key=lambda entry: entry[0], reverse=True)
+    return [name.strip() for _, name in newest if name.strip()]
 
 
 def _placed(pose: Array) -> dict[str, str]:
