@@ -58,7 +58,7 @@ XACRO = '<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:arg name
         ("", (), r"robot\.urdf:1:1: this is not XML \(no element found\)"),
         ("<robot><link name='a'></robot>", (), r"robot\.urdf:1:25: this is not XML \(mismatched tag\)"),
         ("not xml at all", (), r"robot\.urdf:1:1: this is not XML"),
-        ("<sdf/>", (), r"begins with <sdf>; a model begins with <mujoco> \(MJCF\) or <robot> \(URDF\)"),
+        ("<scene/>", (), r"begins with <scene>; a model begins with <mujoco> \(MJCF\) or <robot> \(URDF\)"),
         ('<!DOCTYPE a [<!ENTITY x "y">]><robot name="a">&x;</robot>', (), "declares a document type"),
         ('<robot name="a"/>', (), "MuJoCo cannot read|no wheels"),
         (robot({"base": box("1 1 1")}, []), (), "no wheels can be found: it has no level hinge at all"),
