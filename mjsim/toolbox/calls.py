@@ -12,6 +12,10 @@ FIGURE_FUNCTIONS = (
     *("plot", "plot3", "line", "semilogx", "semilogy", "loglog", "stairs", "stem", "bar", "area", "errorbar"),
     *("fill", "patch", "quiver", "polar", "scatter", "scatter3", "surf", "mesh", "contour", "surfc", "meshc"),
     *("title", "xlabel", "ylabel", "zlabel", "legend", "text", "grid", "axis", "xlim", "ylim", "zlim", "view"),
+    *("imshow", "image", "imagesc", "pcolor", "contourf", "histogram", "pie", "barh", "rectangle", "polarplot"),
+    *("xticks", "yticks", "xticklabels", "yticklabels", "caxis", "clim", "yyaxis", "tiledlayout", "nexttile"),
+    *("annotation", "waitbar", "rotate3d", "camproj", "lighting", "material", "light", "hidden", "zoom", "pan"),
+    *("exportgraphics", "waterfall", "sgrid", "zgrid"),
     *("colormap", "colorbar", "shading", "box", "print", "saveas", "sgtitle", "suptitle", "refresh", "camlight"),
 )
 """Functions that are recorded instead of opening windows."""

@@ -5,17 +5,24 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
 from mjsim.geometry import Array
 from mjsim.mechanics import Arm
 from mjsim.toolbox.calls import FigureCall
-from mjsim.toolbox.marks import properties_of
+from mjsim.toolbox.properties import set_on
 from mjsim.toolbox.script_arms import arm_of
 
 ORDER = ("#0072bd", "#d95319", "#edb120", "#7e2f8e", "#77ac30", "#4dbeee", "#a2142f")
 """Colours of successive lines, as MATLAB has them."""
+AXES = ("axes", "gca", "subplot", "nexttile")
+"""Functions that return handles of axes, which end in this part of 1."""
+HANDLE = 2.0**-13
+LINE = 2.0**-20
+"""Lines of one call have handles that differ by this."""
 POSTURES = 6
 """Postures of an arm that a picture shows."""
 
@@ -68,19 +75,38 @@ class ScriptFigures:
         self._grids: dict[tuple[int, int, int], Any] = {}
         self._current: dict[int, AxesPane] = {}
         self._handles: dict[int, list[Any]] = {}
+        self._sides: list[tuple[AxesPane, AxesPane]] = []
+        self._tiles: dict[int, tuple[int, int, int]] = {}
+        self._maps: dict[int, Any] = {}
+        self._axes: dict[int, tuple[int, AxesPane]] = {}
 
     def draw(self, calls: Iterable[FigureCall], functions: Mapping[str, Drawing]) -> None:
         """Draw calls in order, each by the function of its name; others draw nothing."""
-        for call in calls:
+        for recorded in calls:
+            call = self._in_its_axes(recorded)
             function = functions.get(call.name)
             try:
                 if function is not None and (made := function(self, call)):
                     self._handles[call.number] = list(made)
             except (ValueError, TypeError, IndexError, KeyError, AttributeError) as error:
                 self.skipped.add(f"{call.name}: {str(error).splitlines()[0] if str(error) else type(error).__name__}")
+            if call.name in AXES and call.figure in self._current:
+                self._axes[call.number] = call.figure, self._current[call.figure]
         for motions in self.motions.values():
             for motion in motions:
                 _draw_motion(motion)
+
+    def _in_its_axes(self, call: FigureCall) -> FigureCall:
+        """Return a call without the handle of axes before its arguments; these become the current ones."""
+        first = call.arguments[0] if call.arguments else None
+        if not isinstance(first, np.ndarray) or first.size != 1 or call.name == "set":
+            return call
+        number, part = divmod(float(first.ravel()[0]), 1.0)
+        if part != HANDLE or int(number) not in self._axes:
+            return call
+        figure, pane = self._axes[int(number)]
+        self._current[figure] = pane
+        return replace(call, figure=figure, arguments=call.arguments[1:])
 
     def figure(self, number: int) -> Figure:
         """Return a figure, made if necessary."""
@@ -171,19 +197,67 @@ class ScriptFigures:
             self.motions.setdefault(call.figure, []).append(same)
         same.q.append(q)
 
+    def choose_side(self, call: FigureCall) -> list[Any]:
+        """Choose the axes of the left or of the right scale."""
+        pane = self.pane(call.figure)
+        left, right = next((pair for pair in self._sides if pane in pair), (pane, None))
+        if right is None:
+            right = AxesPane(pane.axes.twinx(), pane.spec, lines=1)
+            self._sides.append((left, right))
+        self._current[call.figure] = right if "right" in call.arguments else left
+        return [self._current[call.figure].axes]
+
+    def tile(self, call: FigureCall) -> None:
+        """Begin a grid of tiles."""
+        numbers = [int(np.ravel(each)[0]) for each in call.arguments if isinstance(each, np.ndarray)]
+        self._tiles[call.figure] = (*(numbers if len(numbers) == 2 else (2, 2)), 0)
+
+    def next_tile(self, call: FigureCall) -> list[Any]:
+        """Choose the next tile, or that of a number."""
+        rows, columns, before = self._tiles.get(call.figure, (1, 1, 0))
+        number = int(np.ravel(call.arguments[0])[0]) if call.arguments else before % (rows * columns) + 1
+        self._tiles[call.figure] = rows, columns, number
+        self.subplot(replace(call, arguments=tuple(np.array([n]) for n in (rows, columns, number))))
+        return [self._current[call.figure].axes]
+
+    def add_axes(self, call: FigureCall) -> list[Any]:
+        """Add axes at a position, or choose the current ones."""
+        words = {key.lower(): v for key, v in zip(call.arguments[::2], call.arguments[1::2], strict=False)}
+        if "position" in words:
+            left, bottom, width, height = np.ravel(words["position"]).tolist()
+            figure = self.figure(call.figure)
+            spec = figure.add_gridspec(1, 1, left=left, bottom=bottom, right=left + width, top=bottom + height)[0, 0]
+            axes = figure.add_axes((left, bottom, width, height))
+            self._panes[call.figure][call.number] = self._current[call.figure] = AxesPane(axes, spec)
+        return [self.pane(call.figure).axes]
+
+    def map_of(self, number: int) -> Any:
+        """Return the colour map of a figure."""
+        return self._maps.get(number, "viridis")
+
+    def set_map(self, number: int, value: Any) -> None:
+        """Choose the colour map of a figure, by its name or as colours, shape (n, 3)."""
+        made = ListedColormap(value) if isinstance(value, np.ndarray) and value.ndim == 2 else str(value)
+        if isinstance(made, str) and made not in colormaps:
+            return
+        self._maps[number] = made
+        for axes in self.figure(number).axes:
+            for artist in (*axes.images, *(each for each in axes.collections if each.get_array() is not None)):
+                artist.set_cmap(made)
+
     def set_properties(self, call: FigureCall) -> None:
         """Set properties of what a handle names."""
         if not call.arguments or not isinstance(call.arguments[0], np.ndarray):
             return
-        for handle in np.ravel(call.arguments[0]).astype(int).tolist():
-            for artist in self._handles.get(handle, ()):
-                _set(artist, properties_of(call.arguments[1:]))
-
-
-def _set(artist: Any, properties: Mapping[str, Any]) -> None:
-    for key, value in properties.items():
-        if value is not None and hasattr(artist, f"set_{key}"):
-            getattr(artist, f"set_{key}")(value)
+        for handle in np.ravel(call.arguments[0]).tolist():
+            number, part = divmod(float(handle), 1.0)
+            artists = self._handles.get(int(number), [])
+            if part == HANDLE and int(number) in self._axes:
+                artists = [self._axes[int(number)][1].axes]
+            line = round(part / LINE)
+            # A handle of axes, or of the only line, stands for all that its call made.
+            for artist in artists[line : line + 1] if len(artists) > 1 else artists:
+                set_on(artist, call.arguments[1:])
 
 
 def _draw_motion(motion: ArmMotion) -> None:

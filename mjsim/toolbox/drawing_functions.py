@@ -9,6 +9,7 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.toolbox.calls import FigureCall
 from mjsim.toolbox.draw import ORDER, Drawing, ScriptFigures
+from mjsim.toolbox.image_functions import IMAGE_FUNCTIONS
 from mjsim.toolbox.marks import line_format, math_text, properties_of
 
 PLACES = {"best": "best", "northeast": "upper right", "northwest": "upper left", "southeast": "lower right",
@@ -91,7 +92,8 @@ def _bars(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
     data = [_numbers(each) for each in _data(call)[:2]]
     x, heights = data if len(data) == 2 and data[1].size > 1 else (np.arange(1.0, len(data[0]) + 1), data[0])
     made = []
-    width = 0.8 / heights.shape[1]
+    apart = float(np.abs(np.diff(np.sort(np.ravel(x)))).min(initial=np.inf))
+    width = 0.8 * (apart if 0.0 < apart < np.inf else 1.0) / heights.shape[1]
     for k in range(heights.shape[1]):
         offset = (k - (heights.shape[1] - 1) / 2) * width
         made.append(pane.axes.bar(np.ravel(x) + offset, heights[:, k], width=width, color=ORDER[k % len(ORDER)]))
@@ -108,10 +110,20 @@ def _area(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
 
 def _fill(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
     data = [np.ravel(each) for each in _data(call)[:2]]
-    words = [each for each in call.arguments if isinstance(each, str)]
-    style = line_format(words[0]) if words else None
-    made = list(drawn.pane(call.figure).axes.fill(*data, color=(style or {}).get("color", ORDER[0])))
-    return made
+    rest = call.arguments[len(data) :]
+    style = line_format(rest[0]) if rest and _is_text(rest[0]) else None
+    words = rest[1:] if style is not None else rest
+    given = {str(key).lower(): value for key, value in zip(words[::2], words[1::2], strict=False)}
+    colors = {"color": (style or {}).get("color", ORDER[0]), **properties_of(words)}
+    if "facecolor" in colors:
+        colors["edgecolor"] = colors.get("edgecolor", "black")
+        del colors["color"]
+    outlines = [data]
+    if "vertices" in given and "faces" in given:
+        faces = np.atleast_2d(given["faces"]).astype(int) - 1
+        outlines = [[given["vertices"][face, 0], given["vertices"][face, 1]] for face in faces]
+    axes = drawn.pane(call.figure).axes
+    return [artist for outline in outlines for artist in axes.fill(*outline[:2], **colors)]
 
 
 def _quiver(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
@@ -126,6 +138,26 @@ def _errors(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
     made = [pane.axes.errorbar(x, y, yerr=e, color=ORDER[0], capsize=3)]
     pane.labelled += made
     return made
+
+
+def _scatter(dimensions: int) -> Drawing:
+    def drawing(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
+        """Draw points, with their areas in square points, and their colours, after the coordinates."""
+        data = [np.ravel(each) if each.shape[-1] != 3 else each for each in _data(call)]
+        pane, words = drawn.cleared(call.figure, solid=dimensions == 3), call.arguments[len(data) :]
+        sizes, colors = (data[k] if len(data) > k and data[k].size else None for k in (dimensions, dimensions + 1))
+        style = next((each for each in map(line_format, filter(_is_text, words)) if each), {})
+        chosen = style.get("color", ORDER[pane.lines % len(ORDER)]) if colors is None else colors
+        points = [np.ravel(each) for each in data[:dimensions]]
+        artist = pane.axes.scatter(*points, s=36 if sizes is None else sizes, c=chosen, marker=style.get("marker", "o"))
+        if "filled" not in words:
+            artist.set_facecolor("none")
+            artist.set_edgecolor(chosen if isinstance(chosen, str) else None)
+        pane.lines += 1
+        pane.labelled.append(artist)
+        return [artist]
+
+    return drawing
 
 
 def _polar(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
@@ -231,8 +263,15 @@ def _axis(drawn: ScriptFigures, call: FigureCall) -> None:
             axes.margins(0)
         elif word in ("off", "on"):
             (axes.set_axis_off if word == "off" else axes.set_axis_on)()
-        elif word == "ij":
+        elif word in ("ij", "xy") and axes.yaxis_inverted() != (word == "ij"):
             axes.invert_yaxis()
+    _keep_limits(axes)
+
+
+def _keep_limits(axes: Any) -> None:
+    """Give axes of equal scales a box of their limits, if these are fixed."""
+    if axes.name != "3d" and axes.get_aspect() != "auto" and not axes.get_autoscalex_on():
+        axes.set_aspect("equal", adjustable="box")
 
 
 def _limits(method: str) -> Drawing:
@@ -240,6 +279,7 @@ def _limits(method: str) -> Drawing:
         axes = drawn.pane(call.figure).axes
         if call.arguments and isinstance(call.arguments[0], np.ndarray) and hasattr(axes, method):
             getattr(axes, method)(*np.ravel(call.arguments[0])[:2])
+            _keep_limits(axes)
 
     return limiting
 
@@ -276,15 +316,17 @@ def _clear(drawn: ScriptFigures, call: FigureCall) -> None:
 
 
 FUNCTIONS: Mapping[str, Drawing] = {
+    **IMAGE_FUNCTIONS,
     "figure": _figure,
     "subplot": ScriptFigures.subplot,
     "gca": _choose,
-    "axes": _choose,
+    "axes": ScriptFigures.add_axes,
     "clf": ScriptFigures.clear_figure,
     "cla": _clear,
     "set": ScriptFigures.set_properties,
     "print": ScriptFigures.save,
     "saveas": ScriptFigures.save,
+    "exportgraphics": ScriptFigures.save,
     "robot": ScriptFigures.robot,
     "drive": ScriptFigures.drive,
     "plot": _lines(lambda axes: axes.plot),
@@ -293,9 +335,9 @@ FUNCTIONS: Mapping[str, Drawing] = {
     "loglog": _lines(lambda axes: axes.loglog),
     "stairs": _lines(lambda axes: lambda *data, **words: axes.step(*data, where="post", **words)),
     "stem": _lines(lambda axes: lambda x, y, **words: axes.stem(x, y)),
-    "scatter": _lines(lambda axes: lambda x, y, **words: axes.scatter(x, y, color=words["color"])),
+    "scatter": _scatter(2),
     "plot3": _lines(lambda axes: axes.plot, 3),
-    "scatter3": _lines(lambda axes: lambda x, y, z, **words: axes.scatter(x, y, z, color=words["color"]), 3),
+    "scatter3": _scatter(3),
     "line": _line,
     "bar": _bars,
     "area": _area,
@@ -304,11 +346,13 @@ FUNCTIONS: Mapping[str, Drawing] = {
     "patch": _fill,
     "quiver": _quiver,
     "polar": _polar,
+    "polarplot": _polar,
     "surf": _surface("surf"),
     "surfc": _surface("surf"),
     "mesh": _surface("mesh"),
     "meshc": _surface("mesh"),
     "contour": _surface("contour"),
+    "waterfall": _surface("mesh"),
     "title": _label("set_title"),
     "xlabel": _label("set_xlabel"),
     "ylabel": _label("set_ylabel"),

@@ -9,7 +9,7 @@ UNDEFINED = re.compile(r"'(\w+)' undefined(?: near line \d+, column \d+)?")
 PACKAGE = re.compile(r"belongs to the (\w+) package from Octave Forge which seems to not")
 INSTEAD = (
     (
-        r"rigidBody\w*|\w*nverseKinematics|loadrobot|importrobot|DHFactor|ETS\d?|trapveltraj|mstraj",
+        r"rigidBody\w*|\w*nverseKinematics|loadrobot|importrobot|DHFactor|ETS\d?|trapveltraj",
         "arms are made by robot and link, or SerialLink and Link, and move by jtraj, ctraj and mtraj",
     ),
     (
@@ -30,7 +30,7 @@ INSTEAD = (
         "install octave-control and write pkg load control, or write the plant for mjsim lab",
     ),
     (
-        r"trplot2?|tranimate|animatedline|plot_\w+",
+        r"animatedline|plot_\w+",
         "draw with plot, plot3 and quiver; plot(r, q) draws and films an arm",
     ),
 )

@@ -17,6 +17,7 @@ from mjsim.interface import quoted
 from mjsim.modules import TOOLBOX, find_octave
 from mjsim.output import free_paths, write_set
 from mjsim.toolbox.calls import read_calls, write_recorders
+from mjsim.toolbox.local_functions import apart
 from mjsim.toolbox.missing import explained
 
 if TYPE_CHECKING:
@@ -94,7 +95,10 @@ def _run(script: Path, recorders: Path, record: Path) -> str | None:
     if marked is None and done.returncode:
         ended = f"ended with exit code {done.returncode}"
         marked = next((line for line in lines if line.startswith(("error:", "parse error"))), ended)
-    return None if marked is None else f"{script.name}: {explained(marked.removeprefix('error: '))}"
+    if marked is None:
+        return None
+    marked = re.sub(rf"{re.escape(str(recorders))}/own/\w+\.m", script.name, marked)
+    return f"{script.name}: {explained(marked.removeprefix('error: '))}"
 
 
 def _code(script: Path, recorders: Path, record: Path) -> str:
@@ -105,8 +109,26 @@ def _code(script: Path, recorders: Path, record: Path) -> str:
     called = f"source({quoted(str(script))})"
     if _is_function(script):
         called = f"feval({quoted(script.stem)})"
-    told = f"fprintf(stderr,'{MARK}%s\\n',mjsim_told(mjsim_caught,{quoted(str(script))}));"
+    elif (own := _with_functions(script, recorders)) is not None:
+        called = f"addpath({quoted(str(own.parent))});source({quoted(str(own))})"
+    told = f"fprintf(stderr,'{MARK}%s\\n',mjsim_told(mjsim_caught,{quoted(str(script))},{quoted(str(recorders))}));"
     return f"{quiet}{paths}mjsim_start({quoted(str(record))});try,{called};catch mjsim_caught,{told}exit(1);end"
+
+
+def _with_functions(script: Path, recorders: Path) -> Path | None:
+    """Write the functions of a script as files, which are there from its first line; return the script without them.
+
+    None if it defines none.
+    """
+    own, functions = apart(script.read_text(errors="surrogateescape"))
+    if not functions:
+        return None
+    folder = recorders / "own"
+    folder.mkdir()
+    for name, text in functions.items():
+        (folder / f"{name}.m").write_text(text, errors="surrogateescape")
+    (folder / "mjsim_script.m").write_text(own, errors="surrogateescape")
+    return folder / "mjsim_script.m"
 
 
 def _is_function(script: Path) -> bool:

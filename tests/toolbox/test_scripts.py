@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 import mjsim
 from mjsim.mechanics import Arm, jtraj
 from mjsim.toolbox import run_script
+from mjsim.toolbox.local_functions import apart
 
 SCRIPTS = Path(__file__).parent / "scripts"
 pytestmark = [
@@ -27,10 +28,12 @@ EXACT = {"rtol": 1e-12, "atol": 1e-12}
 def ran(tmp_path_factory):
     """All scripts, one after the other in one Octave: the folder of their results, and what came of them."""
     folder = tmp_path_factory.mktemp("scripts")
-    for script in SCRIPTS.glob("*.m"):
-        shutil.copy(script, folder)
     names = sorted(script.name for script in SCRIPTS.glob("*.m"))
-    assert len(names) == 21
+    assert len(names) == 23
+    for name in names:
+        own, functions = apart((SCRIPTS / name).read_text())
+        for file, text in {Path(name).stem: own, **functions}.items():
+            (folder / f"{file}.m").write_text(text)
     (folder / "all_of_them.m").write_text("".join(f"clear all; source('{name}');\n" for name in names))
     return folder, run_script(folder / "all_of_them.m", folder / "out")
 
@@ -177,3 +180,45 @@ def test_figures_arms_and_films_are_files(ran):
 def test_letters_that_no_font_has_are_told(ran):
     told = [note for note in ran[1].notes if note.startswith("figure 180: ")]
     assert told == ["figure 180: no installed font has 'ワークスペ'; install fonts-noto-cjk"] or not told
+
+
+def test_closed_forms_of_the_puma_reach_the_pose_in_all_configurations(ran):
+    got = of(ran, "s22")
+    # Corke, Robotics, Vision and Control (2011), section 7.3.1, prints these; its second angle is -3.9270.
+    np.testing.assert_allclose(got["left"].ravel(), [2.6486, 2.3562, 0.0940, 2.5326, 0.9743, 0.3734], atol=1e-4)
+    np.testing.assert_allclose(np.cos(got["right"].ravel()), np.cos([0, np.pi / 4, np.pi, 0, np.pi / 4, 0]), atol=1e-12)
+    np.testing.assert_allclose(got["reached"], np.repeat(got["Tk"][..., None], 8, axis=2), atol=1e-12)
+    assert len(np.unique(np.round(got["all_"], 6), axis=0)) == 8
+    assert got["q2"].shape[1] == 6
+
+
+def test_lines_with_blends_pass_their_ends_and_keep_their_speed(ran):
+    got = of(ran, "s22")
+    p, t = got["p"], got["t"].ravel()
+    np.testing.assert_allclose(p[[0, -1]], [[0, 0], [1, 1]], atol=1e-12)
+    speed = np.diff(p, axis=0) / np.diff(t)[:, None]
+    assert (np.abs(speed).max(axis=0) <= [1.0 + 1e-9, 2.0 + 1e-9]).all()
+    # From rest to 1 in 0.2 s: 5.
+    assert np.abs(np.diff(speed[:, 0]) / 0.05).max() == pytest.approx(5.0)
+
+
+def test_exponents_norms_and_wrenches_are_those_of_numpy(ran):
+    got = of(ran, "s22")
+    T, R = got["Tk"], got["Tk"][:3, :3]
+    np.testing.assert_allclose(got["R"], T, atol=1e-12)
+    np.testing.assert_allclose(got["S"], T, atol=1e-12)
+    turn = Rotation.from_matrix(R)
+    np.testing.assert_allclose(np.radians(got["a"].ravel()), turn.as_euler("ZYX"), atol=1e-12)
+    np.testing.assert_allclose(got["moved"], R @ [[1, 2], [3, 4], [5, 6]] + T[:3, 3:], atol=1e-12)
+    force, moment = R.T @ [1, 2, 3], R.T @ (np.array([4, 5, 6]) + np.cross([1, 2, 3], T[:3, 3]))
+    np.testing.assert_allclose(got["W"].ravel(), [*force, *moment], atol=1e-12)
+    ahead, back = (Rotation.from_euler("ZYZ", [0.3, 0.5 + step, 0.7]).as_matrix() for step in (1e-6, -1e-6))
+    spin = (ahead - back) / 2e-6 @ Rotation.from_euler("ZYZ", [0.3, 0.5, 0.7]).as_matrix().T
+    np.testing.assert_allclose(got["J"][:, 1], [spin[2, 1], spin[0, 2], spin[1, 0]], atol=1e-8)
+
+
+def test_counts_of_a_histogram_are_those_of_numpy(ran):
+    got = of(ran, "s23")
+    count, edges = np.histogram([1, 1, 2.5, 5], 4)
+    np.testing.assert_array_equal(got["n"].ravel(), count)
+    np.testing.assert_allclose(got["c"].ravel(), (edges[1:] + edges[:-1]) / 2)

@@ -23,7 +23,28 @@ function id = mjsim_record(name, given)
       end
       id = figure_;
   end
+  handle = id;
+  % The handle of axes is no whole number, as numbers of figures and data often are.
+  if any(strcmp(name, {'axes', 'gca', 'subplot', 'nexttile'})), handle = id + 2^-13; end
   calls{end + 1} = {mjsim_text(name), cellfun(@plain, given, 'UniformOutput', false), figure_, id};
+  id = handle;
+  if strncmp(name, 'plot', 4) || strncmp(name, 'semilog', 7) || strcmp(name, 'loglog')
+    % One handle for each line: its number in the call is the part of 1.
+    id = handle + (0:max(lines_of(given, 2 + strcmp(name, 'plot3')), 1) - 1)' * 2^-20;
+  end
+end
+
+function count = lines_of(given, dimensions)
+% Number of lines that a call draws.
+  count = 0; k = 1;
+  while k <= numel(given) && ~ischar(given{k})
+    last = k;
+    while last < numel(given) && last < k + dimensions - 1 && ~ischar(given{last + 1}), last = last + 1; end
+    columns_ = cellfun(@(a) prod(size(a)) / max(rows(a) + (rows(a) == 1) * (columns(a) - 1), 1), given(k:last));
+    count = count + max([round(columns_) 0]);
+    k = last + 1;
+    if k <= numel(given) && ischar(given{k}), k = k + 1; end
+  end
 end
 
 function value = plain(value)

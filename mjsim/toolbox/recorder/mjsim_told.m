@@ -1,10 +1,13 @@
-function text = mjsim_told(caught, script)
-% MJSIM_TOLD  An error as one line, with its place in the script or in a file beside it.
+function text = mjsim_told(caught, script, recorders)
+% MJSIM_TOLD  An error as one line, with its place in the script, its functions, or a file beside it.
   text = strrep(strtrim(caught.message), "\n", ' ');
   folder = fileparts(script);
+  own = fullfile(recorders, 'own');
   for frame = caught.stack'
-    if frame.line > 0 && strncmp(frame.file, folder, numel(folder))
-      [unused, name, ending] = fileparts(frame.file);
+    file = frame.file;
+    if strncmp(file, own, numel(own)), file = script; end
+    if frame.line > 0 && strncmp(file, folder, numel(folder))
+      [unused, name, ending] = fileparts(file);
       text = sprintf('%s (%s%s:%d)', text, name, ending, frame.line);
       return
     end

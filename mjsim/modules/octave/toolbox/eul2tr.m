@@ -1,5 +1,5 @@
-function T = eul2tr(phi, theta, psi)
+function T = eul2tr(varargin)
 % EUL2TR  The pose of Euler's angles Rz(phi) Ry(theta) Rz(psi).
-  if nargin == 1, [phi, theta, psi] = deal(phi(1), phi(2), phi(3)); end
-  T = trotz(phi) * troty(theta) * trotz(psi);
+  a = mjsim_deg(varargin);
+  T = trotz(a(1)) * troty(a(2)) * trotz(a(3));
 end

@@ -1,5 +1,5 @@
-function T = rpy2tr(roll, pitch, yaw)
+function T = rpy2tr(varargin)
 % RPY2TR  The pose of roll, pitch and yaw: Rz(roll) Ry(pitch) Rx(yaw), as the old toolbox has them.
-  if nargin == 1, [roll, pitch, yaw] = deal(roll(1), roll(2), roll(3)); end
-  T = trotz(roll) * troty(pitch) * trotx(yaw);
+  a = mjsim_deg(varargin);
+  T = trotz(a(1)) * troty(a(2)) * trotx(a(3));
 end

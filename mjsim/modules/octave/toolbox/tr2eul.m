@@ -1,5 +1,5 @@
-function eul = tr2eul(T)
-% TR2EUL  Euler's angles phi, theta, psi of a pose, a row for each.
+function eul = tr2eul(T, varargin)
+% TR2EUL  Euler's angles phi, theta, psi of a pose, a row for each; in degrees with 'deg'.
   eul = zeros(size(T, 3), 3);
   for k = 1:size(T, 3)
     R = T(1:3, 1:3, k);
@@ -9,4 +9,6 @@ function eul = tr2eul(T)
     psi = atan2(-sin(phi) * R(1, 1) + cos(phi) * R(2, 1), -sin(phi) * R(1, 2) + cos(phi) * R(2, 2));
     eul(k, :) = [phi theta psi];
   end
+  [unused, scale] = mjsim_deg(varargin);
+  eul = eul / scale;
 end

@@ -1,5 +1,5 @@
-function rpy = tr2rpy(T)
-% TR2RPY  Roll, pitch and yaw of a pose, a row for each.
+function rpy = tr2rpy(T, varargin)
+% TR2RPY  Roll, pitch and yaw of a pose, a row for each; in degrees with 'deg'.
   rpy = zeros(size(T, 3), 3);
   for k = 1:size(T, 3)
     R = T(1:3, 1:3, k);
@@ -12,4 +12,6 @@ function rpy = tr2rpy(T)
     end
     rpy(k, :) = [roll pitch yaw];
   end
+  [unused, scale] = mjsim_deg(varargin);
+  rpy = rpy / scale;
 end

@@ -33,6 +33,7 @@ function varargout = subsref(r, s)
       end
       given = {};
       if numel(s) > 1 && strcmp(s(2).type, '()'), given = s(2).subs; s(2) = []; end
+      if nargout(name) == 0, feval(name, r, given{:}); return, end
       [varargout{1:nargout}] = feval(name, r, given{:});
       if numel(s) > 1, varargout{1} = subsref(varargout{1}, s(2:end)); end
       return

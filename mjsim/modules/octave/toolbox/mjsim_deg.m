@@ -1,0 +1,8 @@
+function [angles, scale] = mjsim_deg(given)
+% MJSIM_DEG  Angles of arguments in radians, one vector or several numbers, and the unit in radians: 1, or a degree.
+  words = cellfun(@ischar, given);
+  scale = 1;
+  if any(strcmp(given(words), 'deg')), scale = pi / 180; end
+  angles = cellfun(@(a) a(:)', given(~words), 'UniformOutput', false);
+  angles = [angles{:}] * scale;
+end
