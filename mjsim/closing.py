@@ -9,7 +9,7 @@ from typing import Self, TypeVar
 from mjsim.errors import MjsimError
 
 T = TypeVar("T")
-ENDING = 30.0
+THREAD_TIMEOUT = 30.0
 """Time limit for a thread of ours to end once it was told to [s]; not reached even on a loaded machine."""
 
 
@@ -31,7 +31,7 @@ class Closes(ABC):
         self.close()
 
 
-def join(thread: threading.Thread, *, within: float = ENDING) -> None:
+def join(thread: threading.Thread, *, within: float = THREAD_TIMEOUT) -> None:
     """Wait for the end of a thread that was told to end.
 
     Args:

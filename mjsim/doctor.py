@@ -24,7 +24,7 @@ from mjsim.sweep import usable_cores
 from mjsim.world import parse_world
 
 WIDTH, HEIGHT = 640, 480
-PATIENCE = 60.0
+BACKEND_TIMEOUT = 60.0
 """Time limit for trying a backend [s]."""
 LIBRARIES = ("mujoco", "numpy", "opencv-python-headless", "dm-control", "foxglove-sdk", "av")
 EXTRAS = {
@@ -198,9 +198,11 @@ def _try_alone(name: str) -> str:
     environment = {key: value for key, value in os.environ.items() if key not in ("MUJOCO_GL", "MJSIM_GL")}
     words = [sys.executable, "-c", PROBE, name]
     try:
-        done = subprocess.run(words, env=environment, capture_output=True, text=True, check=False, timeout=PATIENCE)
+        done = subprocess.run(
+            words, env=environment, capture_output=True, text=True, check=False, timeout=BACKEND_TIMEOUT
+        )
     except subprocess.TimeoutExpired:
-        return f"no: the process did not end within {PATIENCE:g} s"
+        return f"no: the process did not end within {BACKEND_TIMEOUT:g} s"
     if done.returncode < 0:
         return f"no: the process died of signal {-done.returncode}"
     return (done.stdout or done.stderr).strip().rpartition("\n")[2]

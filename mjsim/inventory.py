@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
-MOST_NAMES = 8
+MAX_NAMES = 8
 """Maximum number of names in a line."""
 
 
@@ -47,8 +47,8 @@ def inventory(items: Iterable[FileItem]) -> list[str]:
 def _called(kind: str, names: list[str]) -> str:
     """Return 'lidar 'a'', or '3 lidars 'a', 'b' and 1 more'; names that are equal are written once."""
     known = [f"'{name}'" for name in dict.fromkeys(names) if name]
-    more = f" and {len(known) - MOST_NAMES} more" if len(known) > MOST_NAMES else ""
-    listed = ", ".join(known[:MOST_NAMES]) + more
+    more = f" and {len(known) - MAX_NAMES} more" if len(known) > MAX_NAMES else ""
+    listed = ", ".join(known[:MAX_NAMES]) + more
     head = kind if len(names) == 1 else f"{len(names)} {plural(kind)}"
     return f"{head} {listed}" if listed else head
 

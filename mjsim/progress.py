@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from typing import Any
 
-EVERY = 10.0
+MIN_LINE_INTERVAL = 10.0
 """Minimum time between two plain lines [s]."""
 COUNTED_EVERY = 60.0
 """The same for `counted`, whose items take long [s]."""
@@ -108,7 +108,7 @@ def _lines(label: str, total: float, unit: str) -> Iterator[Callable[[float], No
         nonlocal shown, reached
         reached = done
         now = time.perf_counter()
-        if now - shown >= EVERY:
+        if now - shown >= MIN_LINE_INTERVAL:
             shown = now
             say(f"{label}: {done:.0f} of {total:.0f} {unit}{_pace(done, now - began, unit)}")
 

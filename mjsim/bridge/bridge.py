@@ -19,17 +19,17 @@ from mjsim.session import Session
 from mjsim.sim import Simulation
 from mjsim.world import Modules, World, grid_of
 
-FOREVER = 1e8
+ENDLESS_RUN_SECONDS = 1e8
 """Duration of a run without an end [s]."""
 WATCHDOG = 0.5
 """Time for which a command holds, simulated [s]."""
-FOUND = 1.0
+DISCOVERY_SECONDS = 1.0
 """Time in which other participants of a domain are found [s]."""
-PATIENCE = 30.0
+SERVICE_TIMEOUT = 30.0
 """Maximum time that a service waits for its action [s]."""
-RECEIVED = ("/cmd_vel", "/goal_pose")
+SUBSCRIBED_TOPICS = ("/cmd_vel", "/goal_pose")
 """Ends of the topics that the bridge subscribes to."""
-TWISTS = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
+TWIST_TYPES = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 """Types accepted as commands; Nav2 sends the second since Kilted."""
 
 
@@ -77,7 +77,7 @@ class Bridge(Closes):
         Raises:
             UsageError: An argument is invalid; cyclonedds or rosbags is not installed.
         """
-        if not 0.0 < watchdog < FOREVER:
+        if not 0.0 < watchdog < ENDLESS_RUN_SECONDS:
             raise UsageError(f"watchdog is {watchdog:g} s; it must be above 0")
         self.domain = domain_id() if domain is None else domain
         """DDS domain."""
@@ -90,7 +90,7 @@ class Bridge(Closes):
         self.session = Session(
             world,
             seed=seed,
-            seconds=FOREVER if seconds is None else seconds,
+            seconds=ENDLESS_RUN_SECONDS if seconds is None else seconds,
             speed=speed,
             record=record,
             overwrite=overwrite,
@@ -105,7 +105,7 @@ class Bridge(Closes):
         offer(self._bus, "/mjsim/pause", "std_srvs/srv/SetBool", self._pause)
         offer(self._bus, "/mjsim/step", "std_srvs/srv/Trigger", self._step)
         offer(self._bus, "/mjsim/reset", "std_srvs/srv/Trigger", self._reset)
-        self._interfaces = SimulationInterfaces(self._bus, self.session, patience=PATIENCE)
+        self._interfaces = SimulationInterfaces(self._bus, self.session, patience=SERVICE_TIMEOUT)
 
     @property
     def robots(self) -> list[str]:
@@ -131,8 +131,8 @@ class Bridge(Closes):
         """Check that no other program publishes the clock; one that publishes other topics of ours is said."""
         own = tuple(f"{robot}/" for robot in self.robots if robot != "/")
         others = self._bus.publishers(
-            lambda topic: topic == CLOCK.name or (topic.startswith(own) and not topic.endswith(RECEIVED)),
-            wait=FOUND,
+            lambda topic: topic == CLOCK.name or (topic.startswith(own) and not topic.endswith(SUBSCRIBED_TOPICS)),
+            wait=DISCOVERY_SECONDS,
         )
         if not others:
             return
@@ -152,7 +152,7 @@ class Bridge(Closes):
             command = Command(twist.linear.x, twist.linear.y, twist.angular.z)
             self.session.drive(robot, command, hold=watchdog)
 
-        for kind in TWISTS:
+        for kind in TWIST_TYPES:
             self._bus.receive(RosTopic(f"{namespace}/cmd_vel", kind, COMMANDS), take)
 
     def _go(self, robot: str, namespace: str) -> None:
@@ -204,7 +204,7 @@ class Bridge(Closes):
 
     def _now(self, *states: Any) -> tuple[bool, str]:
         """Wait for one of these states; return whether it was reached, and a description of state and time."""
-        found = self.session.wait(*states, "ended", "failed", timeout=PATIENCE)
+        found = self.session.wait(*states, "ended", "failed", timeout=SERVICE_TIMEOUT)
         newest = self.session.newest
         return found in states, f"{found} at {0.0 if newest is None else newest.time:g} s"
 

@@ -21,7 +21,7 @@ MAX_DOMAIN = 232
 """Number of domains; ports of higher ones would exceed 65535."""
 LONGEST_PROCESS = 100
 """Maximum length of what others say of their process."""
-MANY, POLL, SETTLED = 10_000, 0.02, 0.25
+MAX_ENTITIES, POLL_SECONDS, SETTLING_SECONDS = 10_000, 0.02, 0.25
 """Maximum number of entities of other participants that are read, how often, and until how long after the last one
 [s]."""
 FIRST_PORT, PORTS = 7400, 250
@@ -123,17 +123,17 @@ class Bus(Closes):
         deadline = self._joined + wait
         while True:
             before = len(found)
-            for each in writers.read(N=MANY):
+            for each in writers.read(N=MAX_ENTITIES):
                 space, _, topic = each.topic_name.partition("/")
                 if space == "rt" and is_meant(f"/{topic}"):
                     found[f"/{topic}"] = each.participant_key
             if len(found) > before:
                 # A participant announces its topics one after the other.
-                deadline = time.monotonic() + SETTLED
+                deadline = time.monotonic() + SETTLING_SECONDS
             if time.monotonic() > deadline:
                 break
-            time.sleep(POLL)
-        participants = BuiltinDataReader(self._participant, BuiltinTopicDcpsParticipant).read(N=MANY)
+            time.sleep(POLL_SECONDS)
+        participants = BuiltinDataReader(self._participant, BuiltinTopicDcpsParticipant).read(N=MAX_ENTITIES)
         processes = {each.key: _process_of(each.qos) for each in participants}
         return {topic: processes.get(key, "") for topic, key in found.items()}
 

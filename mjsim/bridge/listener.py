@@ -9,9 +9,9 @@ from mjsim.closing import join
 from mjsim.progress import say
 from mjsim.ros import message_of
 
-POLL = 0.2
+POLL_SECONDS = 0.2
 """Interval at which the thread checks whether to end [s]."""
-QUIET = 10.0
+MIN_WARNING_INTERVAL = 10.0
 """Minimum time between two lines about ignored messages of one type [s]: a peer may send any number of them."""
 
 
@@ -64,7 +64,7 @@ class Listener:
         from cyclonedds.util import duration
 
         while not self._closing.is_set():
-            self._waiting.wait(duration(seconds=POLL))
+            self._waiting.wait(duration(seconds=POLL_SECONDS))
             for reader, kind, take in self._taken:
                 for sample in reader.take(N=100):
                     if hasattr(sample, "cdr"):
@@ -78,9 +78,9 @@ class Listener:
 
     def _ignore(self, kind: str, error: Exception) -> None:
         """Print that a message was ignored, unless a line about its type was printed recently."""
-        last, more = self._ignored.get(kind, (-QUIET, 0))
+        last, more = self._ignored.get(kind, (-MIN_WARNING_INTERVAL, 0))
         now = time.monotonic()
-        if now - last < QUIET:
+        if now - last < MIN_WARNING_INTERVAL:
             self._ignored[kind] = last, more + 1
             return
         self._ignored[kind] = now, 0

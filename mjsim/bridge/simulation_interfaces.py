@@ -32,12 +32,12 @@ DELETING, GETTING, SETTING, RESET, STATE_GETTING, STATE_SETTING, STATE_PAUSE, SI
     *(31, 32),
 )
 """Features that the bridge has."""
-WHOLE = 0b111
+RESET_ALL = 0b111
 """Time, state and spawned entities, as bits of the scope of a reset."""
-MOST_STEPS = 100_000
+MAX_STEPS = 100_000
 """Largest number of ticks in a call."""
 WORLD_FRAMES = ("", "world", MAP_FRAME)
-LEVEL, UNIT = 1e-3, 1e-2
+MAX_TILT, NORM_TOLERANCE = 1e-3, 1e-2
 """Largest tilt of a pose that is level [rad], and deviation of the length of a quaternion."""
 SAME_HEIGHT = 0.01
 """Largest difference of a height that is set from that of the entity [m]."""
@@ -140,8 +140,8 @@ class SimulationInterfaces:
             return INCORRECT_STATE, f"the run has {state}; reset it first"
         if state != "paused":
             return FAILED, f"the simulation is {state}; pause it first"
-        if not 1 <= steps <= MOST_STEPS:
-            return FAILED, f"steps is {steps}; it must be from 1 to {MOST_STEPS:,}"
+        if not 1 <= steps <= MAX_STEPS:
+            return FAILED, f"steps is {steps}; it must be from 1 to {MAX_STEPS:,}"
         for number in range(steps):
             self._session.tick()
             if (found := self._reach("paused")) != "paused":
@@ -150,7 +150,7 @@ class SimulationInterfaces:
         return FINE
 
     def _reset(self, scope: int) -> Coded:
-        if scope and scope & WHOLE != WHOLE:
+        if scope and scope & RESET_ALL != RESET_ALL:
             return UNSUPPORTED, f"scope is {scope}; only the whole simulation can be reset, with scope 0 or 255"
         self._stopped = False
         self._session.restart()
@@ -209,9 +209,9 @@ def _wrong_pose(place: list[float], turned: list[float]) -> str | None:
     """Return why a position [m] and a quaternion (x, y, z, w) are no pose on the floor; None if they are."""
     if not all(map(math.isfinite, [*place, *turned])):
         return "the pose is not finite"
-    if abs(math.hypot(*turned) - 1.0) > UNIT:
+    if abs(math.hypot(*turned) - 1.0) > NORM_TOLERANCE:
         return f"the quaternion has length {math.hypot(*turned):.3g}; it must be 1"
-    if 2.0 * math.hypot(*turned[:2]) > LEVEL:
+    if 2.0 * math.hypot(*turned[:2]) > MAX_TILT:
         return "the pose is tilted; entities stand upright, turned about z alone"
     return None
 

@@ -14,7 +14,7 @@ from mjsim.progress import say, tracked
 if TYPE_CHECKING:
     from mjsim.logs import Calibration
 
-PRINTED = ("calibration", "clock", "odometry", "place of", "sweep of")
+PRINTED_METADATA = ("calibration", "clock", "odometry", "place of", "sweep of")
 """Prefixes of the metadata entries that are printed after an import."""
 
 
@@ -84,7 +84,7 @@ def import_log(
     with tracked(f"import {source.name}", total=100.0, unit="%") as advance:
         recording = recorded(source, wishes=options, record=output, progress=advance, overwrite=overwrite)
     for fact, value in recording.metadata.items():
-        if fact.startswith(PRINTED) or "breaks off" in fact or ("left out" in fact and value != "0"):
+        if fact.startswith(PRINTED_METADATA) or "breaks off" in fact or ("left out" in fact and value != "0"):
             say(f"{fact}: {value}")
     print(output)
 

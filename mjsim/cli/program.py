@@ -22,7 +22,7 @@ INTERRUPTED = 130
 TERMINATING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 """Signals that end a command as Ctrl-C does: `kill`, `timeout`, services and containers send TERM, a terminal that is
 closed HUP. The exit code is 128 + the number, as shells have it."""
-UNREAD = 141
+BROKEN_PIPE = 141
 """Exit code when nobody reads the output any more, as after `| head`."""
 COMMANDS = {
     "doctor": "machine",
@@ -191,6 +191,6 @@ def _unwritten(error: OSError) -> int:
     else:
         raise error
     if isinstance(error, BrokenPipeError):
-        return UNREAD
+        return BROKEN_PIPE
     show(f"mjsim: cannot write to standard output: {error.strerror}")
     return 2

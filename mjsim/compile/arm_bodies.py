@@ -20,7 +20,7 @@ from mjsim.mechanics import Arm, Link, inverted, is_valid, nearest_valid, tensor
 from mjsim.models import pose_keys
 from mjsim.world import NoBody, Robot, RobotArm, World
 
-SHORTEST = 1e-6
+MIN_SEGMENT_LENGTH = 1e-6
 """A segment of a link shorter than this is a sphere [m]."""
 MIN_RADII = 2.5
 """Links joined by less than this many radii of arm do not collide."""
@@ -185,7 +185,7 @@ def _add_shape(body: mujoco.MjsBody, link: Link, name: str, color: str) -> None:
 
 def _add_bone(body: mujoco.MjsBody, start: Array, end: Array, radius: float, *, name: str, color: str) -> None:
     common = {"name": name, "group": SEEN, "material": MATERIAL, "rgba": color_of(color), "mass": 0.0}
-    if np.linalg.norm(end - start) < SHORTEST:
+    if np.linalg.norm(end - start) < MIN_SEGMENT_LENGTH:
         body.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, pos=start, size=[radius, 0.0, 0.0], **common)
     else:
         ends = [*start, *end]
@@ -195,7 +195,7 @@ def _add_bone(body: mujoco.MjsBody, start: Array, end: Array, radius: float, *, 
 def _add_column(base: mujoco.MjsBody, item: RobotArm, name: str) -> None:
     """Add a column between the base of an arm and its first joint if they are apart."""
     foot, head = item.arm.base[:3, 3], (item.arm.base @ item.arm.links[0].before)[:3, 3]
-    if np.linalg.norm(head - foot) >= SHORTEST:
+    if np.linalg.norm(head - foot) >= MIN_SEGMENT_LENGTH:
         _add_bone(base, foot, head, item.arm.links[0].radius, name=f"{name}/column", color=item.color)
 
 

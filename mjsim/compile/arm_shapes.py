@@ -17,7 +17,7 @@ from mjsim.mechanics import Solid, is_valid, nearest_valid
 from mjsim.models import FileArm, pose_keys, seen_and_touched
 from mjsim.world import RobotArm
 
-TOUCHING = 2e-3
+MIN_GAP = 2e-3
 """Links whose shapes are nearer than this at the start never collide with each other [m]."""
 
 
@@ -116,7 +116,7 @@ def passing(item: RobotArm) -> Iterator[tuple[int, int]]:
 
 def _touch(model: mujoco.MjModel, data: mujoco.MjData, first: int, second: int) -> bool:
     """Return whether two geoms are near enough to count as touching."""
-    reach = float(model.geom_rbound[first] + model.geom_rbound[second]) + TOUCHING
+    reach = float(model.geom_rbound[first] + model.geom_rbound[second]) + MIN_GAP
     if float(np.linalg.norm(data.geom_xpos[first] - data.geom_xpos[second])) > reach:
         return False
-    return float(mujoco.mj_geomDistance(model, data, first, second, TOUCHING, None)) < TOUCHING
+    return float(mujoco.mj_geomDistance(model, data, first, second, MIN_GAP, None)) < MIN_GAP

@@ -2,7 +2,7 @@
 
 import mujoco
 
-SOLID, LEAF, MOVER, GHOST = 1, 2, 4, 8
+SOLID_BIT, LEAF_BIT, MOVER_BIT, GHOST = 1, 2, 4, 8
 """Bits of contact: solids collide with solids; each of the others with those whose `conaffinity` has its bit.
 A ghost is a removed object: it lies on the floor and collides with nothing else."""
 GROUND = ("floor", "wall/")
@@ -21,11 +21,11 @@ def sort_contacts(spec: mujoco.MjSpec) -> None:
         if not (geom.contype or geom.conaffinity) or geom.name.startswith(GROUND):
             continue
         if root in doors:
-            geom.contype, geom.conaffinity = LEAF, MOVER
+            geom.contype, geom.conaffinity = LEAF_BIT, MOVER_BIT
         elif root in movers:
-            geom.contype, geom.conaffinity = MOVER, 0
+            geom.contype, geom.conaffinity = MOVER_BIT, 0
         else:
-            geom.conaffinity |= LEAF if root == "world" else LEAF | MOVER
+            geom.conaffinity |= LEAF_BIT if root == "world" else LEAF_BIT | MOVER_BIT
 
 
 def _root(body: mujoco.MjsBody) -> str:

@@ -12,7 +12,7 @@ from mjsim.mechanics import Solid, is_valid, nearest_valid
 from mjsim.models import pose_keys
 from mjsim.world import MechanismBody
 
-COMPACT = 0.3
+THICKNESS_RATIO = 0.3
 """Thickness of a body that is no rod, relative to its least half size, so that joints do not hide it."""
 
 
@@ -41,13 +41,13 @@ def thickness(body: MechanismBody) -> float:
         case _ if hasattr(body, "rod"):
             return float(body.rod[1])
         case _ if hasattr(body, "box"):
-            return COMPACT * float(min(body.box)) / 2.0
+            return THICKNESS_RATIO * float(min(body.box)) / 2.0
         case _ if hasattr(body, "model"):
-            return COMPACT * float(np.ptp(body.spans()[0], axis=0).min()) / 2.0
+            return THICKNESS_RATIO * float(np.ptp(body.spans()[0], axis=0).min()) / 2.0
         case _ if hasattr(body, "cylinder"):
-            return COMPACT * float(min(body.cylinder[0], body.cylinder[1] / 2.0))
+            return THICKNESS_RATIO * float(min(body.cylinder[0], body.cylinder[1] / 2.0))
         case _:
-            return COMPACT * float(getattr(body, "sphere", 0.1))
+            return THICKNESS_RATIO * float(getattr(body, "sphere", 0.1))
 
 
 def set_mass(body: mujoco.MjsBody, solid: Solid) -> None:

@@ -24,9 +24,9 @@ from mjsim.world import GROUND, CurvePoint, Mechanism, MechanismBody, MechanismJ
 if TYPE_CHECKING:  # most worlds have no curve
     from mjsim.mechanics import SpaceCurve
 
-STIFFEST = 2.0
+MIN_TIME_CONSTANT = 2.0
 """Time constant of a joint limit, in periods of the physics: MuJoCo's own bound."""
-HARDEST = 0.9999
+MAX_IMPEDANCE = 0.9999
 """Impedance of a constraint: MuJoCo's own upper bound."""
 DIGITS = 12
 """Decimals of angles in degrees, so that 30 degrees stay 30 after conversion through radians."""
@@ -39,11 +39,11 @@ JOINT_KINDS = {
 }
 GHOST = ".ghost"
 """Suffix of the names of the far sides of cut joints."""
-GHOSTLY = 1e-4
+MASSLESS_RATIO = 1e-4
 """Mass and moments of inertia of such a body, relative to the least mass and the largest moment of its mechanism."""
-SHOWN, WIRE = 64, 1.5e-3
+CURVE_SEGMENTS, CURVE_RADIUS = 64, 1.5e-3
 """Number of segments in which a curve is drawn, and their radius relative to its length."""
-BELOW = 1e-3
+MIN_DEPTH_BELOW_FLOOR = 1e-3
 """A body that starts this far below the floor does not collide with it [m]."""
 
 
@@ -59,8 +59,8 @@ def stiff(equality: mujoco.MjsEquality, step: float) -> None:
 
     Softer ones dissipate energy: a four-bar whose crank turns at 21 rad/s loses a fifth in 4 s at 4 ms.
     """
-    equality.solref = [-HARDEST / step**2, -HARDEST / step]
-    equality.solimp = [HARDEST, HARDEST, 0.001, 0.5, 2.0]
+    equality.solref = [-MAX_IMPEDANCE / step**2, -MAX_IMPEDANCE / step]
+    equality.solimp = [MAX_IMPEDANCE, MAX_IMPEDANCE, 0.001, 0.5, 2.0]
 
 
 def seen_box(mechanism: Mechanism) -> Array:
@@ -136,8 +136,8 @@ class _Builder:
         carrier = self._bodies[self._assembly.bodies[parent]]
         body = carrier.add_body(name=self._full(name), **pose_keys(pose))
         solids = [each.solid() for each in self._mechanism.bodies]
-        body.explicitinertial, body.mass = True, GHOSTLY * min(solid.mass for solid in solids)
-        moment = GHOSTLY * max(max(solid.inertia[:3]) for solid in solids)
+        body.explicitinertial, body.mass = True, MASSLESS_RATIO * min(solid.mass for solid in solids)
+        moment = MASSLESS_RATIO * max(max(solid.inertia[:3]) for solid in solids)
         body.inertia = [max(moment, 1e-9)] * 3
         self._bodies[name] = body
 
@@ -168,7 +168,7 @@ class _Builder:
         pair = item.range if self._assembly.slides[column] else item.range_deg
         if pair is not None:
             added.limited, added.range = True, list(pair)
-            added.solref_limit = [STIFFEST * self._step, 1.0]
+            added.solref_limit = [MIN_TIME_CONSTANT * self._step, 1.0]
 
     def _item(self, name: str) -> MechanismJoint:
         return next(joint for joint in self._mechanism.all_joints if joint.name == name)
@@ -242,10 +242,12 @@ class _Builder:
     def _show_curve(self, curve: "SpaceCurve", body: int, body_from_curve: Array) -> None:
         """Add the visual shape of a curve."""
         pose = self._ground @ body_from_curve if body == 0 else body_from_curve
-        points = curve.sampled(SHOWN) @ pose[:3, :3].T + pose[:3, 3]
+        points = curve.sampled(CURVE_SEGMENTS) @ pose[:3, :3].T + pose[:3, 3]
         for ends in pairwise(points):
             geom = self._bodies[self._assembly.bodies[body]].add_geom(
-                type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=np.concatenate(ends), size=[curve.length * WIRE, 0.0, 0.0]
+                type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+                fromto=np.concatenate(ends),
+                size=[curve.length * CURVE_RADIUS, 0.0, 0.0],
             )
             make_decor(geom, DARK)
 
@@ -338,7 +340,7 @@ class _Builder:
                     self._spec.add_exclude(bodyname1=first, bodyname2=second)
         for body in self._mechanism.bodies:
             pose = self._ground @ self._placed.poses[self._assembly.number(body.name)] @ body.frame()
-            if lowest(body, pose) < -BELOW:
+            if lowest(body, pose) < -MIN_DEPTH_BELOW_FLOOR:
                 self._spec.add_exclude(bodyname1="world", bodyname2=self._full(body.name))
 
 

@@ -22,9 +22,9 @@ from mjsim.world import ModelObstacle
 
 SEEN = 0
 """Group of geoms that are visible and collide."""
-HEAVIEST = 1e6
+MAX_MASS = 1e6
 """[kg]"""
-LEAST_INERTIA = 1e-12
+MIN_INERTIA = 1e-12
 """Least inertia of a moving body [kg m^2]: slightly above MuJoCo's own bound."""
 
 
@@ -164,7 +164,7 @@ def _add_bodies(body: mujoco.MjsBody, model: mujoco.MjModel, *, scale: float, na
 def _heavier(obstacle: ModelObstacle, model: mujoco.MjModel) -> float:
     """Return the factor of the masses of a file."""
     total = float(model.body_mass.sum())
-    if not total < HEAVIEST:
+    if not total < MAX_MASS:
         raise ValueError(f"'{obstacle.model}' weighs {total:g} kg, too much for an object; check its units")
     # The part that moves as a whole consists of the bodies that no joint of the file moves.
     base = float(model.body_mass[model.body_weldid == 0].sum())
@@ -179,7 +179,7 @@ def _set_inertia(body: mujoco.MjsBody, model: mujoco.MjModel, number: int, *, he
         body.mass = model.body_mass[number] * heavier
         body.ipos, body.iquat = model.body_ipos[number] * scale, model.body_iquat[number]
         body.inertia = model.body_inertia[number] * heavier * scale**2
-        if min(*body.inertia, body.mass) < LEAST_INERTIA:
+        if min(*body.inertia, body.mass) < MIN_INERTIA:
             raise ValueError(f"a part of {body.mass:g} kg is too small for the physics; scale it up or make it heavier")
 
 

@@ -8,7 +8,7 @@ import math
 
 import mujoco
 
-INERTIA = 1e4
+MOVER_INERTIA = 1e4
 """Inertia of a mover along its slides [kg]: no contact within one physics step can slow it down."""
 
 
@@ -17,4 +17,4 @@ def add_slides(body: mujoco.MjsBody, name: str, *, heading: float) -> None:
     c, s = math.cos(heading), math.sin(heading)
     # An axis is given in the frame of its body.
     for axis, direction in (("x", [c, -s, 0.0]), ("y", [s, c, 0.0])):
-        body.add_joint(name=f"{name}/{axis}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=direction, armature=INERTIA)
+        body.add_joint(name=f"{name}/{axis}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=direction, armature=MOVER_INERTIA)

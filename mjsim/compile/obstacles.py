@@ -35,7 +35,7 @@ from mjsim.world import (
     problems_at,
 )
 
-TWISTING, ROLLING = 0.005, 0.002
+TORSIONAL_FRICTION, ROLLING_FRICTION = 0.005, 0.002
 """Torsional and rolling friction of a movable object: length of the lever [m]."""
 
 
@@ -121,7 +121,7 @@ def _stand(spec: mujoco.MjSpec, obstacle: Obstacle, name: str) -> ObstacleBody:
     body = spec.worldbody.add_body(name=name, **place)
     body.add_freejoint(name=name)
     # Friction is the larger of the two surfaces' unless one has priority: this one's must count.
-    solid = {"priority": 1, "condim": 6, "friction": [obstacle.friction, TWISTING, ROLLING]}
+    solid = {"priority": 1, "condim": 6, "friction": [obstacle.friction, TORSIONAL_FRICTION, ROLLING_FRICTION]}
     return ObstacleBody(body, None, solid)
 
 

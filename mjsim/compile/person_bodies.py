@@ -23,9 +23,9 @@ EYE_FOV = 60.0
 """Vertical field of view of the image from an eye [deg]."""
 EYE_SIZE = (640, 480)
 """Size of that image [px]."""
-EYEBALL = 0.012
+EYE_RADIUS = 0.012
 """Radius of the visual shape of an eye [m]."""
-LOOKING = (0.0, -1.0, 0.0, 0.0, 0.0, 1.0)
+EYE_AXES = (0.0, -1.0, 0.0, 0.0, 0.0, 1.0)
 """Right and up axis of a camera that looks along x."""
 FRICTION = (0.5, 0.005, 0.0001)
 """Friction of clothes; assumed."""
@@ -100,9 +100,9 @@ def _add_face(spec: mujoco.MjSpec, head: mujoco.MjsBody, person: Person) -> None
     for side in ("left", "right"):
         pupil: Array = np.array(person.figure.landmarks[f"{side}_eye"].at)
         ball = head.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[EYEBALL, 0.0, 0.0], pos=pupil - (EYEBALL, 0.0, 0.0)
+            type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[EYE_RADIUS, 0.0, 0.0], pos=pupil - (EYE_RADIUS, 0.0, 0.0)
         )
         make_decor(ball, DARK)
         head.add_camera(
-            name=f"{person.name}/{side}_eye", pos=pupil, xyaxes=LOOKING, fovy=EYE_FOV, resolution=list(EYE_SIZE)
+            name=f"{person.name}/{side}_eye", pos=pupil, xyaxes=EYE_AXES, fovy=EYE_FOV, resolution=list(EYE_SIZE)
         )

@@ -32,7 +32,7 @@ from mjsim.world import Camera, Robot, World, gc_paused
 
 NEAR_CLIPPING = 0.02
 """Near clipping distance of cameras, independent of the size of the world [m]."""
-WIDEST, TALLEST = 1920, 1080
+MIN_BUFFER_WIDTH, MIN_BUFFER_HEIGHT = 1920, 1080
 """Least size of the offscreen buffer [px]."""
 CHASE_AT, CHASE_TILT, CHASE_FOV = (-1.6, 0.0, 2.7), math.radians(46.0), 55.0
 """Position in the robot's frame [m], above most walls so that none hides the robot; downward tilt [rad]; vertical field
@@ -105,8 +105,8 @@ def _set_visual(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -
     spec.visual.map.zfar = (4.0 * diagonal + 50.0) / spec.stat.extent
     spec.visual.map.shadowclip = 1.0
     cameras = [sensor for robot in world.robots for sensor in robot.sensors if isinstance(sensor, Camera)]
-    spec.visual.global_.offwidth = max([WIDEST, *(camera.width for camera in cameras)])
-    spec.visual.global_.offheight = max([TALLEST, *(camera.height for camera in cameras)])
+    spec.visual.global_.offwidth = max([MIN_BUFFER_WIDTH, *(camera.width for camera in cameras)])
+    spec.visual.global_.offheight = max([MIN_BUFFER_HEIGHT, *(camera.height for camera in cameras)])
     spec.visual.quality.shadowsize = 0
     spec.visual.quality.offsamples = 0
     spec.visual.quality.numquads = 1

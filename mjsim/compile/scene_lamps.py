@@ -28,13 +28,13 @@ MEAN_LIGHT = 0.92
 """Light averaged over faces of all directions, in full general light."""
 LAMP_OFFSET = 0.2
 """A lamp lights in proportion to 1 / (0.2 + 0.2 d^2) at d metres: once at 2 m, never more than five times."""
-INDIRECT = 0.2
+AMBIENT_SHARE = 0.2
 """Proportion of a lamp's light that is ambient, as reflected by walls."""
 MAX_LIGHTS = 8
 """Largest number of lights in OpenGL."""
-FINE, MAX_TRIANGLES = 0.4, 60_000
+MAX_FACE_EDGE, MAX_TRIANGLES = 0.4, 60_000
 """Longest edge of a face lit by lamps [m], and the approximate limit of triangles above which it is coarser."""
-PICTURE_PARTS, QUADS = 6, 8
+PICTURE_PARTS, SUBDIVISIONS = 6, 8
 """Subdivisions per side of a picture, and of the face of a box."""
 
 
@@ -86,7 +86,7 @@ def lamp_brightness(model: mujoco.MjModel, lamps: NDArray[np.intp]) -> Array:
         model: The compiled scene.
         lamps: Indices of lights, as from `lamp_lights`.
     """
-    return np.asarray(model.light_diffuse[lamps] * (model.light_active[lamps, None] != 0) / (1.0 - INDIRECT))
+    return np.asarray(model.light_diffuse[lamps] * (model.light_active[lamps, None] != 0) / (1.0 - AMBIENT_SHARE))
 
 
 def lamps_drawn(model: mujoco.MjModel) -> int:
@@ -120,7 +120,7 @@ def add_lamps(spec: mujoco.MjSpec, world: World) -> None:
 def lamp_light(lamp: Lamp, brightness: float) -> tuple[Array, Array]:
     """Return the direct and the ambient light of a lamp at 2 m, red, green and blue, shape (3,) each."""
     color = brightness * np.array(color_of(lamp.color)[:3])
-    return color * (1.0 - INDIRECT), color * INDIRECT
+    return color * (1.0 - AMBIENT_SHARE), color * AMBIENT_SHARE
 
 
 def given_back(world: World) -> float:
@@ -173,16 +173,16 @@ def dim_lamp(model: mujoco.MjModel, name: str, lamp: Lamp, brightness: float) ->
 
 def divide_faces(spec: mujoco.MjSpec) -> None:
     """Subdivide visual shapes finely enough for lamps."""
-    spec.visual.quality.numquads = QUADS
+    spec.visual.quality.numquads = SUBDIVISIONS
     meshes = [mesh for mesh in spec.meshes if len(mesh.uservert)]
     area = sum(_area(np.reshape(mesh.uservert, (-1, 3))[np.reshape(mesh.userface, (-1, 3))]) for mesh in meshes)
     # The area of a triangle whose edges are just short enough is about a third of their square.
-    longest = max(FINE, (3.0 * area / MAX_TRIANGLES) ** 0.5)
+    longest = max(MAX_FACE_EDGE, (3.0 * area / MAX_TRIANGLES) ** 0.5)
     for mesh in meshes:
         _divide_mesh(mesh, longest)
     for geom in spec.geoms:
         if geom.type == mujoco.mjtGeom.mjGEOM_PLANE:
-            fine = FINE if geom.name == "floor" else min(FINE, max(geom.size[:2]) * 2 / PICTURE_PARTS)
+            fine = MAX_FACE_EDGE if geom.name == "floor" else min(MAX_FACE_EDGE, max(geom.size[:2]) * 2 / PICTURE_PARTS)
             geom.size = [*geom.size[:2], fine]
 
 

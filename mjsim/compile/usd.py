@@ -16,7 +16,7 @@ from mjsim.errors import UsageError, how_to_install
 from mjsim.output import require_free, write_files
 from mjsim.world import World
 
-KINDS = (".usda", ".usdc", ".usd")
+SUFFIXES = (".usda", ".usdc", ".usd")
 """Suffixes of files."""
 MAX_SHAPES = 100_000
 """Largest number of shapes for the exporter."""
@@ -36,8 +36,8 @@ def write_usd(world: World, path: str | Path, *, overwrite: bool = False) -> Pat
         UsageError: usd-core is not installed, the suffix is another one, or a file exists or cannot be written.
     """
     path = Path(path)
-    if path.suffix not in KINDS:
-        raise UsageError(f"'{path}' ends in '{path.suffix}'; a USD file ends in {', '.join(KINDS)}")
+    if path.suffix not in SUFFIXES:
+        raise UsageError(f"'{path}' ends in '{path.suffix}'; a USD file ends in {', '.join(SUFFIXES)}")
     require_free(path, overwrite=overwrite)
     try:
         from mujoco.usd.exporter import USDExporter

@@ -16,11 +16,11 @@ from mjsim.world import AnySensor, BeaconSensor, Robot, World, name_of
 
 SECTORS = 16
 """Number of sectors of the ring (proximity and bump), the first ahead, then counter-clockwise."""
-SPARE = 4.0
+ODOMETRY_BOUND_RATIO = 4.0
 """Bound of odometry as a multiple of the robot's limits, since noise and slip can exceed these."""
-FAR = 20_000.0
+MAX_COORDINATE = 20_000.0
 """Bound of estimated positions, larger than any world [m]."""
-TAIL = 6.0
+MAX_SIGMAS = 6.0
 """Number of standard deviations at which noise is clipped."""
 
 
@@ -143,7 +143,9 @@ def _bump(noticed: Noticed) -> ArrayLike:
 
 
 def _odometry(info: RobotInfo) -> Channel:
-    limit = np.array([info.max_speed, max(info.max_left, info.max_speed), info.max_turn]) * (SPARE * info.dt)
+    limit = np.array([info.max_speed, max(info.max_left, info.max_speed), info.max_turn]) * (
+        ODOMETRY_BOUND_RATIO * info.dt
+    )
 
     def read(noticed: Noticed) -> ArrayLike:
         odometry = noticed.seen.odometry
@@ -153,7 +155,7 @@ def _odometry(info: RobotInfo) -> Channel:
 
 
 def _estimate() -> Channel:
-    limit = np.array([FAR, FAR, math.pi])
+    limit = np.array([MAX_COORDINATE, MAX_COORDINATE, math.pi])
 
     def read(noticed: Noticed) -> ArrayLike:
         pose = noticed.belief.pose
@@ -166,8 +168,8 @@ def _sightings(world: World, rings: Sequence[BeaconSensor]) -> Channel:
     """Return the channel of sightings: a row per beacon of the world, in order, then those of anonymous sightings."""
     rows = {beacon.name: row for row, beacon in enumerate(world.beacons)}
     nameless = len(rows) if any(ring.anonymous for ring in rings) else 0
-    reach = [ring.range[1] + math.hypot(*ring.at[:2]) + TAIL * ring.noise.range for ring in rings]
-    farthest = max(reach, default=FAR)
+    reach = [ring.range[1] + math.hypot(*ring.at[:2]) + MAX_SIGMAS * ring.noise.range for ring in rings]
+    farthest = max(reach, default=MAX_COORDINATE)
 
     def read(noticed: Noticed) -> ArrayLike:
         table = np.zeros((len(rows) + nameless, 3))

@@ -22,7 +22,7 @@ from mjsim.run import Noticed, Pilot, drivers_of
 from mjsim.sim import Simulation, stream
 from mjsim.world import AnySensor, Modules, World, name_of
 
-_LONGEST = 80
+_MAX_CHARACTERS = 80
 """Maximum length of an invalid value in a message [characters]."""
 Seen = dict[str, Any]
 """Arrays by name; for several robots, dicts of these by robot."""
@@ -247,7 +247,7 @@ class Episodes:
 
     def _wrong(self, part: str, function: object, value: object, right: str) -> ModuleFault:
         try:
-            shown = one_line(repr(value)[:_LONGEST])
+            shown = one_line(repr(value)[:_MAX_CHARACTERS])
         # Its `__repr__` is user code, too.
         except Exception:
             shown = kind_of(value)

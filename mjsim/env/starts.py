@@ -13,11 +13,11 @@ from mjsim.world import SLICE, Robot, Solids, World, disc, leaves, solid
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
-ROOM = 0.05
+MIN_CLEARANCE = 0.05
 """Minimum distance around the body [m]."""
-TRIES = 10_000
+MAX_TRIES = 10_000
 """Number of places tried before giving up."""
-OPEN = 5.0
+MAX_START_DISTANCE = 5.0
 """Maximum distance from the start along each axis, if there are no walls [m]."""
 
 Taken = tuple[float, float, float]
@@ -32,7 +32,7 @@ class Starts:
         from shapely import Polygon, prepare, unary_union
 
         self._robot, self._solids = robot, Solids(world)
-        self._radius = robot.body.radius + ROOM
+        self._radius = robot.body.radius + MIN_CLEARANCE
         doors = [Polygon(leaf.pose(0.0).transform(leaf.outline())) for leaf in leaves(world)]
         self._doors = unary_union(doors).buffer(self._radius)
         self._free = _reachable(world, robot, self._radius)
@@ -50,13 +50,13 @@ class Starts:
             UsageError: No place was found.
         """
         west, south, east, north = self._free.bounds
-        for _ in range(TRIES):
+        for _ in range(MAX_TRIES):
             x, y, heading = rng.uniform((west, south, -math.pi), (east, north, math.pi)).tolist()
             if self._fits(x, y) and all(
                 math.hypot(x - other_x, y - other_y) > self._radius + radius for other_x, other_y, radius in taken
             ):
                 return Pose(x, y, heading)
-        raise UsageError(f"no free place for robot '{self._robot.name}' in {TRIES} tries; leave out random_starts")
+        raise UsageError(f"no free place for robot '{self._robot.name}' in {MAX_TRIES} tries; leave out random_starts")
 
     def _fits(self, x: float, y: float) -> bool:
         from shapely import Point
@@ -73,7 +73,7 @@ def _reachable(world: World, robot: Robot, radius: float) -> "BaseGeometry":
     from shapely import Point, box, get_parts
 
     start, walls = Point(robot.at), solid(world, height=min(SLICE, robot.body.height / 2))
-    bounds = box(*walls.bounds) if world.walls else start.buffer(OPEN, cap_style="square")
+    bounds = box(*walls.bounds) if world.walls else start.buffer(MAX_START_DISTANCE, cap_style="square")
     free = bounds.difference(walls.buffer(radius))
     if free.is_empty:
         raise UsageError(f"no free place for robot '{robot.name}'; it is too wide for this world")

@@ -23,12 +23,12 @@ from gymnasium.vector.utils import (
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from mjsim.closing import ENDING
+from mjsim.closing import THREAD_TIMEOUT
 from mjsim.env.gym import GymEnvironment
 from mjsim.env.task import Task
 from mjsim.errors import MjsimError, UsageError
 
-PATIENCE = 600.0
+ANSWER_TIMEOUT = 600.0
 """Time limit for an answer of a process, which may have to compile the world [s]."""
 StepResult = tuple[float, bool, bool, dict[str, Any]]
 """Reward, terminated, truncated, and info; observations go through shared memory."""
@@ -111,7 +111,7 @@ class VectorEnvironment(VectorEnv[Any, Any, Any]):
         for pipe in self._pipes:
             pipe.close()
         for worker in self._workers:
-            worker.join(ENDING)
+            worker.join(THREAD_TIMEOUT)
             worker.kill()
 
     def _request(self, request: str, values: list[Any]) -> tuple[Any, Any, Any, dict[str, Any]]:
@@ -174,8 +174,10 @@ class _Share:
 
 def _answer(pipe: Connection) -> Any:
     """Return the next answer of a process."""
-    if not pipe.poll(PATIENCE):
-        raise MjsimError(f"a process of the environments did not answer within {PATIENCE:g} s; end it with `close`")
+    if not pipe.poll(ANSWER_TIMEOUT):
+        raise MjsimError(
+            f"a process of the environments did not answer within {ANSWER_TIMEOUT:g} s; end it with `close`"
+        )
     return pipe.recv()
 
 

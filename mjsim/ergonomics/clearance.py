@@ -9,13 +9,13 @@ import numpy as np
 from mjsim.ergonomics.sight import name_of
 from mjsim.world import Person
 
-FARTHEST = 0.3
+MAX_CLEARANCE = 0.3
 """Larger clearances are not computed [m]."""
-SOLID = (0, 3)
+CONTACT_GROUPS = (0, 3)
 """Geom groups with contact."""
-SMALLEST = 12
+MAX_ROWS = 12
 """Number of clearances returned, the smallest first, in addition to all overlaps."""
-PRESSED = 0.01
+SOFT_TISSUE_DEPTH = 0.01
 """Soft tissue and soles yield by this much; deeper overlaps count as collisions [m]; assumed, no source."""
 
 
@@ -29,7 +29,7 @@ class Clearance:
     """[m]"""
 
 
-def clearances(model: mujoco.MjModel, data: mujoco.MjData, person: str, *, count: int = SMALLEST) -> list[Clearance]:
+def clearances(model: mujoco.MjModel, data: mujoco.MjData, person: str, *, count: int = MAX_ROWS) -> list[Clearance]:
     """Return the smallest clearances of a person, one per object and segment, the smallest first.
 
     Shapes are treated as convex: a mesh is replaced by its convex hull, as in MuJoCo's contacts.
@@ -41,7 +41,7 @@ def clearances(model: mujoco.MjModel, data: mujoco.MjData, person: str, *, count
         count: Number of clearances returned, or all overlaps if there are more.
     """
     bodies = np.array([model.body(int(body)).name.partition("/")[0] == person for body in range(model.nbody)])
-    solid = np.isin(model.geom_group, SOLID) & ((model.geom_contype != 0) | (model.geom_conaffinity != 0))
+    solid = np.isin(model.geom_group, CONTACT_GROUPS) & ((model.geom_contype != 0) | (model.geom_conaffinity != 0))
     plane = model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
     own = np.flatnonzero(bodies[model.geom_bodyid] & solid)
     others = np.flatnonzero(~bodies[model.geom_bodyid] & solid & ~plane)
@@ -49,11 +49,11 @@ def clearances(model: mujoco.MjModel, data: mujoco.MjData, person: str, *, count
     for geom in own.tolist():
         for other in others.tolist():
             between = float(np.linalg.norm(data.geom_xpos[geom] - data.geom_xpos[other]))
-            if between > model.geom_rbound[geom] + model.geom_rbound[other] + FARTHEST:
+            if between > model.geom_rbound[geom] + model.geom_rbound[other] + MAX_CLEARANCE:
                 continue
-            distance = mujoco.mj_geomDistance(model, data, geom, other, FARTHEST, None)
+            distance = mujoco.mj_geomDistance(model, data, geom, other, MAX_CLEARANCE, None)
             key = model.body(int(model.geom_bodyid[geom])).name.partition("/")[2], name_of(model, other)
-            if distance < found.get(key, FARTHEST):
+            if distance < found.get(key, MAX_CLEARANCE):
                 found[key] = distance
     overlaps = sum(distance < 0.0 for distance in found.values())
     ranked = sorted(found.items(), key=lambda item: item[1])[: max(count, overlaps)]
@@ -71,7 +71,7 @@ def collisions(found: Sequence[Clearance], person: Person) -> list[Clearance]:
     """
     deepest: dict[tuple[str, str], Clearance] = {}
     for each in sorted(found, key=lambda each: each.distance):
-        if each.distance < -PRESSED and not _is_meant(each, person):
+        if each.distance < -SOFT_TISSUE_DEPTH and not _is_meant(each, person):
             deepest.setdefault((each.segment, each.thing.partition("/")[0]), each)
     return list(deepest.values())
 

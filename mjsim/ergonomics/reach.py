@@ -11,7 +11,7 @@ from mjsim.people import SIDES, Figure
 from mjsim.posture import TOOLS, TOUCH, Goals, LineContact, PointContact, Seated, Seating, Sitter
 from mjsim.world import GripTarget, PedalTarget, PlacedTarget
 
-FAR = 3.0
+MAX_REACH = 3.0
 """Beyond everyone's reach [m]."""
 AZIMUTHS, ELEVATIONS = np.radians(np.arange(-90, 91, 30)), np.radians(np.arange(-60, 61, 30))
 """Directions of an envelope, from forward to the left and from horizontal to up [rad]."""
@@ -126,9 +126,9 @@ def reach_envelope(
             flat = math.cos(elevation)
             ahead = axes @ (flat * math.cos(azimuth), flat * math.sin(azimuth), math.sin(elevation))
             line = LineContact(name="line", site=site, point=shoulder, direction=ahead)
-            aim = PointContact(name="aim", site=site, target=shoulder + FAR * ahead)
+            aim = PointContact(name="aim", site=site, target=shoulder + MAX_REACH * ahead)
             found = sitter.stretch(still, [line], aim, start=start)
-            reached = FAR - found.errors["aim"]
+            reached = MAX_REACH - found.errors["aim"]
             if not found.missed and reached > 0.0:
                 points[row, column] = shoulder + reached * ahead
                 start = found.solution.values

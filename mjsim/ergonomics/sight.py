@@ -17,13 +17,13 @@ from mjsim.world import DisplayTarget, PlacedTarget
 FIELD: Mapping[str, float] = {"temporal": 100.0, "nasal": 60.0, "up": 60.0, "down": 75.0}
 """Extent of the visual field of a stationary eye from its line of sight [deg]: Spector, Visual Fields, in Clinical
 Methods (3rd edition, 1990), chapter 116. Between these directions the edge is taken as a quarter of an ellipse."""
-STEEPEST = 45.0
+MIN_DISPLAY_ANGLE = 45.0
 """Minimum angle between the line of sight and the face of a display [deg]: NUREG-0700 rev. 3, 11.2.1.1-5."""
 SEEN = np.array([1, 1, 1, 0, 0, 0], dtype=np.uint8)
 """Visible geom groups."""
-SKIN = 0.005
+SURFACE_TOLERANCE = 0.005
 """Tolerance for the position of a display on the surface of its object [m]."""
-POINTS = 1000
+RAY_COUNT = 1000
 """Approximate number of rays from an eye to a display."""
 VISIBLE, BEYOND, BEHIND = -1, -2, -3
 """Used instead of the geom that hides a point: none does, it is outside the field, or the display faces away."""
@@ -86,7 +86,7 @@ def in_field(eye: Eye, points: Array) -> NDArray[np.bool_]:
     return np.asarray((away * outward / across / wide) ** 2 + (away * z / across / high) ** 2 <= 1.0)
 
 
-def points_on(display: PlacedTarget, *, count: int = POINTS) -> Array:
+def points_on(display: PlacedTarget, *, count: int = RAY_COUNT) -> Array:
     """Return about `count` evenly spaced points of a display, world frame, shape (n, 3) [m]."""
     assert isinstance(display.target, DisplayTarget)
     width, height = display.target.size
@@ -125,7 +125,7 @@ def first_between(model: mujoco.MjModel, data: mujoco.MjData, start: Array, end:
     length = float(np.linalg.norm(direction))
     geom = np.full(1, -1, dtype=np.int32)
     distance = mujoco.mj_ray(model, data, start, direction / length, SEEN, True, without, geom, None)
-    return int(geom[0]) if 0.0 <= distance < length - SKIN else VISIBLE
+    return int(geom[0]) if 0.0 <= distance < length - SURFACE_TOLERANCE else VISIBLE
 
 
 def view_of(

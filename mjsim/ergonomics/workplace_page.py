@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterator, Mapping
 
 from mjsim.ergonomics.person_views import pictures_of
-from mjsim.ergonomics.sight import STEEPEST
+from mjsim.ergonomics.sight import MIN_DISPLAY_ANGLE
 from mjsim.ergonomics.workplace_plots import posture_plot, reach_plot, sight_plot
 from mjsim.ergonomics.workplace_study import PersonStudy, contact_figure, figures_of
 from mjsim.posture import ANGLES, comfort_of
@@ -100,7 +100,9 @@ def _views(study: PersonStudy) -> Iterator[Block]:
     for name, view in study.views.items():
         shares = [f"{100 * view.shares[key]:.1f} %" for key in ("left", "right", "both", "either")]
         hidden = ", ".join(f"{name} {100 * share:.1f} %" for name, share in view.hidden_by.items()) or "nothing"
-        steep = f"{view.incidence_deg:.0f}" + ("" if view.incidence_deg >= STEEPEST else f" (below {STEEPEST:g})")
+        steep = f"{view.incidence_deg:.0f}" + (
+            "" if view.incidence_deg >= MIN_DISPLAY_ANGLE else f" (below {MIN_DISPLAY_ANGLE:g})"
+        )
         rows.append((name, *shares, hidden, f"{view.distance:.2f}", steep))
     heads = ("display", "left eye", "right eye", "both", "either", "hidden from both by", "distance [m]", "angle [deg]")
     if not rows:
@@ -108,7 +110,7 @@ def _views(study: PersonStudy) -> Iterator[Block]:
         return
     yield HtmlTable(heads, rows, wide=True)
     yield Paragraph(
-        f"The angle is that of the line of sight to the face; NUREG-0700 rev. 3 asks for {STEEPEST:g} or more."
+        f"The angle is that of the line of sight to the face; NUREG-0700 rev. 3 asks for {MIN_DISPLAY_ANGLE:g} or more."
     )
 
 

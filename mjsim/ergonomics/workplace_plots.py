@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BODY, LEFT, RIGHT, TARGET = "#5f6368", "#2c7fb8", "#d95f0e", "#1b7837"
-DRAWN = 1.6
+MAX_TARGET_DISTANCE = 1.6
 """Targets farther from the hip point are not drawn with the posture [m]."""
 CHAINS = (
     ("pelvis", "abdomen", "thorax", "neck", "head"),
@@ -57,7 +57,7 @@ def reach_plot(study: PersonStudy) -> "Figure":
         axes.plot(*line.T, "-o", color=BODY, lw=3, ms=4, zorder=1)
     for target in study.place.targets.values():
         at = _local(study, target.world_from_target[:3, 3])
-        if np.linalg.norm(at) <= DRAWN:
+        if np.linalg.norm(at) <= MAX_TARGET_DISTANCE:
             axes.plot(*at[:, None], "x", color=TARGET, zorder=2)
             axes.text(*at, f" {target.target.name}", fontsize=7, color=TARGET, zorder=4)
     for envelope, color in zip(study.envelopes, (LEFT, RIGHT), strict=True):
@@ -135,7 +135,7 @@ def _draw_reach(axes: "Axes", study: PersonStudy, across: int) -> None:
 
 def _draw_target(axes: "Axes", study: PersonStudy, target: PlacedTarget, across: int) -> None:
     at = _local(study, target.world_from_target[:3, 3])
-    if np.linalg.norm(at) > DRAWN:
+    if np.linalg.norm(at) > MAX_TARGET_DISTANCE:
         return
     if isinstance(target.target, DisplayTarget):
         points = _local(study, points_on(target, count=60))

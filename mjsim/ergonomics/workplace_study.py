@@ -20,7 +20,7 @@ from mjsim.world import DisplayTarget, Person, World
 
 PERCENTILES = (5.0, 50.0, 95.0)
 """Percentiles of stature for which the travel of a seat is evaluated."""
-ROOM = 1.0
+SEAT_SEARCH_RANGE = 1.0
 """Range in which the ideal seat position is searched [m]."""
 
 
@@ -106,7 +106,7 @@ def _study(world: World, person: Person, model: mujoco.MjModel, data: mujoco.MjD
 def seat_settings(place: Workstation, percentiles: Sequence[float] = PERCENTILES) -> list[SeatSetting]:
     """Return the settings of a seat for women and men at percentiles of stature, with the tasks of its person."""
     found = []
-    along, up = (ROOM if length > 0.0 else 0.0 for length in place.seating.travel)
+    along, up = (SEAT_SEARCH_RANGE if length > 0.0 else 0.0 for length in place.seating.travel)
     free = replace(place.seating, travel=(along, up))
     for sex in SEXES:
         for percentile in percentiles:

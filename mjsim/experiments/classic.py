@@ -24,9 +24,9 @@ from mjsim.world import World, load_world, solid
 
 ROBOT = "scout"
 """Name of the robot in every classic world."""
-REPEATS = 20
+MONTE_CARLO_RUNS = 20
 """Number of runs for checking whether errors are as large as predicted."""
-CORNER = 0.5
+CORNER_SIDE = 0.5
 """Side of the square in each corner of the room that a robot with full coverage touches [m]."""
 
 Progress = Callable[[str, float], None]
@@ -161,7 +161,7 @@ def slam(recording: Recording) -> Result:
 
 
 def _odometry_in_full(recording: Recording) -> Result:
-    return odometry(recording, repeated(recording.world, REPEATS))
+    return odometry(recording, repeated(recording.world, MONTE_CARLO_RUNS))
 
 
 EXPERIMENTS: Mapping[str, Callable[[Recording], Result]] = MappingProxyType(
@@ -267,7 +267,9 @@ def _corners(world: World, track: Track) -> int:
     (west, south), (east, north) = corners.min(axis=0) + half, corners.max(axis=0) - half
     swept = shapely.LineString(track.truth[:, :2]).buffer(world.robots[0].body.radius)
     squares = [
-        shapely.box(x, y, x + CORNER, y + CORNER) for x in (west, east - CORNER) for y in (south, north - CORNER)
+        shapely.box(x, y, x + CORNER_SIDE, y + CORNER_SIDE)
+        for x in (west, east - CORNER_SIDE)
+        for y in (south, north - CORNER_SIDE)
     ]
     return sum(bool(swept.intersects(square)) for square in squares)
 

@@ -33,9 +33,9 @@ from mjsim.report import (
 )
 from mjsim.world import World
 
-LARGER = 4.0
+ELLIPSE_MAGNIFICATION = 4.0
 """Magnification of ellipses in the enlarged view."""
-AROUND = 1.6
+ENLARGED_EXTENT = 1.6
 """Extent of the enlarged view to each side of the robot [m]."""
 
 
@@ -137,16 +137,16 @@ def enlarged(name: str, caption: str, recording: Recording) -> Plot:
     beacons = np.array([beacon.at for beacon in recording.world.beacons])
     draw_truth(axes, track.truth)
     axes.plot(*track.estimate[:, :2].T, color=ESTIMATE, lw=1.0, label="estimate")
-    draw_map(axes, track, larger=LARGER)
+    draw_map(axes, track, larger=ELLIPSE_MAGNIFICATION)
     every = max(1, round(0.5 / (track.time[1] - track.time[0])))
     late = np.arange(2 * len(track.time) // 3, len(track.time))
     distances = np.linalg.norm(track.truth[late, None, :2] - beacons, axis=2)
     row, nearest = np.unravel_index(int(np.argmin(distances)), distances.shape)
     around = slice(max(0, late[row] - 8 * every), late[row] + 8 * every, every)
-    draw_ellipses(axes, track.estimate[around], LARGER**2 * track.covariance[around], ESTIMATE)
+    draw_ellipses(axes, track.estimate[around], ELLIPSE_MAGNIFICATION**2 * track.covariance[around], ESTIMATE)
     x, y = (track.truth[late[row], :2] + beacons[nearest]) / 2.0
-    axes.set_xlim(x - 1.5 * AROUND, x + 1.5 * AROUND)
-    axes.set_ylim(y - AROUND, y + AROUND)
+    axes.set_xlim(x - 1.5 * ENLARGED_EXTENT, x + 1.5 * ENLARGED_EXTENT)
+    axes.set_ylim(y - ENLARGED_EXTENT, y + ENLARGED_EXTENT)
     _draw_legend(axes)
     return _picture(f"{name}_enlarged", caption, figure)
 

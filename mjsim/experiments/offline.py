@@ -13,7 +13,7 @@ from mjsim.sim import Simulation
 
 GROSS = np.radians(2.0)
 """A sighting with a larger bearing error belongs to another object [rad]."""
-VAGUE = 0.2
+MAX_DEVIATION = 0.2
 """Positions with a larger predicted standard deviation are left out [m]."""
 
 
@@ -79,7 +79,7 @@ def _position(sightings: tuple[Sighting, ...], places: dict[str, Array]) -> tupl
         )
     except ValueError:
         return None  # They lie on one circle with the robot.
-    return (pose.x, pose.y) if np.sqrt(np.trace(covariance[:2, :2])) < VAGUE else None
+    return (pose.x, pose.y) if np.sqrt(np.trace(covariance[:2, :2])) < MAX_DEVIATION else None
 
 
 def _bearing_error(sighting: Sighting, pose: Array, place: Array) -> float:

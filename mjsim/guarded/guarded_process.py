@@ -16,17 +16,17 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from mjsim.closing import ENDING
+from mjsim.closing import THREAD_TIMEOUT
 from mjsim.errors import MjsimError, Problem, UsageError, WorldError, one_line, printable
 from mjsim.guarded.limits import Allowance
 from mjsim.guarded.plain_values import WireError, receive
 from mjsim.guarded.request import LENGTH, OWN_ERRORS, Call, Permission
 
-STARTING = 60.0
+START_TIMEOUT = 60.0
 """Time for a child to start and to import its libraries [s]."""
-LOOKING = 0.1
+POLL_SECONDS = 0.1
 """Interval for checking the time limit [s]."""
-MOST_RENEWALS = 10_000
+MAX_RENEWALS = 10_000
 """Maximum number of times that a call may restart its time limit."""
 KEPT = (
     *("LANG", "LC_ALL", "LC_CTYPE", "TZ", "HOME", "PATH", "SYSTEMROOT", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH"),
@@ -94,7 +94,7 @@ class Child:
         with contextlib.suppress(OSError):
             self._requests.close()
         self._answers.close()
-        self._process.wait(ENDING)
+        self._process.wait(THREAD_TIMEOUT)
 
     def answers(self, call: Call, allowance: Allowance, about: About) -> Iterator[Mapping[str, Any]]:
         """Yield the answers to a call; the last one has the key 'value'.
@@ -104,7 +104,7 @@ class Child:
         """
         try:
             if not self._ready:
-                _say_missing(", ".join(map(str, self._timed(STARTING, Allowance().answer)["missing"])))
+                _say_missing(", ".join(map(str, self._timed(START_TIMEOUT, Allowance().answer)["missing"])))
                 self._ready = True
             _limit(self._process.pid, allowance)
             with self._watch.over(allowance.seconds):
@@ -124,9 +124,9 @@ class Child:
             answer = self._timed(left, allowance.answer)
             if not isinstance(answer, Mapping):
                 raise WireError(f"a {type(answer).__name__} as an answer")
-            left = max(left - (self._watch.clock() - before), LOOKING)
+            left = max(left - (self._watch.clock() - before), POLL_SECONDS)
             further = allowance.seconds if "working" in answer else allowance.each
-            if left < further and renewals < MOST_RENEWALS:
+            if left < further and renewals < MAX_RENEWALS:
                 left, renewals = further, renewals + 1
                 _limit(self._process.pid, replace(allowance, seconds=left))
             if "working" in answer:
@@ -190,7 +190,7 @@ class _Watch:
         self._stopped.set()
 
     def _look(self) -> None:
-        while not self._stopped.wait(LOOKING):
+        while not self._stopped.wait(POLL_SECONDS):
             if time.monotonic() > self._until and self.clock() > self._until:
                 self.expired = True
                 self._process.kill()

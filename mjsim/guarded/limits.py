@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass
 
-MEMORY = 768 << 20
+BASE_MEMORY = 768 << 20
 """Memory for a small file, libraries included [bytes]; with mjsim itself that is below 1 GB."""
 MEMORY_PER_BYTE = 64
 """Further memory for each byte of a file, which may be compressed."""
-ANSWERS = 3
+ANSWER_DIVISOR = 3
 """A child hands back at most its memory divided by this at once, as the caller needs that memory again."""
-SECONDS = 14.0
+BASE_SECONDS = 14.0
 """Time for a small file [s]; with the start of the child that is below 20 s."""
 SECONDS_PER_MEGABYTE = 10.0
 """Further time for each megabyte of a file, about ten times what large drawings, maps and logs need [s]."""
@@ -18,9 +18,9 @@ SECONDS_PER_MEGABYTE = 10.0
 class Allowance:
     """What a child may use to decode one file."""
 
-    memory: int = MEMORY
+    memory: int = BASE_MEMORY
     """Private memory [bytes]."""
-    seconds: float = SECONDS
+    seconds: float = BASE_SECONDS
     """Time that the caller waits for it, and processor time that it uses, for one call [s]."""
     each: float = 0.0
     """Time from one part to the next of a value that is handed back in parts, where less than this is left [s]."""
@@ -30,7 +30,7 @@ class Allowance:
     @property
     def answer(self) -> int:
         """Maximum size of what it hands back at once [bytes]."""
-        return self.memory // ANSWERS
+        return self.memory // ANSWER_DIVISOR
 
     def __post_init__(self) -> None:
         """Check that they are above 0."""
@@ -40,4 +40,6 @@ class Allowance:
 
 def limits_for(size: int) -> Allowance:
     """Return the limits for a file of some size [bytes]."""
-    return Allowance(memory=MEMORY + MEMORY_PER_BYTE * size, seconds=SECONDS + SECONDS_PER_MEGABYTE * size / 1e6)
+    return Allowance(
+        memory=BASE_MEMORY + MEMORY_PER_BYTE * size, seconds=BASE_SECONDS + SECONDS_PER_MEGABYTE * size / 1e6
+    )

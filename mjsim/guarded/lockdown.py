@@ -17,7 +17,7 @@ from mjsim.guarded.seccomp import refuse_calls
 
 LIBRARIES = 1 << 30
 """Address space for libraries, which are mapped but take little memory [bytes]."""
-MOST_FILES = 256
+MAX_FILES = 256
 """Maximum number of open files."""
 SYSTEM = (
     *("/lib", "/lib64", "/usr/lib", "/usr/lib64", "/usr/local/lib", "/nix/store", "/gnu/store"),
@@ -56,7 +56,7 @@ def _limited(allowance: Allowance, scratch: Path | None) -> bool:
     for which, value in (
         (resource.RLIMIT_CORE, 0),
         (resource.RLIMIT_FSIZE, written),
-        (resource.RLIMIT_NOFILE, MOST_FILES),
+        (resource.RLIMIT_NOFILE, MAX_FILES),
     ):
         _limit(which, value)
     # A write fails then instead of ending the process.

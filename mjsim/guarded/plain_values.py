@@ -17,7 +17,7 @@ Plain: TypeAlias = "bool | int | float | str | bytes | NDArray[Any] | Sequence[P
 """What a child may hand back."""
 KINDS = "biuf"
 """Kinds of the numbers in arrays, as in `numpy.dtype.kind`: bool, int, unsigned and float."""
-HEADS = 16
+HEAD_DIVISOR = 16
 """A head has at most the limit of a message divided by this: in memory, JSON takes many times its length."""
 _LENGTH = struct.Struct("<Q")
 
@@ -54,7 +54,7 @@ def receive(file: IO[bytes], *, limit: int) -> Any:
         WireError: It is not a message, or is too long.
     """
     (length,) = _LENGTH.unpack(_exactly(file, _LENGTH.size))
-    if length > limit // HEADS:
+    if length > limit // HEAD_DIVISOR:
         raise WireError(f"a head of {length} bytes")
     try:
         head = json.loads(_exactly(file, length))

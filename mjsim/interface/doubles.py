@@ -16,7 +16,7 @@ from mjsim.geometry import Array
 from mjsim.interface.trees import Named, RecordList, Stack, Text, Tree
 from mjsim.spelling import ascii_name
 
-_LARGE = 64
+_MIN_BULK_ENTRIES = 64
 """Entries of an array above which it is copied as a whole."""
 
 
@@ -106,7 +106,7 @@ class Doubles:
 
     def _array(self, array: Array) -> str:
         shape = ",".join(map(str, array.shape if array.ndim > 1 else (*array.shape, 1)))
-        if array.size > _LARGE:
+        if array.size > _MIN_BULK_ENTRIES:
             self.counted.append(array.ravel(order="F"))
             return f"reshape(d(e({len(self.counted)})+1:e({len(self.counted) + 1})),{shape})"
         begin = len(self.fixed) + 1

@@ -15,42 +15,42 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array
 from mjsim.light.baked import ALWAYS, DOOR, GENERAL, LAMP, BakedLight, LightGroup, LitSurface, linear
-from mjsim.light.crew import FEW, Crew, crew_of, processors
-from mjsim.light.emitters import DAYLIGHT, behind, inside_of, lamp_color, lamp_rectangle, window_rectangles
-from mjsim.light.light_geometry import OPEN, TEXEL, Atlas, atlas_of, moved_doors
+from mjsim.light.crew import MAX_LONE_POINTS, Crew, crew_of, processors
+from mjsim.light.emitters import DAYLIGHT_RATIO, behind, inside_of, lamp_color, lamp_rectangle, window_rectangles
+from mjsim.light.light_geometry import MIN_TEXEL, OPEN_ANGLE, Atlas, atlas_of, moved_doors
 from mjsim.light.light_rays import Light, Points, Rectangle
 from mjsim.light.probes import ProbeGrid, grid_of
-from mjsim.light.spread import ROUNDS, filled, finer, on_image
+from mjsim.light.spread import SMOOTHING_ROUNDS, filled, finer, on_image
 from mjsim.light.texel_links import Links, links_of
 from mjsim.light.texels import Cells, cells_of
 from mjsim.light.work import Gathered, Surroundings, buried, gathered, lit
 from mjsim.progress import say
 from mjsim.world import LampEvent, World, item_names, leaves
 
-CELL, MOST_CELLS = 0.1, 110_000
+MIN_CELL_SIDE, MAX_CELLS = 0.1, 110_000
 """Least side of a cell [m], and the approximate limit of cells above which they are larger."""
 RAYS = 12
 """Rays per side of the hemisphere of a cell."""
 PROBE_RAYS = 8
 """The same for a side of a probe."""
-TESTS, BURIED = 3, 0.85
+TEST_RAYS, MAX_BURIED_SHARE = 3, 0.85
 """Rays per side of the hemisphere that find texels within solids or narrow gaps, and the least share that do."""
-SETTLED, MOST_BOUNCES = 0.01, 40
+CONVERGENCE, MAX_BOUNCES = 0.01, 40
 """Largest change of light, relative to full light, from which on each reflection is the same share of the one before,
 and the most reflections."""
-LARGEST_SHARE = 0.95
+MAX_SHARE = 0.95
 """Largest share of light that a reflection keeps, for rooms that are almost white."""
-MEAN, LEAST_GAIN, MOST_GAIN = 0.75, 0.3, 4.0
+MEAN_LIGHT, MIN_GAIN, MAX_GAIN = 0.75, 0.3, 4.0
 """Mean general light of floor and walls within rooms, and bounds of the factor that makes it so."""
-BRIGHTEST, WHITE = 0.95, 1.0
+FULL_LIGHT_SHARE, WHITE = 0.95, 1.0
 """Share of texels within rooms that are at most full light at the start, if lamps would make them brighter."""
 SHARES = ("sky", "behind")
 """Shares of rays that are kept of what they hit."""
-MOST_LAMPS = 4
+MAX_LAMPS = 4
 """Lamps with a map of their own: those that events change, however many, then the first."""
-COARSE = 0.25
+COARSE_TEXEL = 0.25
 """Side of a texel above which a line says so [m]."""
-REACH = 6.0
+DOOR_RADIUS = 6.0
 """Distance from a door within which it changes what rays hit [m]."""
 
 
@@ -73,7 +73,7 @@ def bake(
     model: mujoco.MjModel,
     *,
     processes: int | None = None,
-    texel: float = TEXEL,
+    texel: float = MIN_TEXEL,
     done: Callable[[float], None] = lambda share: None,
 ) -> BakedLight:
     """Return the light of a compiled world.
@@ -87,9 +87,9 @@ def bake(
     """
     groups = len(_groups(world)) + len(moved_doors(world))
     shape = atlas_of(world, model, groups=groups, texel=texel)
-    if (side := float(shape.charts.size.max(initial=texel))) > COARSE:
+    if (side := float(shape.charts.size.max(initial=texel))) > COARSE_TEXEL:
         say(f"world '{world.name}' is large: its light has one value in {side:.2g} m, and finer shadows are lost")
-    few = len(shape.texels.at) < FEW
+    few = len(shape.texels.at) < MAX_LONE_POINTS
     with crew_of((1 if few else processors()) if processes is None else processes) as crew:
         return _Bake(world, shape, crew, done).light()
 
@@ -103,14 +103,18 @@ class _Bake:
         self._sources = sources_of(world, self._windows)
         # What a window shows lies behind the plane in which it shines: it has the light of the day.
         self._views = np.any([behind(window, shape.points) for window in self._windows], axis=0)
-        self._side = max(1, round(max(CELL, _cell_side(shape)) / float(shape.charts.size.max(initial=TEXEL))))
+        self._side = max(
+            1, round(max(MIN_CELL_SIDE, _cell_side(shape)) / float(shape.charts.size.max(initial=MIN_TEXEL)))
+        )
         self._done, self._total = 0.0, 1.0
 
     def light(self) -> BakedLight:
         """Return the light."""
         shape, sources = self._shape, self._sources
         around = self._around(np.zeros(0, np.int32))
-        valid = (np.concatenate(self._crew.run(buried, around, shape.points, TESTS)) < BURIED) | self._views
+        valid = (
+            np.concatenate(self._crew.run(buried, around, shape.points, TEST_RAYS)) < MAX_BURIED_SHARE
+        ) | self._views
         links = links_of(around.room, shape.texels, shape.charts.shape, valid)
         cells = cells_of(shape.texels, valid, shape.charts, self._side, links.pairs)
         grid = grid_of(self._world, shape)
@@ -162,7 +166,7 @@ class _Bake:
         own = self._shape.of_solids(
             [np.array([solid.glow + float(has and solid.is_ceiling)]) for solid in self._shape.solids]
         )
-        own[self._views] = DAYLIGHT
+        own[self._views] = DAYLIGHT_RATIO
         return own * _as_general(self._sources)
 
     def _settled(self, around: Surroundings, cells: Cells, direct: Light, rays: Gathered) -> "_Solved":
@@ -173,11 +177,11 @@ class _Bake:
         first = outgoing + sky
         albedo = np.tile(albedo, groups)
         added = np.ones_like(reflected)
-        for _ in range(MOST_BOUNCES):
+        for _ in range(MAX_BOUNCES):
             leaving = np.vstack([albedo * (first + reflected), np.zeros((1, 3 * groups), np.float32)])
             reflected, before, last = _gather(rays.hits, leaving), reflected, added
             added = reflected - before
-            if np.abs(added).max(initial=0.0) < SETTLED:
+            if np.abs(added).max(initial=0.0) < CONVERGENCE:
                 reflected += added * _rest(added, last)
                 break
         leaving = np.vstack([albedo * (first + reflected), np.zeros((1, 3 * groups), np.float32)])
@@ -191,7 +195,7 @@ class _Bake:
         around = self._around(base.around.cells, opened=name)
         leaf = np.isin(shape.owner, list(shape.ajar[name][1]))
         middle = shape.corners[leaf].reshape(-1, 3).mean(axis=0)
-        near = np.linalg.norm(shape.texels.points - middle, axis=1) < REACH
+        near = np.linalg.norm(shape.texels.points - middle, axis=1) < DOOR_RADIUS
         direct = base.direct.copy()
         again = near & valid
         direct[again] = self._lit(around, shape.points.some(again)) + self._own()[again]
@@ -204,7 +208,7 @@ class _Bake:
     def _map(self, solved: "_Solved", cells: Cells, links: Links, valid: NDArray[np.bool_]) -> Light:
         """Return the light of each group on the atlas, shape (rows, columns, groups, 3)."""
         texels, charts = self._shape.texels, self._shape.charts
-        fine = links.smoothed(finer(solved.indirect, cells, texels, links, self._side), ROUNDS * self._side)
+        fine = links.smoothed(finer(solved.indirect, cells, texels, links, self._side), SMOOTHING_ROUNDS * self._side)
         known = np.asarray(on_image(charts.shape, texels.at, valid, False)).astype(bool)
         image = on_image(charts.shape, texels.at, fine + solved.direct, 0.0)
         whole: Light = np.asarray(filled(image, known), np.float32)
@@ -235,13 +239,13 @@ class _Bake:
         rooms = whole[texels.at[inside] // columns, texels.at[inside] % columns]
         gain = np.ones(len(names), np.float32)
         general = names.index(GENERAL)
-        mean = float(rooms[:, general].mean()) if inside.any() else MEAN
-        gain[general] = np.clip(MEAN / max(mean, 1e-6), LEAST_GAIN, MOST_GAIN)
+        mean = float(rooms[:, general].mean()) if inside.any() else MEAN_LIGHT
+        gain[general] = np.clip(MEAN_LIGHT / max(mean, 1e-6), MIN_GAIN, MAX_GAIN)
         # A door changes general light and lamps together; what it changes mostly is the first.
         gain[len(self._sources.names) :] = gain[general]
         whole, points = whole * gain[:, None], points * gain[:, None]
         bright = np.einsum("ngc,gc->n", rooms * gain[:, None], start) / 3.0
-        exposure = min(1.0, WHITE / max(float(np.quantile(bright, BRIGHTEST)) if len(bright) else WHITE, 1e-6))
+        exposure = min(1.0, WHITE / max(float(np.quantile(bright, FULL_LIGHT_SHARE)) if len(bright) else WHITE, 1e-6))
         angles = {f"{DOOR}{name}": angle for name, angle in moved_doors(self._world).items()}
         groups = tuple(
             LightGroup(
@@ -277,7 +281,7 @@ class _Solved:
 def _groups(world: World) -> dict[str, Array]:
     """Return the weight at the start of each group of light, without doors."""
     changed, names = {event.lamp for event in world.run.events if isinstance(event, LampEvent)}, item_names(world.lamps)
-    own = sorted(names, key=lambda name: name not in changed)[: max(MOST_LAMPS, len(changed))]
+    own = sorted(names, key=lambda name: name not in changed)[: max(MAX_LAMPS, len(changed))]
     groups = {GENERAL: linear(np.full(3, world.light))}
     if len(own) < len(names):
         groups[ALWAYS] = np.ones(3)
@@ -320,11 +324,11 @@ def _as_general(sources: Sources) -> Light:
 def _opening(world: World, name: str) -> Array:
     """Return how far the door of a group is open at the start, as a weight, shape (3,)."""
     angles = {f"{DOOR}{leaf.name}": abs(np.deg2rad(leaf.door.angle_deg)) for leaf in leaves(world)}
-    return np.full(3, min(float(angles[name]) / OPEN, 1.0))
+    return np.full(3, min(float(angles[name]) / OPEN_ANGLE, 1.0))
 
 
 def _cell_side(shape: Atlas) -> float:
-    return float(np.sqrt(shape.charts.count.prod(axis=1).sum() / MOST_CELLS)) * float(shape.charts.size.max())
+    return float(np.sqrt(shape.charts.count.prod(axis=1).sum() / MAX_CELLS)) * float(shape.charts.size.max())
 
 
 def _gather(hits: NDArray[np.int32], leaving: Light) -> Light:
@@ -337,7 +341,7 @@ def _gather(hits: NDArray[np.int32], leaving: Light) -> Light:
 
 def _rest(added: Light, last: Light) -> Light:
     """Return all further reflections relative to what one added after another: a geometric series, shape (k,)."""
-    share = np.clip(added.sum(axis=0) / np.maximum(last.sum(axis=0), 1e-6), 0.0, LARGEST_SHARE)
+    share = np.clip(added.sum(axis=0) / np.maximum(last.sum(axis=0), 1e-6), 0.0, MAX_SHARE)
     return np.asarray(share / (1.0 - share), dtype=np.float32)
 
 

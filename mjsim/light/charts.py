@@ -11,21 +11,21 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array
 
-FLAT = 0.999
+MIN_FLAT_COSINE = 0.999
 """Least cosine between the normals of a triangle's corners and its own for a flat triangle."""
-DIRECTIONS, HEIGHTS, POINTS = 200.0, 1000.0, 5000.0
+NORMAL_STEPS, DISTANCE_STEPS, CORNER_STEPS = 200.0, 1000.0, 5000.0
 """Steps per unit of normals, distances of planes [1/m] and corners [1/m] within which values are equal."""
-APART = 0.318
+ROUNDING_OFFSET = 0.318
 """Offset of rounding, so that round values do not lie on a boundary between two steps."""
-LEVEL = 0.99
+MIN_LEVEL_COSINE = 0.99
 """Least vertical component of the normal of a level chart."""
-LEAST_AREA = 1e-10
+MIN_AREA = 1e-10
 """Area below which a triangle has no chart [m^2]."""
-LEAST_WIDTH = 512
+MIN_WIDTH = 512
 """Least width of an atlas [texels]."""
-LONGEST = 8000
+MAX_CHART_SIDE = 8000
 """Most columns and rows of a chart [texels]: OpenGL refuses textures of more than 16384, some of more than 8192."""
-BORDER = 1
+BORDER_TEXELS = 1
 """Texels around each chart, which repeat its edge."""
 
 Whole = NDArray[np.int64]
@@ -84,13 +84,13 @@ def charts_of(corners: Array, normals: Array, *, texel: float) -> Charts:
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(cross, axis=1)
     faces = cross / np.maximum(area, 1e-300)[:, None]
-    flat = np.einsum("ijk,ik->ij", normals, faces).min(axis=1) > FLAT
+    flat = np.einsum("ijk,ik->ij", normals, faces).min(axis=1) > MIN_FLAT_COSINE
     of = _joined(corners, _kinds(corners, faces, flat))
-    of[area < LEAST_AREA] = -1
+    of[area < MIN_AREA] = -1
     kept, of[of >= 0] = np.unique(of[of >= 0], return_inverse=True)
     across, down = _axes(corners, faces, flat, of, len(kept))
     first, extent = _extents(corners, of, across, down)
-    count = np.clip(np.ceil(extent / texel - 1e-6), 1, LONGEST).astype(np.int64)
+    count = np.clip(np.ceil(extent / texel - 1e-6), 1, MAX_CHART_SIDE).astype(np.int64)
     place, shape = _packed(count)
     return Charts(of, across, down, first, np.maximum(extent, 1e-6) / count, count, place, shape)
 
@@ -98,7 +98,7 @@ def charts_of(corners: Array, normals: Array, *, texel: float) -> Charts:
 def _kinds(corners: Array, faces: Array, flat: NDArray[np.bool_]) -> Whole:
     """Return a number for each triangle, equal for those that may share a chart, shape (n,)."""
     heights = np.einsum("ij,ij->i", faces, corners[:, 0])
-    planes = np.column_stack([faces * DIRECTIONS, heights * HEIGHTS]) + APART
+    planes = np.column_stack([faces * NORMAL_STEPS, heights * DISTANCE_STEPS]) + ROUNDING_OFFSET
     axis = np.abs(faces).argmax(axis=1)
     sides = 2 * axis + (np.take_along_axis(faces, axis[:, None], 1)[:, 0] > 0.0)
     keys = np.where(flat[:, None], np.round(planes), np.column_stack([np.tile([1e9] * 3, (len(faces), 1)), sides]))
@@ -111,7 +111,7 @@ def _joined(corners: Array, kinds: Whole) -> Whole:
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
-    points = np.round(corners.reshape(-1, 3) * POINTS + APART).astype(np.int64)
+    points = np.round(corners.reshape(-1, 3) * CORNER_STEPS + ROUNDING_OFFSET).astype(np.int64)
     _, point = np.unique(points, axis=0, return_inverse=True)
     count = len(kinds)
     _, node = np.unique(kinds.repeat(3) * (int(point.max()) + 1) + point.ravel(), return_inverse=True)
@@ -131,7 +131,7 @@ def _axes(corners: Array, faces: Array, flat: NDArray[np.bool_], of: Whole, coun
     axis = np.abs(faces[lead]).argmax(axis=1)
     straight = np.eye(3)[axis] * np.sign(faces[lead, axis])[:, None]
     normals = np.where(flat[lead, None], faces[lead], straight)
-    upright = np.abs(normals[:, 2]) < LEVEL
+    upright = np.abs(normals[:, 2]) < MIN_LEVEL_COSINE
     edges = np.moveaxis(corners[lead][:, [1, 2, 0]] - corners[lead], 1, 0)
     best, across, down = np.full(count, np.inf), np.zeros((count, 3)), np.zeros((count, 3))
     for ahead in ([1.0, 0.0, 0.0], *edges):
@@ -158,15 +158,15 @@ def _extents(corners: Array, of: Whole, across: Array, down: Array) -> tuple[Arr
 
 def _packed(count: Whole) -> tuple[Whole, tuple[int, int]]:
     """Return a place for each chart in rows of similar height, and the rows and columns of the atlas."""
-    sizes = count + 2 * BORDER
+    sizes = count + 2 * BORDER_TEXELS
     side = int(np.sqrt(1.1 * sizes.prod(axis=1).sum())) + 1
-    width = max(LEAST_WIDTH, -(-max(side, int(sizes[:, 0].max())) // 4) * 4)
+    width = max(MIN_WIDTH, -(-max(side, int(sizes[:, 0].max())) // 4) * 4)
     place = np.zeros_like(count)
     x = y = tall = 0
     for chart in np.lexsort((-sizes[:, 0], -sizes[:, 1])).tolist():
         columns, rows = sizes[chart].tolist()
         if x + columns > width:
             x, y, tall = 0, y + tall, 0
-        place[chart] = x + BORDER, y + BORDER
+        place[chart] = x + BORDER_TEXELS, y + BORDER_TEXELS
         x, tall = x + columns, max(tall, rows)
     return place, (y + tall, width)

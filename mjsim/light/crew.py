@@ -14,11 +14,11 @@ from mjsim.errors import MjsimError
 from mjsim.light.light_rays import Points
 from mjsim.light.work import Surroundings, received, send
 
-PART = 8192
+POINTS_PER_PART = 8192
 """Points in one part of the work, for any number of processes."""
-MOST_PROCESSES = 4
+MAX_PROCESSES = 4
 """Largest number of processes, to bound their memory."""
-FEW = 8 * PART
+MAX_LONE_POINTS = 8 * POINTS_PER_PART
 """Number of points up to which this process does all work itself."""
 ALONE = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 """Environment variables that give a process one thread."""
@@ -52,7 +52,7 @@ class Crew:
             arguments: The rest.
             done: Called with the number of points after each part.
         """
-        parts = [at.some(slice(first, first + PART)) for first in range(0, len(at.points), PART)]
+        parts = [at.some(slice(first, first + POINTS_PER_PART)) for first in range(0, len(at.points), POINTS_PER_PART)]
 
         def one(part: Points) -> Any:
             if self._pool is None:
@@ -91,7 +91,7 @@ def processors() -> int:
     """Return how many processes are worth while on this machine."""
     # Windows and macOS do not tell which processors a process may use.
     usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return min(usable, MOST_PROCESSES)
+    return min(usable, MAX_PROCESSES)
 
 
 class _Worker:

@@ -14,15 +14,15 @@ LAMP_SIDE = 0.2
 """Side of a lamp, a level square that shines downwards [m]."""
 FULL_AT = 2.0
 """Distance below a lamp of brightness 1 at which its light is full light [m]."""
-SKY = 1.0 / math.pi
+SKY_RADIANCE = 1.0 / math.pi
 """Radiance of the sky: a level surface that sees all of it is in full light."""
-DAYLIGHT = 2.0
+DAYLIGHT_RATIO = 2.0
 """Radiance of windows relative to that of the sky without a ceiling: days are brighter than rooms."""
-OUTSIDE = 0.1
+SKY_SHARE_LIMIT = 0.1
 """Least share of rays that reach the sky from the outer side of a window, and largest from the inner."""
-DEEPEST = 0.5
+VIEW_DEPTH = 0.5
 """Distance behind a window within which lies what it shows [m]."""
-RAYS, BEFORE = 16, 0.5
+RAYS_PER_SIDE, PROBE_DISTANCE = 16, 0.5
 """Rays per side of a hemisphere that tell outside from inside, and distance from the wall where they begin [m]."""
 
 
@@ -60,7 +60,7 @@ def _openings(world: World) -> list[Rectangle]:
                 along = (last - first) / length
                 middle = first + along * (begin + end) / 2 + [0.0, 0.0, (high + opening.sill) / 2]
                 up = np.array([0.0, 0.0, (high - opening.sill) / 2])
-                found.append(Rectangle(middle, along * (end - begin) / 2, up, DAYLIGHT * SKY))
+                found.append(Rectangle(middle, along * (end - begin) / 2, up, DAYLIGHT_RATIO * SKY_RADIANCE))
     return found
 
 
@@ -70,10 +70,10 @@ def _lit_inwards(openings: Sequence[Rectangle], room: Room) -> list[Rectangle]:
         return []
     outward = np.array([each.outward for each in openings])
     middle = np.array([each.middle for each in openings])
-    right, left = (sky_share(room, middle + BEFORE * side, side) for side in (outward, -outward))
+    right, left = (sky_share(room, middle + PROBE_DISTANCE * side, side) for side in (outward, -outward))
     found = []
     for opening, to_right, to_left in zip(openings, right.tolist(), left.tolist(), strict=True):
-        if max(to_right, to_left) > OUTSIDE > min(to_right, to_left):
+        if max(to_right, to_left) > SKY_SHARE_LIMIT > min(to_right, to_left):
             across = opening.across if to_right < to_left else -opening.across
             found.append(Rectangle(opening.middle, across, opening.along, opening.radiance))
     return found
@@ -83,7 +83,7 @@ def behind(window: Rectangle, at: Points) -> Array:
     """Return whether points lie in the opening of a window, beyond its plane, and face inwards, shape (n,)."""
     to = at.points - window.middle
     depth = -(to @ window.outward)
-    inside = (depth > 0.0) & (depth < DEEPEST) & (at.normals @ window.outward > 0.9)
+    inside = (depth > 0.0) & (depth < VIEW_DEPTH) & (at.normals @ window.outward > 0.9)
     for side in (window.across, window.along):
         inside &= np.abs(to @ side) <= side @ side + 1e-6
     return np.asarray(inside)
@@ -93,7 +93,7 @@ def sky_share(room: Room, points: Array, normals: Array) -> Array:
     """Return the share of light on points that comes from the sky, upwards, shape (n,)."""
     at = Points(np.arange(len(points)), points, normals)
     starts = starts_of(at)
-    free = [(room.first(starts, each)[0] < 0) & (each[:, 2] > 0.0) for each in hemisphere(at, RAYS)]
+    free = [(room.first(starts, each)[0] < 0) & (each[:, 2] > 0.0) for each in hemisphere(at, RAYS_PER_SIDE)]
     return np.asarray(np.mean(free, axis=0), dtype=float)
 
 

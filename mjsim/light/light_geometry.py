@@ -11,18 +11,18 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 from mjsim.light.baked import DOOR
 from mjsim.light.charts import Charts, charts_of
-from mjsim.light.light_rays import PORTAL, Light, Numbers, Points, Rectangle, Room
+from mjsim.light.light_rays import WINDOW_CELL, Light, Numbers, Points, Rectangle, Room
 from mjsim.light.still_surfaces import StillGeom, solid_of, static_geoms
 from mjsim.light.texels import Texels, texels_of
 from mjsim.world import CloseEvent, OpenEvent, RemoveEvent, World, leaves
 
-TEXEL = 0.05
+MIN_TEXEL = 0.05
 """Least side of a texel [m]."""
-MOST_TEXELS = 1_100_000
+MAX_TEXELS = 1_100_000
 """Approximate limit of texels in all maps of a world; above it texels are larger."""
-MOST_DOORS = 4
+MAX_DOORS = 4
 """Doors with a map of their own, the first that events name; others cast the shadow of their start."""
-OPEN = math.pi / 2
+OPEN_ANGLE = math.pi / 2
 """Angle of an open door, at which its map counts fully [rad]."""
 
 
@@ -57,11 +57,11 @@ class Atlas:
         shades = [solid.shades and index not in hidden for index, solid in enumerate(self.solids)]
         chosen = np.flatnonzero(np.array(shades)[self.owner])
         panes = [_pane(window) for window in windows]
-        names = np.concatenate([chosen, np.full(2 * len(panes), PORTAL)])
+        names = np.concatenate([chosen, np.full(2 * len(panes), WINDOW_CELL)])
         return Room(np.concatenate([self.corners[chosen], *panes]).astype(np.float32)), names
 
 
-def atlas_of(world: World, model: mujoco.MjModel, *, groups: int = 1, texel: float = TEXEL) -> Atlas:
+def atlas_of(world: World, model: mujoco.MjModel, *, groups: int = 1, texel: float = MIN_TEXEL) -> Atlas:
     """Return the geometry of a compiled world at its start.
 
     Args:
@@ -76,7 +76,7 @@ def atlas_of(world: World, model: mujoco.MjModel, *, groups: int = 1, texel: flo
     owner = np.repeat(np.arange(len(solids)), [len(solid.triangles) for solid in solids])
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = float(np.linalg.norm(cross, axis=1).sum() / 2)
-    charts = charts_of(corners, normals, texel=max(texel, math.sqrt(area * groups / MOST_TEXELS)))
+    charts = charts_of(corners, normals, texel=max(texel, math.sqrt(area * groups / MAX_TEXELS)))
     return Atlas(solids, owner, corners, charts, texels_of(corners, normals, charts), ajar)
 
 
@@ -86,10 +86,10 @@ def moved_doors(world: World) -> dict[str, float]:
     found: dict[str, float] = {}
     for event in world.run.events:
         if isinstance(event, OpenEvent) and event.open in known:
-            found[event.open] = math.copysign(OPEN, event.angle_deg)
+            found[event.open] = math.copysign(OPEN_ANGLE, event.angle_deg)
         elif isinstance(event, CloseEvent) and known.get(event.close):
-            found.setdefault(event.close, math.copysign(OPEN, known[event.close]))
-    return dict(list(found.items())[:MOST_DOORS])
+            found.setdefault(event.close, math.copysign(OPEN_ANGLE, known[event.close]))
+    return dict(list(found.items())[:MAX_DOORS])
 
 
 def _solids(

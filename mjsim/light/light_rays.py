@@ -13,20 +13,20 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array
 
-OFF = 0.002
+START_OFFSET = 0.002
 """Distance of the start of a ray from its surface [m]."""
-NEAR = 0.004
+END_OFFSET = 0.004
 """Distance before a lamp or a window at which a ray to it ends [m]."""
-PORTAL = -2
+WINDOW_CELL = -2
 """Cell of a window: it shines by itself, so that rays through it bring nothing more."""
-FIRST, MORE = 2, 8
+COARSE_RAYS, FINE_RAYS = 2, 8
 """Rays per side of a rectangle, for all texels, and for those that see only a part of it."""
-LEVEL = 1e-5
+HORIZON_TOLERANCE = 1e-5
 """Height above the horizon of a point that counts as on it [m]."""
-FAINT = 4e-4
+NEGLIGIBLE_LIGHT = 4e-4
 """Largest part of full light that is neglected of a rectangle."""
 
-NARROW = 0.08
+NARROW_GAP = 0.08
 """Distance below which what a ray hits is very near: the dark of narrow gaps must not spread beyond them [m]."""
 
 Numbers = NDArray[np.int64]
@@ -136,7 +136,7 @@ def hemisphere(at: Points, side: int) -> Any:
 
 def starts_of(at: Points) -> Light:
     """Return where the rays of points begin, shape (n, 3) [m]."""
-    return np.ascontiguousarray(at.points + OFF * at.normals, dtype=np.float32)
+    return np.ascontiguousarray(at.points + START_OFFSET * at.normals, dtype=np.float32)
 
 
 def buried_share(room: Room, at: Points, side: int) -> Light:
@@ -145,21 +145,21 @@ def buried_share(room: Room, at: Points, side: int) -> Light:
     hits = []
     for directions in hemisphere(at, side):
         triangles, distances, behind = room.first(starts, directions)
-        hits.append(behind | ((triangles >= 0) & (distances < NARROW)))
+        hits.append(behind | ((triangles >= 0) & (distances < NARROW_GAP)))
     return np.asarray(np.mean(hits, axis=0), dtype=np.float32)
 
 
 def light_of(room: Room, at: Points, rectangle: Rectangle) -> Light:
     """Return the light of a rectangle on points, relative to full light, shape (n,)."""
     light = np.zeros(len(at.points), np.float32)
-    chosen = np.flatnonzero(_estimate(at, rectangle) > FAINT)
+    chosen = np.flatnonzero(_estimate(at, rectangle) > NEGLIGIBLE_LIGHT)
     if not len(chosen):
         return light
-    seen, some = _sampled(room, at.some(chosen), rectangle, FIRST)
+    seen, some = _sampled(room, at.some(chosen), rectangle, COARSE_RAYS)
     form, whole = _form(at.some(chosen), rectangle)
     partly = (seen > 0.0) & (seen < 1.0)
     if partly.any():
-        seen[partly], some[partly] = _sampled(room, at.some(chosen[partly]), rectangle, MORE)
+        seen[partly], some[partly] = _sampled(room, at.some(chosen[partly]), rectangle, FINE_RAYS)
     light[chosen] = np.where(whole, form * seen, some)
     return light
 
@@ -184,7 +184,7 @@ def _form(at: Points, rectangle: Rectangle) -> tuple[Array, NDArray[np.bool_]]:
     a, b = rectangle.across, rectangle.along
     to = rectangle.middle + np.array([-a - b, b - a, a + b, a - b]) - at.points[:, None]
     # A window that ends in the plane of its own reveal is whole.
-    whole = (np.einsum("nkj,nj->nk", to, at.normals) > -LEVEL).all(axis=1)
+    whole = (np.einsum("nkj,nj->nk", to, at.normals) > -HORIZON_TOLERANCE).all(axis=1)
     to /= np.maximum(np.linalg.norm(to, axis=2, keepdims=True), 1e-12)
     after = np.roll(to, -1, axis=1)
     edges = np.cross(to, after)
@@ -209,7 +209,7 @@ def _sampled(room: Room, at: Points, rectangle: Rectangle, side: int) -> tuple[L
         cosines = np.clip(np.einsum("ij,ij->i", to, at.normals), 0.0, None) * np.clip(
             -(to @ rectangle.outward), 0, None
         )
-        lengths = np.maximum(distance - NEAR, 0.0).astype(np.float32)
+        lengths = np.maximum(distance - END_OFFSET, 0.0).astype(np.float32)
         free = (cosines > 0.0) & room.is_free(starts, np.ascontiguousarray(to, dtype=np.float32), lengths)
         seen += free
         light += np.where(free, cosines / np.maximum(distance, 1e-3) ** 2, 0.0)

@@ -11,11 +11,11 @@ from mjsim.light.light_geometry import Atlas
 from mjsim.light.light_rays import Light, Numbers, Points
 from mjsim.world import World
 
-LEVELS = (0.15, 0.65, 1.15, 1.65)
+PROBE_HEIGHTS = (0.15, 0.65, 1.15, 1.65)
 """Heights of the probes [m]."""
-SPACING, MOST_POINTS = 0.5, 8000
+MIN_SPACING, MAX_POINTS = 0.5, 8000
 """Least distance of neighbours [m], and the approximate limit of probes above which it is larger."""
-BURIED = 0.25
+MAX_BURIED_SHARE = 0.25
 """Share of rays that hit surfaces from behind above which a probe lies in a solid."""
 SIDES = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=float)
 """Normals of the sides of a probe."""
@@ -45,7 +45,7 @@ class ProbeGrid:
         """
         from scipy.ndimage import distance_transform_edt
 
-        buried = (behind > BURIED).reshape(self.count)
+        buried = (behind > MAX_BURIED_SHARE).reshape(self.count)
         if not buried.any() or buried.all():
             return values
         near = distance_transform_edt(buried, sampling=self.spacing, return_distances=False, return_indices=True)
@@ -66,11 +66,11 @@ def grid_of(world: World, shape: Atlas) -> ProbeGrid:
         (floor if len(floor) else texels)[:, :2].min(axis=0),
         (floor if len(floor) else texels)[:, :2].max(axis=0),
     )
-    spacing = max(SPACING, float(np.sqrt((high - low).prod() * len(LEVELS) / MOST_POINTS)))
+    spacing = max(MIN_SPACING, float(np.sqrt((high - low).prod() * len(PROBE_HEIGHTS) / MAX_POINTS)))
     columns, rows = (np.ceil((high - low) / spacing).astype(int) + 1).tolist()
-    origin = np.array([*low, LEVELS[0]])
-    step = np.array([spacing, spacing, LEVELS[1] - LEVELS[0]])
-    count = (columns, rows, len(LEVELS))
+    origin = np.array([*low, PROBE_HEIGHTS[0]])
+    step = np.array([spacing, spacing, PROBE_HEIGHTS[1] - PROBE_HEIGHTS[0]])
+    count = (columns, rows, len(PROBE_HEIGHTS))
     at: Array = origin + step * np.stack(np.meshgrid(*map(np.arange, count), indexing="ij"), axis=-1).reshape(-1, 3)
     numbers: Numbers = np.arange(FIRST_NUMBER, FIRST_NUMBER + 6 * len(at), dtype=np.int64)
     return ProbeGrid(origin, step, count, Points(numbers, at.repeat(6, axis=0), np.tile(SIDES, (len(at), 1))))

@@ -8,7 +8,7 @@ from mjsim.light.light_rays import Light
 from mjsim.light.texel_links import Links
 from mjsim.light.texels import Cells, Texels
 
-ROUNDS = 3
+SMOOTHING_ROUNDS = 3
 """Rounds of smoothing for each texel of a cell's side."""
 
 

@@ -10,13 +10,13 @@ from mjsim.compile import merged_into, rgba_of, texture_of, triangles_of
 from mjsim.geometry import Array
 from mjsim.light.baked import GAMMA
 
-VISIBLE = (0, 1, 5)
+VISIBLE_GROUPS = (0, 1, 5)
 """Groups of geoms that cameras see, or that are removed now."""
-OPAQUE = 0.5
+MIN_OPAQUE_ALPHA = 0.5
 """Least alpha of a surface that casts a shadow."""
-STRIDE = 17
+PIXEL_STRIDE = 17
 """Every so many-th pixel counts for the mean colour of a picture: coprime with usual widths."""
-PICTURE, CEILING, BACK = "beacon/", "ceiling", ":back"
+PICTURE_PREFIX, CEILING, BACK_SUFFIX = "beacon/", "ceiling", ":back"
 """Names of geoms: pictures and markers, the ceiling, and backs of pictures."""
 
 
@@ -51,7 +51,7 @@ def static_geoms(model: mujoco.MjModel) -> NDArray[np.intp]:
     still = model.body_weldid[model.geom_bodyid] == 0
     still &= model.body_mocapid[model.body_rootid[model.geom_bodyid]] < 0
     # Of merged shapes the mesh is visible, whatever is drawn now.
-    return np.flatnonzero(still & np.isin(model.geom_group, VISIBLE) & (merged_into(model) <= 0))
+    return np.flatnonzero(still & np.isin(model.geom_group, VISIBLE_GROUPS) & (merged_into(model) <= 0))
 
 
 def solid_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> StillGeom | None:
@@ -70,8 +70,8 @@ def solid_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> StillGeom
         shape.corners.astype(np.int32),
         albedo_of(model, geom),
         # The emission of pictures cancels the general light on them; it is not light of their own.
-        0.0 if material < 0 or name.startswith(PICTURE) else float(model.mat_emission[material]),
-        not name.startswith(PICTURE) and BACK not in name and rgba_of(model, geom)[3] >= OPAQUE,
+        0.0 if material < 0 or name.startswith(PICTURE_PREFIX) else float(model.mat_emission[material]),
+        not name.startswith(PICTURE_PREFIX) and BACK_SUFFIX not in name and rgba_of(model, geom)[3] >= MIN_OPAQUE_ALPHA,
         name == CEILING,
         bool(model.body_weldid[model.geom_bodyid[geom]] != 0),
     )
@@ -79,7 +79,7 @@ def solid_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> StillGeom
 
 def albedo_of(model: mujoco.MjModel, geom: int) -> Array:
     """Return the mean linear reflectance of a geom, red, green, blue, shape (3,)."""
-    own = np.ones(3) if model.geom(geom).name.startswith(PICTURE) else rgba_of(model, geom)[:3]
+    own = np.ones(3) if model.geom(geom).name.startswith(PICTURE_PREFIX) else rgba_of(model, geom)[:3]
     texture = texture_of(model, geom)
     mean = np.ones(3) if texture < 0 else np.power(texture_sample(model, texture) / 255.0, GAMMA).mean(axis=0)
     return np.power(own, GAMMA) * mean
@@ -89,6 +89,6 @@ def texture_sample(model: mujoco.MjModel, texture: int) -> NDArray[np.uint8]:
     """Return some pixels of a texture, evenly chosen, shape (n, 3)."""
     first, channels = int(model.tex_adr[texture]), int(model.tex_nchannel[texture])
     count = int(model.tex_height[texture]) * int(model.tex_width[texture])
-    pixels = model.tex_data[first : first + count * channels].reshape(count, channels)[::STRIDE]
+    pixels = model.tex_data[first : first + count * channels].reshape(count, channels)[::PIXEL_STRIDE]
     chosen: NDArray[np.uint8] = pixels[:, :3] if channels >= 3 else np.repeat(pixels[:, :1], 3, axis=1)
     return chosen

@@ -25,9 +25,9 @@ from mjsim.output import replace_file, try_lock, user_cache
 from mjsim.progress import say
 from mjsim.world import CloseEvent, LampEvent, OpenEvent, RemoveEvent, World, leaves
 
-MOST_BYTES = 300_000_000
+MAX_BYTES = 300_000_000
 """Limit of all stored light; beyond it the files that were used least recently go."""
-WAIT, POLL = 300.0, 0.2
+BAKE_TIMEOUT, POLL_SECONDS = 300.0, 0.2
 """Longest time to wait for another process that bakes the same light, and between two looks [s]."""
 BROKEN = (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, zlib.error)
 """What reading a broken file raises."""
@@ -156,8 +156,8 @@ def baking(key: str, is_done: Callable[[], bool]) -> Iterator[None]:
         yield
         return
     with file:
-        while not try_lock(file.fileno()) and not is_done() and time.monotonic() - began < WAIT:
-            time.sleep(POLL)
+        while not try_lock(file.fileno()) and not is_done() and time.monotonic() - began < BAKE_TIMEOUT:
+            time.sleep(POLL_SECONDS)
         try:
             yield
         finally:
@@ -174,7 +174,7 @@ def _make_room(size: int) -> None:
     files = sorted(_files())
     total = size + sum(each[1] for each in files)
     for _, own, file in files:
-        if total <= MOST_BYTES:
+        if total <= MAX_BYTES:
             return
         file.unlink(missing_ok=True)
         total -= own

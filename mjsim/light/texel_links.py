@@ -13,7 +13,7 @@ from mjsim.light.charts import Whole
 from mjsim.light.light_rays import Light, Room
 from mjsim.light.texels import Texels
 
-LIFT = 0.02
+LINK_HEIGHT = 0.02
 """Distance from the surface at which one texel sees the next [m]: more than the gap below a door."""
 
 
@@ -78,7 +78,7 @@ def links_of(room: Room, texels: Texels, shape: tuple[int, int], valid: NDArray[
     """
     image = np.full((shape[0] + 1, shape[1] + 1), -1)
     image[np.divmod(texels.at[valid], shape[1])] = np.flatnonzero(valid)
-    starts = (texels.points + LIFT * texels.normals).astype(np.float32)
+    starts = (texels.points + LINK_HEIGHT * texels.normals).astype(np.float32)
     linked, pairs = [], []
     for other in (image[:-1, 1:], image[1:, :-1]):
         one = image[:-1, :-1]

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 from mjsim.light.charts import Charts, Whole
 
-BATCH = 250_000
+BATCH_TEXELS = 250_000
 """Candidates of texels that are tested at a time."""
-INSIDE = -1e-6
+MIN_BARYCENTRIC = -1e-6
 """Least barycentric coordinate of a point in a triangle, for texels on the edge between two."""
 
 
@@ -54,12 +54,12 @@ def texels_of(corners: Array, normals: Array, charts: Charts) -> Texels:
 
 
 def _parts(counts: Whole) -> list[Whole]:
-    """Return groups of triangles with about `BATCH` candidates each."""
+    """Return groups of triangles with about `BATCH_TEXELS` candidates each."""
     return [part for part in np.split(np.arange(len(counts)), _bounds(counts)) if len(part)]
 
 
 def _bounds(counts: Whole) -> Whole:
-    batch = np.cumsum(counts) // BATCH
+    batch = np.cumsum(counts) // BATCH_TEXELS
     bounds: Whole = np.flatnonzero(np.diff(batch)) + 1
     return bounds
 
@@ -80,7 +80,7 @@ def _inside(flat: Array, low: Whole, sides: Whole, names: Whole) -> tuple[Whole,
     third = (ab[owner, 0] * rest[:, 1] - ab[owner, 1] * rest[:, 0]) / area[owner]
     shares = np.stack([1.0 - second - third, second, third], axis=1)
     # A triangle without area in the chart has no texels.
-    inside = (shares.min(axis=1) > INSIDE) & np.isfinite(area[owner])
+    inside = (shares.min(axis=1) > MIN_BARYCENTRIC) & np.isfinite(area[owner])
     return names[owner[inside]], at[inside], shares[inside]
 
 

@@ -15,21 +15,21 @@ from mjsim.logs.importing import import_log
 from mjsim.output import require_free
 from mjsim.record import Recording, Track, read_recording
 
-WINDOW = 2.0
+WINDOW_SECONDS = 2.0
 """Duration over which motion by odometry is compared with the true motion [s]."""
-PARTS = 4
+WINDOW_PARTS = 4
 """Parts of a window, over which distances and turns are summed."""
-MOVED = 0.05
+MIN_MOTION = 0.05
 """Minimum distance or turn in a window for it to count [m, rad]."""
-OUTLIER = 6.0
+OUTLIER_SIGMAS = 6.0
 """Sightings are outliers beyond this many standard deviations, estimated from the median absolute deviation."""
-LEAST = 20
+MIN_SAMPLES = 20
 """Minimum number of windows, or of sightings, for a result."""
-LATEST, FINEST = 0.6, 0.02
+MAX_DELAY, DELAY_STEP = 0.6, 0.02
 """Range (either sign) and step of the search for a delay [s]."""
-CLEAR = 0.9
+MAX_ERROR_RATIO = 0.9
 """If the delay reduces the error of turns only to more than this ratio, it is not observable in the log."""
-NORMAL = 1.4826
+SIGMA_PER_MAD = 1.4826
 """Standard deviation of a normal distribution divided by its median absolute deviation."""
 
 
@@ -142,23 +142,27 @@ def _recording(path: Path) -> Recording:
 
 def _motion(track: Track) -> MotionCalibration | None:
     """Compare odometry with the truth, window by window."""
-    rows = max(1, round(WINDOW / float(np.median(np.diff(track.time))))) if len(track.time) > 1 else 1
+    rows = max(1, round(WINDOW_SECONDS / float(np.median(np.diff(track.time))))) if len(track.time) > 1 else 1
     ends = np.arange(0, len(track.time) - rows, rows)
     # In parts of a window: the noise of a single tick may exceed the motion, and would make it seem longer.
-    parts = np.linspace(0, rows, min(rows, PARTS) + 1).round().astype(int)
+    parts = np.linspace(0, rows, min(rows, WINDOW_PARTS) + 1).round().astype(int)
     steps = np.diff(track.odometry[ends[:, None] + parts], axis=1)
     distance, turned = (
         np.hypot(steps[..., 0], steps[..., 1]).sum(axis=1),
         np.abs(wrap_angles(steps[..., 2])).sum(axis=1),
     )
     measured, true = (_chords(poses, ends, rows) for poses in (track.odometry, track.truth))
-    counts = np.isfinite(true).all(axis=1) & np.isfinite(measured).all(axis=1) & ((distance > MOVED) | (turned > MOVED))
-    if counts.sum() < LEAST:
+    counts = (
+        np.isfinite(true).all(axis=1)
+        & np.isfinite(measured).all(axis=1)
+        & ((distance > MIN_MOTION) | (turned > MIN_MOTION))
+    )
+    if counts.sum() < MIN_SAMPLES:
         return None
     measured, true, distance, turned = measured[counts], true[counts], distance[counts], turned[counts]
     # The distances are chords of arcs: for the small turns in a window they are proportional to the lengths of the
     # arcs.
-    driven = true[:, 0] > MOVED
+    driven = true[:, 0] > MIN_MOTION
     scale = float(measured[driven, 0].sum() / true[driven, 0].sum()) if driven.any() else 1.0
     turn_errors = wrap_angles(measured[:, 1] - true[:, 1])
     bias, seconds = float(turn_errors.mean()), rows * float(np.median(np.diff(track.time)))
@@ -178,11 +182,11 @@ def _delay(track: Track) -> float:
     times, rates = track.time, np.diff(track.time)
     true = wrap_angles(np.diff(track.truth[:, 2])) / rates
     heading = np.concatenate([[0.0], np.nancumsum(wrap_angles(np.diff(track.odometry[:, 2])))])
-    within = (times[:-1] - LATEST >= times[0]) & (times[1:] + LATEST <= times[-1])
+    within = (times[:-1] - MAX_DELAY >= times[0]) & (times[1:] + MAX_DELAY <= times[-1])
     both = np.flatnonzero(np.logical_and(known[:-1], known[1:]) & within)
-    if len(both) < LEAST:
+    if len(both) < MIN_SAMPLES:
         return 0.0
-    delays, left = np.arange(-LATEST, LATEST + FINEST / 2, FINEST), []
+    delays, left = np.arange(-MAX_DELAY, MAX_DELAY + DELAY_STEP / 2, DELAY_STEP), []
     for delay in delays.tolist():
         measured = np.diff(np.interp(times - delay, times, heading)) / rates
         measured, turned = measured[both], true[both]
@@ -190,7 +194,7 @@ def _delay(track: Track) -> float:
         left.append(float(np.sum((turned - share * measured) ** 2)))
     best = int(np.argmin(left))
     without = left[len(delays) // 2]
-    return float(delays[best]) if left[best] < CLEAR * without else 0.0
+    return float(delays[best]) if left[best] < MAX_ERROR_RATIO * without else 0.0
 
 
 def _chords(poses: Array, ends: NDArray[np.intp], rows: int) -> Array:
@@ -208,17 +212,17 @@ def _per_root(errors: Array, amounts: Array) -> float:
 def _sightings(track: Track, places: Mapping[str, Array]) -> SightingCalibration | None:
     """Compare the sightings of known landmarks with the truth at the time of each."""
     known = list(_identified(track, places))
-    if len(known) < LEAST:
+    if len(known) < MIN_SAMPLES:
         return None
     stamps, ranges, bearings, x, y = np.array(known).T
     poses = places_at(stamps, np.column_stack([track.time, track.truth]), gap=math.inf)
     dx, dy = x - poses[:, 0], y - poses[:, 1]
     errors = np.stack([ranges - np.hypot(dx, dy), wrap_angles(bearings - np.arctan2(dy, dx) + poses[:, 2])], axis=-1)
     errors = errors[np.isfinite(errors).all(axis=1)]
-    if len(errors) < LEAST:
+    if len(errors) < MIN_SAMPLES:
         return None
     deviations = np.abs(errors - np.median(errors, axis=0))
-    good = np.all(deviations <= OUTLIER * NORMAL * np.median(deviations, axis=0) + 1e-9, axis=1)
+    good = np.all(deviations <= OUTLIER_SIGMAS * SIGMA_PER_MAD * np.median(deviations, axis=0) + 1e-9, axis=1)
     mean, deviation = errors[good].mean(axis=0).tolist(), errors[good].std(axis=0).tolist()
     return SightingCalibration(
         count=len(errors),

@@ -17,17 +17,17 @@ from mjsim.logs.resampling import Output, Piece, SentFile, Wishes, recorded
 from mjsim.record import Recording
 from mjsim.world import Run, step_misfit
 
-EACH = 30.0
+PART_TIMEOUT = 30.0
 """Time from one part of a recording to the next [s]."""
-RECORDED, TIMES = 256 << 20, 100
+MIN_RECORDING_LIMIT, MAX_GROWTH = 256 << 20, 100
 """Maximum size of a recording, and of a temporary file: so much, and so many times the size of the log [bytes]."""
-PART, OFTEN = 1 << 20, 0.2
+PART_BYTES, PART_SECONDS = 1 << 20, 0.2
 """A part is handed on when it has so many bytes, or after so long [bytes, s]."""
-SPARE = 1 << 30
+MIN_FREE_DISK = 1 << 30
 """Space that stays free on the disk to which files are unpacked [bytes]."""
 DESCRIPTIONS = (".yaml", ".yml")
 """Suffixes of files that name tables beside them."""
-MOST_FILES = 100_000
+MAX_FILES = 100_000
 """Maximum number of files whose sizes are added up."""
 
 
@@ -105,7 +105,7 @@ def sent(convert: str, path: Path, wishes: Wishes, command: str) -> Iterator[tup
     """Convert a log in this process, and yield the progress [%] and the pieces of the recording, as they are made."""
     file, handed = SentFile(path), time.monotonic()
     for done in resolve_name(convert)(path, wishes, Output(file, command)):
-        if file.waiting >= PART or time.monotonic() > handed + OFTEN:
+        if file.waiting >= PART_BYTES or time.monotonic() > handed + PART_SECONDS:
             yield done, file.taken()
             handed = time.monotonic()
     yield 100.0, file.taken()
@@ -172,9 +172,9 @@ def _written(file: IO[bytes], piece: Any, end: int) -> int:
 def limits_of(path: Path) -> Allowance:
     """Return the limits for a log."""
     folder = path if path.is_dir() else path.parent if path.suffix.lower() in DESCRIPTIONS else None
-    size = sum(map(_size, [path] if folder is None else islice(folder.rglob("*"), MOST_FILES)))
-    free = max(shutil.disk_usage(tempfile.gettempdir()).free - SPARE, 1)
-    return replace(limits_for(size), each=EACH, written=min(free, RECORDED + TIMES * size))
+    size = sum(map(_size, [path] if folder is None else islice(folder.rglob("*"), MAX_FILES)))
+    free = max(shutil.disk_usage(tempfile.gettempdir()).free - MIN_FREE_DISK, 1)
+    return replace(limits_for(size), each=PART_TIMEOUT, written=min(free, MIN_RECORDING_LIMIT + MAX_GROWTH * size))
 
 
 def _size(file: Path) -> int:

@@ -62,10 +62,10 @@ MAX_LINES = 1000
 """Of a file that is not a supported log, to tell whether it was cut."""
 MAX_EXAMINED = 100
 """Maximum number of files to examine in a folder that is not a log itself."""
-TABLES = (".csv", ".tsv", ".dat")
-TRAJECTORIES = (".tum",)
-ZSTD = (".zst", ".zstd")
-PACKED = (".tar", ".tgz", ".txz", ".zip", ".tar.gz", ".tar.xz", ".tar.bz2", ".7z")
+TABLE_SUFFIXES = (".csv", ".tsv", ".dat")
+TRAJECTORY_SUFFIXES = (".tum",)
+ZSTD_SUFFIXES = (".zst", ".zstd")
+ARCHIVE_SUFFIXES = (".tar", ".tgz", ".txz", ".zip", ".tar.gz", ".tar.xz", ".tar.bz2", ".7z")
 
 
 def convert(path: Path, wishes: Wishes, output: Output) -> Iterator[float]:
@@ -87,7 +87,7 @@ def convert(path: Path, wishes: Wishes, output: Output) -> Iterator[float]:
     if path.is_dir() and (path / "inputs.dat").exists():
         _refuse(wishes, "Victoria Park", robots=False, landmarks=False)
         return convert_victoria_park(path, wishes, output)
-    packed = path.name.lower().endswith(PACKED)
+    packed = path.name.lower().endswith(ARCHIVE_SUFFIXES)
     kind = None if packed else next((kind for kind in KINDS if kind.is_one(path)), None)
     if kind is None:
         inside = _logs_in(path) if path.is_dir() else []
@@ -108,9 +108,9 @@ def _read_and_written(kind: Kind, path: Path, wishes: Wishes, output: Output) ->
 
 def _unknown(path: Path, inside: Sequence[str]) -> str:
     """Return why a path is not a supported log, with the names of logs in it."""
-    if path.name.lower().endswith(PACKED):
+    if path.name.lower().endswith(ARCHIVE_SUFFIXES):
         return f"'{path}' is an archive; unpack it and name the folder"
-    if packed := [each.name for each in (path.iterdir() if path.is_dir() else [path]) if each.suffix in ZSTD]:
+    if packed := [each.name for each in (path.iterdir() if path.is_dir() else [path]) if each.suffix in ZSTD_SUFFIXES]:
         return f"'{path}' holds {packed[0]}, packed by zstd, and no metadata.yaml that says so; unpack it (unzstd)"
     if inside:
         return f"'{path}' is a folder of logs; name one of them: {', '.join(inside)}"[:LONGEST_MESSAGE]
@@ -122,9 +122,9 @@ def _unknown(path: Path, inside: Sequence[str]) -> str:
         return f"'{path}' is no log as far as it could be unpacked ({cut})"
     if path.is_file() and is_mcap(path):
         return f"'{path}' is an MCAP file but not of ROS; a recording of mjsim is replayed as it is"
-    if path.is_file() and path.suffix.lower() in TRAJECTORIES:
+    if path.is_file() and path.suffix.lower() in TRAJECTORY_SUFFIXES:
         return f"'{path}' is a trajectory, no log; judge it on a recording: mjsim replay RUN.mcap --trajectory '{path}'"
-    if path.is_file() and path.suffix.lower() in TABLES:
+    if path.is_file() and path.suffix.lower() in TABLE_SUFFIXES:
         return f"'{path}' is a table of numbers; describe its columns in a YAML file (log: tables) and name that"
     return f"'{path}' is not a supported log; give {READ}"[:LONGEST_MESSAGE]
 

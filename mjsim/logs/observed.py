@@ -16,11 +16,11 @@ from mjsim.output import require_free
 from mjsim.record import LoggedCamera, Recording, check_fit, logged_frame
 from mjsim.world import SENSOR_KINDS, Camera, World, step_misfit
 
-JITTER = 1e-3
+MAX_JITTER = 1e-3
 """Tolerance of times relative to a constant rate, in ticks."""
-WHOLE = 1e-3
+MILLISECOND_TOLERANCE = 1e-3
 """Tolerance for a whole number of milliseconds [ms]."""
-FASTEST = 250.0
+MAX_RATE_HZ = 250.0
 """Maximum tick rate [Hz]."""
 _OF_LOGS = {"sightings", "cameras", "scans", "clouds", "imu"}
 """Readings for which any log has a place."""
@@ -69,7 +69,7 @@ def write_log(
     room = world if world is not None else _room(observations, robot, poses, landmarks or {}, cameras, rate)
     _require_robot(room, robot, cameras)
     _require_sensors(room, robot, observations)
-    if abs(room.run.rate_hz - rate) > JITTER * rate:
+    if abs(room.run.rate_hz - rate) > MAX_JITTER * rate:
         raise UsageError(
             f"observations come at {rate:g} Hz and the world's ticks at {room.run.rate_hz:g}; make them equal"
         )
@@ -232,16 +232,16 @@ def _rate_of(observations: Sequence[Observation]) -> float:
         raise UsageError("the times of the observations do not rise; give them in order of time")
     errors = np.abs(times - times[0] - step * np.arange(len(times)))
     worst = int(np.argmax(errors))
-    if errors[worst] > JITTER * step:
+    if errors[worst] > MAX_JITTER * step:
         raise UsageError(
             f"observation {worst} is at {times[worst]:.6g} s, {errors[worst]:.3g} s off a rate of {1 / step:.6g} Hz;"
             " give one observation a tick at an even rate"
         )
     milliseconds = round(1e3 * step)
     # Times stored with few digits still mean whole milliseconds, or an integer rate.
-    rate = 1e3 / milliseconds if abs(1e3 * step - milliseconds) < WHOLE else round(1.0 / step, 3)
-    if rate > FASTEST:
-        raise UsageError(f"{rate:g} observations a second; at most {FASTEST:g} can be recorded")
+    rate = 1e3 / milliseconds if abs(1e3 * step - milliseconds) < MILLISECOND_TOLERANCE else round(1.0 / step, 3)
+    if rate > MAX_RATE_HZ:
+        raise UsageError(f"{rate:g} observations a second; at most {MAX_RATE_HZ:g} can be recorded")
     return rate
 
 

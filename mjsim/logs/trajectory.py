@@ -15,11 +15,11 @@ from mjsim.logs.bags import POSES, Bag, is_bag, pose_of
 from mjsim.logs.files import LARGEST, lines_of
 from mjsim.logs.importing import readable_folders
 
-ODOMETRY, PATH = "nav_msgs/msg/Odometry", "nav_msgs/msg/Path"
-TYPES = (*(kind for kind in POSES if "Transform" not in kind), ODOMETRY, PATH)
+ODOMETRY_TYPES, PATH_TYPES = "nav_msgs/msg/Odometry", "nav_msgs/msg/Path"
+TYPES = (*(kind for kind in POSES if "Transform" not in kind), ODOMETRY_TYPES, PATH_TYPES)
 """Types of messages with poses of a robot."""
-MOST_ROWS = 5_000_000
-LATE = 5.0
+MAX_ROWS = 5_000_000
+MAX_LATE_SECONDS = 5.0
 """Maximum time by which a trajectory may begin after a run [s]."""
 
 
@@ -49,7 +49,7 @@ def read_trajectory(path: str | Path, *, topic: str | None = None) -> Array:
 def trajectory_rows(path: Path, topic: str | None) -> Plain:
     """Return the rows of `read_trajectory` as they are in the file; called in the guarded reader."""
     rows = _rows_of_bag(path, topic) if is_bag(path) else _rows_of_text(path)
-    return np.array([row for row, _ in zip(rows, range(MOST_ROWS), strict=False)]).reshape(-1, 4)
+    return np.array([row for row, _ in zip(rows, range(MAX_ROWS), strict=False)]).reshape(-1, 4)
 
 
 def _rows_of_text(path: Path) -> Iterator[tuple[float, float, float, float]]:
@@ -85,7 +85,7 @@ def _rows_of_bag(path: Path, topic: str | None) -> Iterator[tuple[float, float, 
         for message in bag.messages([name]):
             decoded = bag.decode(message)
             # The last path is the final one.
-            for each in decoded.poses if kind == PATH else (decoded,):
+            for each in decoded.poses if kind == PATH_TYPES else (decoded,):
                 stamp = each.header.stamp
                 pose = pose_of(each)
                 time = float(stamp.sec) + 1e-9 * float(stamp.nanosec)
@@ -127,7 +127,7 @@ class Trajectory:
         """
         begins, ends = self._track[[0, -1], 0].tolist()
         if self._world_from_file is None:
-            if not begins - LATE <= seen.time < ends:
+            if not begins - MAX_LATE_SECONDS <= seen.time < ends:
                 raise ValueError(
                     f"'{self._file}' has poses from {begins:.3f} to {ends:.3f} s, and the run begins at"
                     f" {seen.time:.3f} s; give offset, in seconds, to add to its times"

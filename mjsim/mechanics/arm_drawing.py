@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 COLORS = ("#d62728", "#2ca02c", "#1f77b4")
 """Of the axes x, y and z of the tool."""
 BONE, JOINT, SHADOW = "#5b6470", "#e8a33d", "#c9ced6"
-FRAME = 0.15
+AXIS_LENGTH = 0.15
 """Length of the drawn axes as a fraction of the arm's reach."""
 
 
@@ -60,8 +60,8 @@ def draw_arm(
         _draw_joints(axes, links, posture.joints[number], 0.05 * _reach(line), strength)
     if len(lines) > 1 and bounds is None:
         axes.plot(*posture.tool[:, :3, 3].T, color=COLORS[2], linewidth=1.0)
-    _draw_frame(axes, posture.tool[-1], FRAME * _reach(lines[-1]), "")
-    _draw_frame(axes, IDENTITY, FRAME * _reach(lines[-1]), "xyz")
+    _draw_frame(axes, posture.tool[-1], AXIS_LENGTH * _reach(lines[-1]), "")
+    _draw_frame(axes, IDENTITY, AXIS_LENGTH * _reach(lines[-1]), "xyz")
     _set_view(axes, lines.reshape(-1, 3) if bounds is None else bounds)
 
 

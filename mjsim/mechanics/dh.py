@@ -20,13 +20,13 @@ from mjsim.mechanics.transforms import IDENTITY, about_x, about_z, inverted
 CONVENTIONS = ("standard", "modified")
 UNITS: Mapping[str, float] = {"m": 1.0, "mm": 0.001}
 """Unit of the lengths in a table -> metres."""
-ANGLES = ("theta", "alpha", "range", "velocity")
+ANGLE_KEYS = ("theta", "alpha", "range", "velocity")
 """Keys in radians, or with the suffix `_deg` in degrees; the last two for revolute joints."""
 LENGTHS, LENGTHS_OF_SLIDE = ("d", "a", "center", "radius"), ("range", "velocity")
-FIGURES = ("torque", "mass", "inertia", "gear", "rotor_inertia", "friction", "slide")
-KEYS = (*ANGLES, *LENGTHS, *FIGURES)
-IN_DEGREES = tuple(f"{name}_deg" for name in ANGLES)
-THIN, THINNEST = 0.04, 0.01
+NUMBER_KEYS = ("torque", "mass", "inertia", "gear", "rotor_inertia", "friction", "slide")
+KEYS = (*ANGLE_KEYS, *LENGTHS, *NUMBER_KEYS)
+IN_DEGREES = tuple(f"{name}_deg" for name in ANGLE_KEYS)
+RADIUS_RATIO, MIN_RADIUS = 0.04, 0.01
 """Default radius of a link relative to the length of the arm, and its minimum [m]."""
 Row = Mapping[str, Any] | Sequence[float]
 
@@ -49,7 +49,8 @@ def links_of(rows: Sequence[Row], *, convention: str, unit: str) -> tuple[Link, 
     ahead = [*(before[:3, 3] for before, _ in frames[1:]), np.zeros(3)]
     parts = zip(numbered, table, frames, ahead, strict=True)
     return tuple(
-        _of_row(number, _link, row, *frame, end, max(THIN * length, THINNEST)) for (number, _), row, frame, end in parts
+        _of_row(number, _link, row, *frame, end, max(RADIUS_RATIO * length, MIN_RADIUS))
+        for (number, _), row, frame, end in parts
     )
 
 
@@ -69,7 +70,7 @@ def _in_metres(row: Row, scale: float) -> dict[str, Any]:
     keys: dict[str, Any] = {"theta": 0.0, "d": 0.0, "a": 0.0, "alpha": 0.0}
     for key, value in row.items():
         name = key.removesuffix("_deg")
-        if name not in KEYS or (name != key and name not in ANGLES):
+        if name not in KEYS or (name != key and name not in ANGLE_KEYS):
             raise ValueError(f"unknown key '{key}'{did_you_mean(str(key), KEYS + IN_DEGREES)}")
         if name != key and slides and name in LENGTHS_OF_SLIDE:
             raise ValueError(f"{key} is in degrees; a joint that slides has {name}, in the unit of the table")

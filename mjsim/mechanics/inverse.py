@@ -14,21 +14,21 @@ from mjsim.geometry import Array
 from mjsim.mechanics.chain import Chain, jacobian, posture_at
 from mjsim.mechanics.transforms import rotation_vector
 
-REACHED = 1e-10
+POSE_TOLERANCE = 1e-10
 """Tolerances of position and rotation for a reached pose [m, rad]."""
-STEPS, TRIES = 60, 40
+MAX_STEPS, MAX_TRIES = 60, 40
 """Maximum number of steps per try, and number of tries: the first from the caller's start, the others from random
 ones."""
 MAX_ROWS = 64
 """Maximum number of starts that are tried at once."""
 DAMPING = 1e-2
 """Multiple of the squared error that is added to the diagonal, and its minimum."""
-LEAST_DAMPING = 1e-14
-STUCK, SETTLED = 1e9, 1e-12
+MIN_DAMPING = 1e-14
+MAX_DAMPING, MIN_GAIN = 1e9, 1e-12
 """Damping beyond which no step helps, and the relative gain of a step below which none helps much."""
-NOTABLE = 1e-6
+NOTABLE_MISS = 1e-6
 """What is not reached is left as near to its start as it is, unless another try misses by so much less [m + rad]."""
-ALIKE, AGREED = 1e-5, 2
+MISS_TOLERANCE, AGREEING_TRIES = 1e-5, 2
 """Of a goal beyond all reach, so many tries that miss by as much as the nearest one, within [m + rad], are enough."""
 TURN = 2.0 * np.pi
 
@@ -77,24 +77,24 @@ def solve(task: PoseGoals, q0: Array) -> Reached:
     left, beyond, alike = np.arange(len(best)), _beyond(task), np.zeros(len(best), dtype=int)
     rng = np.random.default_rng(0)  # the same result at each call
     tries = 0
-    while left.size and tries < TRIES:
+    while left.size and tries < MAX_TRIES:
         # The first start alone, then several at once: few rows cost little more than one.
-        count = min((1, 7, TRIES)[min(tries, 2)], TRIES - tries, max(1, MAX_ROWS // left.size))
+        count = min((1, 7, MAX_TRIES)[min(tries, 2)], MAX_TRIES - tries, max(1, MAX_ROWS // left.size))
         starts = [best[left] if tries + k == 0 else _anywhere(task, rng, q0[left]) for k in range(count)]
         tries += count
         part = task.part(np.tile(left, count))
         found = _inside(task, _descend(part, np.concatenate(starts)))
         offset, turned = _misses(part, found)
         for rows in np.arange(count * left.size).reshape(count, -1):
-            there = np.maximum(offset, turned)[rows] <= REACHED
-            nearer = (offset + turned)[rows] < (distance + angle)[left] - (NOTABLE if tries > count else 0.0)
-            better = (np.maximum(distance, angle) > REACHED)[left] & (nearer | there)
+            there = np.maximum(offset, turned)[rows] <= POSE_TOLERANCE
+            nearer = (offset + turned)[rows] < (distance + angle)[left] - (NOTABLE_MISS if tries > count else 0.0)
+            better = (np.maximum(distance, angle) > POSE_TOLERANCE)[left] & (nearer | there)
             alike[left[nearer & better]] = 0
             chosen, fresh = left[better], rows[better]
             best[chosen], distance[chosen], angle[chosen] = found[fresh], offset[fresh], turned[fresh]
-            alike[left] += np.abs((offset + turned)[rows] - (distance + angle)[left]) < ALIKE
-        left = np.flatnonzero((np.maximum(distance, angle) > REACHED) & ~(beyond & (alike >= AGREED)))
-    return Reached(best, np.maximum(distance, angle) <= REACHED, distance, angle)
+            alike[left] += np.abs((offset + turned)[rows] - (distance + angle)[left]) < MISS_TOLERANCE
+        left = np.flatnonzero((np.maximum(distance, angle) > POSE_TOLERANCE) & ~(beyond & (alike >= AGREEING_TRIES)))
+    return Reached(best, np.maximum(distance, angle) <= POSE_TOLERANCE, distance, angle)
 
 
 def _beyond(task: PoseGoals) -> NDArray[np.bool_]:
@@ -109,7 +109,7 @@ def _beyond(task: PoseGoals) -> NDArray[np.bool_]:
     offsets = [chain.before[others, :3, 3], chain.after[others, :3, 3], chain.last[None, :3, 3]]
     reach = np.hypot(x, y) + travel[path].sum() + sum(np.linalg.norm(each, axis=-1).sum() for each in offsets)
     far = np.linalg.norm(task.goals[:, :3, 3] - pose[:3, 3] - pose[:3, 2] * z, axis=-1)
-    return np.asarray((far > reach + REACHED) & bool((task.weights[:3] > 0.0).all()))
+    return np.asarray((far > reach + POSE_TOLERANCE) & bool((task.weights[:3] > 0.0).all()))
 
 
 def _descend(task: PoseGoals, q: Array) -> Array:
@@ -117,17 +117,17 @@ def _descend(task: PoseGoals, q: Array) -> Array:
     identity = np.eye(q.shape[-1])
     damping = np.full(len(q), DAMPING)
     error, slope = _error_and_slope(task, q)
-    for _ in range(STEPS):
+    for _ in range(MAX_STEPS):
         squared = (error**2).sum(axis=-1)
-        if squared.max(initial=0.0) < (0.01 * REACHED) ** 2:
+        if squared.max(initial=0.0) < (0.01 * POSE_TOLERANCE) ** 2:
             break
         down = np.swapaxes(slope, -1, -2)
-        added = damping * squared + LEAST_DAMPING
+        added = damping * squared + MIN_DAMPING
         step = np.linalg.solve(down @ slope + added[:, None, None] * identity, down @ error[..., None])[..., 0]
         ahead, slope_ahead = _error_and_slope(task, q + step)
         after = (ahead**2).sum(axis=-1)
         good = after < squared
-        still = ~good & (damping > STUCK) | good & (squared - after < SETTLED * squared)
+        still = ~good & (damping > MAX_DAMPING) | good & (squared - after < MIN_GAIN * squared)
         q = np.where(good[:, None], q + step, q)
         error, slope = np.where(good[:, None], ahead, error), np.where(good[:, None, None], slope_ahead, slope)
         damping = np.where(good, np.maximum(damping * 0.3, 1e-8), damping * 10.0)

@@ -14,7 +14,7 @@ DENSITY = 1000.0
 """Density of a link without given mass [kg/m^3]."""
 ROUNDING = 1e-9
 """Tolerance for negative principal moments by rounding, relative to the largest."""
-LEAST_MASS, LEAST_MOMENT = 1e-6, 1e-9
+MIN_MASS, MIN_MOMENT = 1e-6, 1e-9
 """Minimum mass and moment of a body for plain MuJoCo [kg, kg m^2]."""
 
 Vector3 = tuple[float, float, float]
@@ -87,13 +87,13 @@ def nearest_valid(solid: Solid) -> Solid:
     Principal axes are kept. The change of the moments is minimal in the least-squares sense.
     """
     moments, axes = np.linalg.eigh(tensor(solid.inertia))
-    moments = np.maximum(nearest_moments(moments), LEAST_MOMENT)
+    moments = np.maximum(nearest_moments(moments), MIN_MOMENT)
     if moments[2] > moments[0] + moments[1]:  # where the others were raised from below 0
         moments[2] = moments[0] + moments[1]
-    return Solid(max(solid.mass, LEAST_MASS), solid.center, six_of(axes @ np.diag(moments) @ axes.T))
+    return Solid(max(solid.mass, MIN_MASS), solid.center, six_of(axes @ np.diag(moments) @ axes.T))
 
 
 def is_valid(solid: Solid) -> bool:
     """Return whether mass and inertia are valid in plain MuJoCo."""
     moments = np.linalg.eigvalsh(tensor(solid.inertia))
-    return solid.mass >= LEAST_MASS and moments[0] >= LEAST_MOMENT and moments[2] <= moments[0] + moments[1]
+    return solid.mass >= MIN_MASS and moments[0] >= MIN_MOMENT and moments[2] <= moments[0] + moments[1]

@@ -16,20 +16,20 @@ from mjsim.mechanics.transforms import rotation_vector
 
 CLOSE_ENOUGH = 1e-10
 """Residuals below this are zero [rad, m]."""
-WRITTEN = 1e-6
+CLOSING_TOLERANCE = 1e-6
 """Closing error of redundantly constrained loops with lengths of six digits [rad, m]."""
-ROUNDS, STARTS = 60, 6
+MAX_NEWTON_STEPS, MAX_STARTS = 60, 6
 """Maximum number of steps of Newton's method from one start, and number of starts."""
-EFFORT, LEAST_EFFORT = 8000, 40
+MAX_EVALUATIONS, MIN_EVALUATIONS = 8000, 40
 """Maximum number of joint evaluations in one search, and minimum number of residual evaluations: it must end within a
 second."""
-SLOW, PATIENCE = 0.995, 4
+MIN_REDUCTION, MAX_SLOW_STEPS = 0.995, 4
 """A start is abandoned after this many consecutive steps that reduce the residuals to more than this ratio."""
 LONGEST_STEP = 0.6
 """Maximum step of Newton's method in one value [rad, m]."""
 NO_RANK = 1e-9
 """Singular values below this, relative to the largest, count as zero."""
-SMALL = 1e-5
+DERIVATIVE_STEP = 1e-5
 """Step for the numerical derivative of a Jacobian."""
 
 
@@ -151,7 +151,7 @@ class Closed:
     @property
     def good(self) -> bool:
         """Whether all rows are satisfied, within the precision of written lengths."""
-        return self.miss < WRITTEN
+        return self.miss < CLOSING_TOLERANCE
 
 
 def residual(linkage: Linkage, rows: Sequence[Rows], values: Array) -> Array:
@@ -176,9 +176,9 @@ def close(linkage: Linkage, rows: Sequence[Rows], values: Array, *, held: Sequen
         held: Columns that are fixed.
     """
     free = np.setdiff1d(np.arange(linkage.size), np.array(held, dtype=int))
-    rng, left = np.random.default_rng(0), max(EFFORT // max(len(linkage.joints), 1), LEAST_EFFORT)
+    rng, left = np.random.default_rng(0), max(MAX_EVALUATIONS // max(len(linkage.joints), 1), MIN_EVALUATIONS)
     best, used = _newton(linkage, rows, values, free, effort=left)
-    for _ in range(STARTS):
+    for _ in range(MAX_STARTS):
         left -= used
         if best.good or not len(free) or left <= 0:
             break
@@ -202,7 +202,7 @@ def _nearest(linkage: Linkage, rows: Sequence[Rows], values: Array, free: Array)
         lambda part: residual(linkage, rows, whole(part)),
         values[free],
         jac=lambda part: jacobian(linkage, rows, whole(part))[:, free],
-        max_nfev=max(EFFORT // (8 * max(len(linkage.joints), 1)), LEAST_EFFORT),
+        max_nfev=max(MAX_EVALUATIONS // (8 * max(len(linkage.joints), 1)), MIN_EVALUATIONS),
     )
     return Closed(values=whole(found.x), miss=float(np.abs(found.fun).max(initial=0.0)))
 
@@ -210,7 +210,7 @@ def _nearest(linkage: Linkage, rows: Sequence[Rows], values: Array, free: Array)
 def followed(linkage: Linkage, rows: Sequence[Rows], values: Array, *, held: Sequence[int] = ()) -> Closed:
     """Return values that satisfy the rows as well as possible, near those given: like `close`, from one start."""
     free = np.setdiff1d(np.arange(linkage.size), np.array(held, dtype=int))
-    return _newton(linkage, rows, values, free, effort=EFFORT)[0]
+    return _newton(linkage, rows, values, free, effort=MAX_EVALUATIONS)[0]
 
 
 def tracked(linkage: Linkage, rows: Sequence[Rows], values: Array, *, columns: Sequence[int]) -> Array:
@@ -223,7 +223,7 @@ def tracked(linkage: Linkage, rows: Sequence[Rows], values: Array, *, columns: S
         columns: Columns to adapt.
     """
     values, own = values.copy(), np.array(columns, dtype=int)
-    for _ in range(ROUNDS):
+    for _ in range(MAX_NEWTON_STEPS):
         step = solved(jacobian(linkage, rows, values)[:, own], -residual(linkage, rows, values))
         values[own] += np.clip(step, -LONGEST_STEP, LONGEST_STEP)
         if np.abs(step).max(initial=0.0) < CLOSE_ENOUGH:
@@ -240,10 +240,10 @@ def _newton(linkage: Linkage, rows: Sequence[Rows], values: Array, free: Array, 
     """
     values, used, slow = values.copy(), 1, 0
     missed = residual(linkage, rows, values)
-    for _ in range(ROUNDS):
+    for _ in range(MAX_NEWTON_STEPS):
         if not len(missed) or np.abs(missed).max() < CLOSE_ENOUGH * 1e-3 or not len(free):
             break
-        if used > effort or slow == PATIENCE:
+        if used > effort or slow == MAX_SLOW_STEPS:
             break
         step = solved(jacobian(linkage, rows, values)[:, free], -missed)
         step *= min(1.0, LONGEST_STEP / max(float(np.abs(step).max()), 1e-300))
@@ -259,7 +259,7 @@ def _newton(linkage: Linkage, rows: Sequence[Rows], values: Array, free: Array, 
         if size <= 1e-3:
             missed = residual(linkage, rows, values)
             break
-        slow = slow + 1 if np.linalg.norm(missed) > SLOW * before else 0
+        slow = slow + 1 if np.linalg.norm(missed) > MIN_REDUCTION * before else 0
         values = tried
     return Closed(values=values, miss=float(np.abs(missed).max(initial=0.0))), used
 
@@ -295,7 +295,7 @@ def turning(linkage: Linkage, rows: Sequence[Rows], values: Array, speeds: Array
     size = float(np.abs(speeds).max(initial=0.0))
     if size == 0.0 or not rows:
         return np.zeros(len(residual(linkage, rows, values)))
-    step = SMALL / size
+    step = DERIVATIVE_STEP / size
     ahead = jacobian(linkage, rows, values + step * speeds)
     behind = jacobian(linkage, rows, values - step * speeds)
     return np.asarray((ahead - behind) @ speeds / (2.0 * step))

@@ -20,7 +20,7 @@ from mjsim.geometry import Array
 if TYPE_CHECKING:  # Slow to load, and few signals need it.
     from scipy.interpolate import CubicSpline
 
-EARLY = 1e-9
+JUMP_TOLERANCE = 1e-9
 """A time this close before a jump counts as after it, since times of steps have rounding errors [s, periods]."""
 
 
@@ -75,7 +75,7 @@ class StepChange(TimeSignal):
 
     def _at(self, time: Array, order: int) -> Array:
         levels = (self.before, self.after) if order == 0 else (0.0, 0.0)
-        return np.where(time >= self.when - EARLY, levels[1], levels[0])
+        return np.where(time >= self.when - JUMP_TOLERANCE, levels[1], levels[0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,7 +94,7 @@ class Ramp(TimeSignal):
         since = time - self.start
         if order == 0:
             return np.asarray(self.before + self.slope * np.clip(since, 0.0, self.seconds))
-        during = (since >= -EARLY) & (since < self.seconds - EARLY)
+        during = (since >= -JUMP_TOLERANCE) & (since < self.seconds - JUMP_TOLERANCE)
         return np.where(during, self.slope, 0.0) if order == 1 else np.zeros(time.shape)
 
 
@@ -189,7 +189,7 @@ class Pulse(TimeSignal):
     def _at(self, time: Array, order: int) -> Array:
         if order > 0:
             return np.zeros(time.shape)
-        since = time - self.when + EARLY
+        since = time - self.when + JUMP_TOLERANCE
         within = since if self.every is None else np.mod(since, self.every)
         return np.asarray(self.offset + self.amplitude * ((since >= 0.0) & (within < self.width)), dtype=float)
 
@@ -258,7 +258,7 @@ class Random(TimeSignal):
     def _at(self, time: Array, order: int) -> Array:
         if order > 0:
             return np.zeros(time.shape)
-        number = np.floor(time / self.hold + EARLY).astype(np.int64)
+        number = np.floor(time / self.hold + JUMP_TOLERANCE).astype(np.int64)
         held = self._levels(int(number.max(initial=0)) + 1)[np.maximum(number, 0)]
         return self.offset + self.deviation * np.where(number >= 0, held, 0.0)
 
@@ -318,15 +318,15 @@ class Table(TimeSignal):
         if len(self.times) == 1:
             return np.full(time.shape, self.values[0] if order == 0 else 0.0)
         if self.repeat:
-            time = first + np.mod(time - first + EARLY, last - first)
+            time = first + np.mod(time - first + JUMP_TOLERANCE, last - first)
         found = self._inside(np.clip(time, first, last), order)
-        moving = (time >= first - EARLY) & (time < last - EARLY)
+        moving = (time >= first - JUMP_TOLERANCE) & (time < last - JUMP_TOLERANCE)
         return found if order == 0 else np.where(moving, found, 0.0)
 
     def _inside(self, time: Array, order: int) -> Array:
         if self._spline:
             return np.asarray(self._spline[0](time, order), dtype=float)
-        row = np.searchsorted(self.times, time + EARLY, side="right") - 1
+        row = np.searchsorted(self.times, time + JUMP_TOLERANCE, side="right") - 1
         if self.between == "hold":
             return np.asarray(self.values[row]) if order == 0 else np.zeros(time.shape)
         if order == 0:
@@ -337,4 +337,4 @@ class Table(TimeSignal):
 
 def _share(time: Array, frequency: float, phase: float) -> Array:
     """Return the position of a signal within its period, from 0 to 1."""
-    return np.asarray(np.mod(frequency * time + phase / (2.0 * np.pi) + EARLY, 1.0))
+    return np.asarray(np.mod(frequency * time + phase / (2.0 * np.pi) + JUMP_TOLERANCE, 1.0))

@@ -17,22 +17,22 @@ from scipy.special import roots_legendre
 from mjsim.geometry import Array
 from mjsim.mechanics.transforms import cross
 
-FINE = 40
+PIECES_PER_SPAN = 40
 """Number of pieces between two given points for measuring and drawing."""
-ROUND = 1440
+PIECES_PER_CIRCLE = 1440
 """Number of pieces of a circle or an ellipse."""
-STRAIGHT = 1e-9
+STRAIGHT_TOLERANCE = 1e-9
 """Maximum width of a straight curve, relative to its length."""
-ROUNDS = 30
+MAX_NEWTON_STEPS = 30
 """Maximum number of steps of Newton's method towards the nearest point."""
-CONVERGED = 1e-8
+STEP_TOLERANCE = 1e-8
 """A step towards the nearest point shorter than this, relative to the curve, is the last: its error is the square."""
 
 
 class SpaceCurve:
     """A smooth curve parametrised by arc length; an open one continues in straight lines beyond its ends."""
 
-    def __init__(self, points: Array, *, closed: bool, axis: Array, pieces: int = FINE) -> None:
+    def __init__(self, points: Array, *, closed: bool, axis: Array, pieces: int = PIECES_PER_SPAN) -> None:
         """Fit a cubic spline through points, and measure it.
 
         Args:
@@ -59,7 +59,7 @@ class SpaceCurve:
         self._marks: list[float] = along.tolist()
         self._cubes = list(np.moveaxis(self._spline.c, 1, 0))
         sizes, directions = np.linalg.svd(knots - knots.mean(axis=0), full_matrices=False)[1:]
-        self.axis: Array = axis / np.linalg.norm(axis) if sizes[1] < STRAIGHT * sizes[0] else directions[-1]
+        self.axis: Array = axis / np.linalg.norm(axis) if sizes[1] < STRAIGHT_TOLERANCE * sizes[0] else directions[-1]
         """The direction in which it is flattest, shape (3,): the normal of its plane if it is planar."""
 
     @classmethod
@@ -71,7 +71,7 @@ class SpaceCurve:
             up: Semi-axis along the second [m].
             axis: Normal of its plane, shape (3,); both directions follow from it as for a planar joint.
         """
-        turns = np.arange(ROUND) * 2.0 * math.pi / ROUND
+        turns = np.arange(PIECES_PER_CIRCLE) * 2.0 * math.pi / PIECES_PER_CIRCLE
         first, second = plane(axis)
         points = across * np.outer(np.cos(turns), first) + up * np.outer(np.sin(turns), second)
         return cls(points, closed=True, axis=axis, pieces=1)
@@ -123,14 +123,14 @@ class SpaceCurve:
 
     def follow(self, point: Array, along: float) -> float:
         """Return the arc length near another at which it is perpendicular to the line to a point, shape (3,) [m]."""
-        for _ in range(ROUNDS):
+        for _ in range(MAX_NEWTON_STEPS):
             place, tangent, bend = self.at(along)
             away = point - place
             grows = float(tangent @ tangent - bend @ away)
             # Past the centre of its bend the nearest point is far away; stay with the tangent there.
             step = float(tangent @ away) / (grows if grows > 0.1 else float(tangent @ tangent))
             along += min(max(step, -self.length / 20.0), self.length / 20.0)
-            if abs(step) < CONVERGED * self.length:
+            if abs(step) < STEP_TOLERANCE * self.length:
                 break
         return along
 

@@ -16,13 +16,13 @@ from mjsim.geometry import Array
 TOLERANCE = 1e-6
 """Tolerance of asymmetry and of negative eigenvalues, after scaling every variance to 1; filters in double precision
 stay far below it."""
-SINGLE = 1e-3
+SINGLE_TOLERANCE = 1e-3
 """The same for arrays in single precision or less."""
-_FLOOR, _SHARE = 1e-4, 1e-9
+_MIN_DEVIATION, _MIN_DEVIATION_RATIO = 1e-4, 1e-9
 """Minimum standard deviation for scaling rows [m, rad], and relative to the largest one: after a measurement without
 error, a variance is only rounding error of either sign."""
 _SQUARE = TOLERANCE**2
-_SLACK = 1e-15
+_DETERMINANT_TOLERANCE = 1e-15
 """Tolerance of the determinant of a 3 x 3 covariance with variances of 1: that of a singular one is zero except for
 rounding."""
 
@@ -93,13 +93,13 @@ def _good_by_minors3(
         _good_by_minors2(a, p, p2, b)
         and _good_by_minors2(a, q, q2, c)
         and _good_by_minors2(b, r, r2, c)
-        and a * (b * c - r * r2) - p * (p2 * c - r * q2) + q * (p2 * r2 - b * q2) >= -_SLACK * a * b * c
+        and a * (b * c - r * r2) - p * (p2 * c - r * q2) + q * (p2 * r2 - b * q2) >= -_DETERMINANT_TOLERANCE * a * b * c
     )
 
 
 def _check_entries(label: str, P: Array, *, tolerance: float) -> None:
     """Check that a finite matrix is symmetric and positive semidefinite within a tolerance; raises Unfit otherwise."""
-    least = max(_FLOOR, _SHARE * math.sqrt(float(np.abs(P).max())))
+    least = max(_MIN_DEVIATION, _MIN_DEVIATION_RATIO * math.sqrt(float(np.abs(P).max())))
     deviations = np.maximum(np.sqrt(np.abs(P.diagonal())), least)
     scaled = P / deviations[:, None] / deviations
     asymmetry = np.abs(scaled - scaled.T)
@@ -128,7 +128,7 @@ def _has_cholesky(S: Array, tolerance: float) -> bool:
 
 def _tolerance(value: ArrayLike) -> float:
     kind = getattr(value, "dtype", None)
-    return SINGLE if kind is not None and kind.kind == "f" and kind.itemsize < 8 else TOLERANCE
+    return SINGLE_TOLERANCE if kind is not None and kind.kind == "f" and kind.itemsize < 8 else TOLERANCE
 
 
 def _array(label: str, value: ArrayLike) -> NDArray[Any]:

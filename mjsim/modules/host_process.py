@@ -19,9 +19,9 @@ HANDLED = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP"
 """Signals whose handlers are restored."""
 _SUBREAPER = 36
 """PR_SET_CHILD_SUBREAPER of Linux: orphaned descendants become children of this process."""
-_ROUNDS = 20
+_MAX_KILL_ROUNDS = 20
 """Maximum number of searches for descendants: while they are killed they may start others."""
-_NAMED = 3
+_MAX_NAMED_PROCESSES = 3
 """Number of processes that the message names."""
 
 
@@ -95,14 +95,14 @@ def _children_ended() -> Iterator[None]:
         finally:
             if ended := Counter(_ended(before)):
                 named = [name if count == 1 else f"{name} ({count})" for name, count in sorted(ended.items())]
-                more = f" and {len(named) - _NAMED} more" if len(named) > _NAMED else ""
-                say(f"ended what modules left running: {', '.join(named[:_NAMED])}{more}")
+                more = f" and {len(named) - _MAX_NAMED_PROCESSES} more" if len(named) > _MAX_NAMED_PROCESSES else ""
+                say(f"ended what modules left running: {', '.join(named[:_MAX_NAMED_PROCESSES])}{more}")
 
 
 def _ended(before: set[int]) -> list[str]:
     """Kill the children of this process except some, until there are no more; return their names."""
     names = []
-    for _ in range(_ROUNDS):
+    for _ in range(_MAX_KILL_ROUNDS):
         found = [(pid, name) for pid, name in _children() if pid not in before]
         for pid, name in found:
             with suppress(OSError):

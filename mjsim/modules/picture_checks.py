@@ -14,9 +14,9 @@ from mjsim.errors import Problem
 from mjsim.models import note, noted, shown_size
 from mjsim.world import Camera, World, problems_at
 
-NEAREST = 1.0
+MIN_RECOGNITION_DISTANCE = 1.0
 """Distance to which at least one camera must recognise a picture [m]."""
-CACHED = 8
+CACHE_SIZE = 8
 """Number of sets of pictures whose quality is cached."""
 
 
@@ -114,9 +114,9 @@ def _confusion(like: tuple[str, float] | None) -> str | None:
 
 def _nearness(distance: float, width: float) -> str | None:
     """Return what is wrong with a picture of a width [m] that is recognised up to a distance [m]."""
-    if distance >= NEAREST:
+    if distance >= MIN_RECOGNITION_DISTANCE:
         return None
-    needed = math.ceil(100.0 * width * NEAREST / distance) / 100.0
+    needed = math.ceil(100.0 * width * MIN_RECOGNITION_DISTANCE / distance) / 100.0
     return (
         f"is recognised only up to {distance:.2f} m by the cameras here;"
         f" make it {needed:.2f} m wide, or give a camera more pixels or a narrower view"
@@ -140,7 +140,7 @@ def _qualities(world: World, images: Mapping[str, str]) -> Mapping[str, _Quality
     return cached
 
 
-@lru_cache(maxsize=CACHED)
+@lru_cache(maxsize=CACHE_SIZE)
 def _cached(digests: tuple[str, ...]) -> dict[str, _Quality]:
     """Return the cache entry of a set of pictures: a dictionary, empty at first."""
     return {}

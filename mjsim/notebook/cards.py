@@ -17,9 +17,9 @@ from mjsim.sim import Simulation
 from mjsim.sweep import Sweep, key_lines
 from mjsim.world import World
 
-MOST = 30
+MAX_ROWS = 30
 """Maximum number of rows of a table, and of lines of a text."""
-LONGEST = 60
+MAX_CHARACTERS = 60
 """Maximum length of a text in a cell [characters]."""
 Row = Sequence[object]
 
@@ -103,8 +103,8 @@ def _errors(track: Track) -> Iterator[tuple[str, str]]:
 def _card(picture: str, title: str, rows: Iterable[Row], *, heads: Row = ()) -> str:
     """Return a picture with a table beside it."""
     rows = list(rows)
-    left = len(rows) - MOST
-    shown = [*rows[:MOST], *([("...", f"{left} more")] if left > 0 else [])]
+    left = len(rows) - MAX_ROWS
+    shown = [*rows[:MAX_ROWS], *([("...", f"{left} more")] if left > 0 else [])]
     lines = "".join(_row(row, "td") for row in shown)
     table = f"<table>{_row(heads, 'th') if heads else ''}{lines}</table>"
     style = "display:flex;flex-wrap:wrap;gap:1em;align-items:flex-start"
@@ -117,12 +117,12 @@ def _row(cells: Row, tag: str) -> str:
 
 def _cell(value: object) -> str:
     text = one_line(str(value))
-    return escape(text if len(text) <= LONGEST else f"{text[:LONGEST]}...")
+    return escape(text if len(text) <= MAX_CHARACTERS else f"{text[:MAX_CHARACTERS]}...")
 
 
 def _text(title: str, lines: Iterable[str]) -> str:
     """Return lines in columns, as a terminal shows them."""
-    shown = list(islice(lines, MOST + 1))
-    if len(shown) > MOST:
-        shown[MOST] = "..."
+    shown = list(islice(lines, MAX_ROWS + 1))
+    if len(shown) > MAX_ROWS:
+        shown[MAX_ROWS] = "..."
     return f"<b>{_cell(title)}</b><pre>{escape(chr(10).join(shown))}</pre>"

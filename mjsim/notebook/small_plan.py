@@ -9,11 +9,11 @@ from mjsim.geometry import Array
 from mjsim.plan import PlanItem, SvgPlan, bounds_of
 from mjsim.record import Track
 
-SIDE = 90.0
+LONGER_SIDE = 90.0
 """Length of the longer side of the picture [mm]."""
 MARGIN = 0.04
 """Margin around everything, as a fraction of the longer side."""
-POINTS = 300
+MAX_POINTS = 300
 """Maximum number of points of a path."""
 
 
@@ -25,7 +25,7 @@ def svg_of(shapes: Iterable[PlanItem], tracks: Iterable[Track] = ()) -> str:
         return ""
     bounds = bounds_of([*shapes, *truths])
     side = float(np.ptp(bounds, axis=0).max())
-    plan = SvgPlan(bounds + np.array([[-1.0], [1.0]]) * MARGIN * side, ratio=1000.0 * side / SIDE)
+    plan = SvgPlan(bounds + np.array([[-1.0], [1.0]]) * MARGIN * side, ratio=1000.0 * side / LONGER_SIDE)
     paths = [path for track, truth in zip(tracks, truths, strict=True) for path in _paths(track, truth, bounds)]
     plan.draw([*shapes, *paths])
     svg = plan.data().decode().partition("?>")[2]
@@ -44,5 +44,5 @@ def _paths(track: Track, truth: PlanItem, bounds: Array) -> Sequence[PlanItem]:
 def _path(role: str, poses: Array) -> PlanItem:
     """Return the known part of a path as a line, poses of shape (N, 3)."""
     known = poses[np.isfinite(poses).all(axis=1), :2]
-    rows = np.unique(np.linspace(0, max(len(known) - 1, 0), POINTS).astype(int))
+    rows = np.unique(np.linspace(0, max(len(known) - 1, 0), MAX_POINTS).astype(int))
     return PlanItem(role=role, kind="line", parts=(known[rows[: len(known)]],))

@@ -41,7 +41,7 @@ PARENTS: Mapping[str, str | None] = {
 
 HAND_BESIDE = 0.025
 """Distance of the middle of a hanging hand from the side of the hips [m]; assumed."""
-LEAST_ABDUCTION, ELBOW_AT_EASE = math.radians(3.0), math.radians(12.0)
+MIN_ABDUCTION, ELBOW_AT_EASE = math.radians(3.0), math.radians(12.0)
 """Minimum angle of hanging arms from the trunk, and relaxed elbow flexion [rad]; assumed."""
 
 
@@ -131,7 +131,7 @@ class Figure:
         thorax = self.poses()["thorax"][:3, 3] + shoulder.at
         height = thorax[2] - self.segments["pelvis"].at[2]
         abduction = math.atan2(hip.at[1] + HAND_BESIDE - thorax[1], height)
-        angles = {"shoulder_abduction": max(abduction, LEAST_ABDUCTION), "elbow_flexion": ELBOW_AT_EASE}
+        angles = {"shoulder_abduction": max(abduction, MIN_ABDUCTION), "elbow_flexion": ELBOW_AT_EASE}
         return self.values({f"{side}_{name}": angle for side in SIDES for name, angle in angles.items()})
 
     def values(self, angles: Mapping[str, float]) -> Array:

@@ -31,13 +31,13 @@ BALL_FROM_HEEL = 0.72
 THUMB_TIP = 0.62
 """Distance from the wrist to the tip of the thumb when it touches the index finger, as a fraction of hand length;
 assumed."""
-GRIP = 0.80
+GRIP_POSITION = 0.80
 """Distance from the wrist to the centre of the fist, as a fraction of palm length; assumed."""
-SPINE = 0.30
+SPINE_POSITION = 0.30
 """Distance of the joints of the spine from the back, as a fraction of the trunk's depth; assumed."""
 PUPIL_BEHIND = 0.015
 """Distance of the pupils behind the glabella [m]; assumed."""
-LEAST = 0.005
+MIN_LENGTH = 0.005
 """Minimum length between landmarks [m]."""
 
 
@@ -109,7 +109,7 @@ def _derived(m: Measures) -> dict[str, float]:
         "palm": (m["hand_length"] - m["palm_length"], "palm_length"),
     }
     for length, measure in found.values():
-        if length < LEAST:
+        if length < MIN_LENGTH:
             raise MeasureError(measure, f"{measure} is {m[measure]:.4g} m, which is impossible with the other measures")
     return {name: length for name, (length, _) in found.items()}
 
@@ -123,10 +123,14 @@ def _joints(m: Measures, derived: Mapping[str, float]) -> dict[str, Vector3]:
     elbow = shoulder[2] - m["upper_arm_length"]
     return {
         "pelvis": (0.0, 0.0, hip),
-        "abdomen": (back + SPINE * m["waist_depth"], 0.0, omphalion),
-        "thorax": (back + SPINE * m["chest_depth"], 0.0, xiphion),
-        "neck": (back + SPINE * m["chest_depth"], 0.0, cervicale),
-        "head": (back + SPINE * m["chest_depth"] + 0.5 * derived["neck"], 0.0, m["stature"] - m["tragion_to_vertex"]),
+        "abdomen": (back + SPINE_POSITION * m["waist_depth"], 0.0, omphalion),
+        "thorax": (back + SPINE_POSITION * m["chest_depth"], 0.0, xiphion),
+        "neck": (back + SPINE_POSITION * m["chest_depth"], 0.0, cervicale),
+        "head": (
+            back + SPINE_POSITION * m["chest_depth"] + 0.5 * derived["neck"],
+            0.0,
+            m["stature"] - m["tragion_to_vertex"],
+        ),
         "left_upper_arm": (0.0, shoulder[1], elbow + derived["upper_arm"]),
         "left_forearm": (0.0, shoulder[1], elbow),
         "left_hand": (0.0, shoulder[1], elbow - m["forearm_length"]),
@@ -179,7 +183,7 @@ def _of_arm(m: Measures, derived: Mapping[str, float], joints: Mapping[str, Vect
         "left_elbow_behind": Spot("left_forearm", (x, y, elbow + derived["elbow_behind"])),
         "left_stylion": Spot("left_forearm", (x + 0.027, y, wrist)),
         "left_palm_end": Spot("left_hand", (x, y, wrist - m["palm_length"])),
-        "left_grip": Spot("left_hand", (x, y - 0.025, wrist - GRIP * m["palm_length"])),
+        "left_grip": Spot("left_hand", (x, y - 0.025, wrist - GRIP_POSITION * m["palm_length"])),
         "left_thumb_tip": Spot("left_hand", (x + 0.03, y, wrist - THUMB_TIP * hand)),
         "left_fingertip": Spot("left_hand", (x, y, wrist - hand)),
     }

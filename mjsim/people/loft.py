@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array
 
-AROUND = 24
+RING_POINTS = 24
 """Number of points of a ring."""
-ALONG = 4
+INTERPOLATED_RINGS = 4
 """Number of rings interpolated between two given ones."""
-DOME = 4
+DOME_RINGS = 4
 """Number of rings of a rounded end."""
 
 
@@ -66,15 +66,17 @@ def loft(rings: Sequence[Ring], *, start: float, end: float) -> Mesh:
     table = np.array(
         [[r.along, r.front, r.back, r.left, r.left if r.right is None else r.right, r.square] for r in given]
     )
-    places = np.interp(np.arange((len(given) - 1) * ALONG + 1) / ALONG, np.arange(len(given)), table[:, 0])
+    places = np.interp(
+        np.arange((len(given) - 1) * INTERPOLATED_RINGS + 1) / INTERPOLATED_RINGS, np.arange(len(given)), table[:, 0]
+    )
     smooth = np.column_stack([places, PchipInterpolator(table[:, 0], table[:, 1:], axis=0)(places)])
     return _skin(np.concatenate([_dome(smooth[0], -start)[::-1], smooth, _dome(smooth[-1], end)]))
 
 
 def _dome(ring: Array, reach: float) -> Array:
     """Return rings that round off an end, shape (DOME, 6)."""
-    angles = np.linspace(0.0, np.pi / 2, DOME + 1)[1:]
-    found = np.tile(ring, (DOME, 1))
+    angles = np.linspace(0.0, np.pi / 2, DOME_RINGS + 1)[1:]
+    found = np.tile(ring, (DOME_RINGS, 1))
     found[:, 0] += reach * np.sin(angles)
     middle = (ring[1] - ring[2]) / 2, (ring[3] - ring[4]) / 2
     # A ring at the tip has almost no size, and is centred in its oval.
@@ -86,7 +88,7 @@ def _dome(ring: Array, reach: float) -> Array:
 
 
 def _skin(rings: Array) -> Mesh:
-    angles = np.arange(AROUND) * (2 * np.pi / AROUND)
+    angles = np.arange(RING_POINTS) * (2 * np.pi / RING_POINTS)
     c, s = np.cos(angles), np.sin(angles)
     along, front, back, left, right, square = (rings[:, [k]] for k in range(6))
     power = 2.0 / square
@@ -94,19 +96,19 @@ def _skin(rings: Array) -> Mesh:
     y = np.where(s >= 0, left, right) * np.sign(s) * np.abs(s) ** power
     body = np.stack([x, y, np.broadcast_to(along, x.shape)], axis=-1)
     tips = body[[0, -1]].mean(axis=1)
-    count = len(rings) * AROUND
+    count = len(rings) * RING_POINTS
     return Mesh(np.concatenate([body.reshape(-1, 3), tips]), _faces(len(rings), count))
 
 
 @cache
 def _faces(rows: int, count: int) -> NDArray[np.int32]:
-    index = np.arange(AROUND)
-    after = (index + 1) % AROUND
+    index = np.arange(RING_POINTS)
+    after = (index + 1) % RING_POINTS
     found = [np.stack([index * 0 + count, after, index], axis=-1)]
     for row in range(rows - 1):
-        low, high = row * AROUND, (row + 1) * AROUND
+        low, high = row * RING_POINTS, (row + 1) * RING_POINTS
         found.append(np.stack([low + index, low + after, high + after], axis=-1))
         found.append(np.stack([low + index, high + after, high + index], axis=-1))
-    last = (rows - 1) * AROUND
+    last = (rows - 1) * RING_POINTS
     found.append(np.stack([index * 0 + count + 1, last + index, last + after], axis=-1))
     return np.concatenate(found).astype(np.int32)

@@ -18,7 +18,7 @@ OUTSIDE: Mapping[str, str] = {
     "span": "the shoulder blades move inwards when arms are raised sideways, and a figure has no joint there",
 }
 """Measures that a figure does not reproduce, each with the reason."""
-FARTHEST = 5.0
+MAX_SIGMAS = 5.0
 """Maximum deviation of a measure from its expectation given the others, in standard deviations."""
 
 
@@ -130,7 +130,7 @@ _PEOPLE: Mapping[Sex, str] = {"female": "women", "male": "men"}
 
 
 def _check_deviation(name: str, value: float, mean: float, sd: float, whose: str) -> None:
-    low, high = mean - FARTHEST * sd, mean + FARTHEST * sd
+    low, high = mean - MAX_SIGMAS * sd, mean + MAX_SIGMAS * sd
     if not low <= value <= high:
         unit = "kg" if name == "weight" else "m"
         raise MeasureError(name, f"{name} is {value:g} {unit}; {whose} it lies between {low:.3g} and {high:.3g} {unit}")

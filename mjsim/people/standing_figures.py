@@ -13,9 +13,9 @@ Ground = Callable[[Array], float]
 """Height of the ground at a point, world frame, shape (2,) [m]."""
 STEEPEST = math.radians(20.0)
 """Steeper ground under a foot is an edge, not a slope [rad]; assumed."""
-BESIDE = 0.03
+SLOPE_BASELINE = 0.03
 """Distance from the centreline of a sole at which the lateral slope is measured [m]; assumed."""
-BEND = 0.2
+MAX_LEG_SHORTENING = 0.2
 """Maximum shortening of a leg [m]; assumed."""
 
 
@@ -46,7 +46,7 @@ def stand(
     rooms = {side: _room(figure, values, root, ground, side) for side in SIDES}
     lower = max(rooms, key=rooms.__getitem__)
     for side, room in rooms.items():
-        if 0.0 < (by := rooms[lower] - room) <= BEND:
+        if 0.0 < (by := rooms[lower] - room) <= MAX_LEG_SHORTENING:
             _turn(figure, values, names, _bend(figure, values, side, by), held)
     root[2, 3] -= min(_room(figure, values, root, ground, side) for side in SIDES)
     return values, root
@@ -60,7 +60,9 @@ def _slopes(figure: Figure, values: Array, root: Array, ground: Ground, side: st
     middle, left = (heel + ball) / 2, np.array([-ahead[1], ahead[0]])
     outward = left if side == "left" else -left
     up = math.atan2(ground(ball) - ground(heel), float(np.linalg.norm(ball - heel)))
-    out = math.atan2(ground(middle + BESIDE * outward) - ground(middle - BESIDE * outward), 2 * BESIDE)
+    out = math.atan2(
+        ground(middle + SLOPE_BASELINE * outward) - ground(middle - SLOPE_BASELINE * outward), 2 * SLOPE_BASELINE
+    )
     turns = {f"{side}_ankle_flexion": up, f"{side}_ankle_inversion": -out}
     return {name: turn for name, turn in turns.items() if abs(turn) <= STEEPEST}
 

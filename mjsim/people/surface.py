@@ -16,7 +16,7 @@ from mjsim.people.loft import Mesh, Ring, loft
 DENSITY = 1050.0
 """Density of limbs [kg/m^3]: between 1040 for the thigh and 1130 for forearm and lower leg; Winter, Biomechanics and
 Motor Control of Human Movement (2009), table 4.1."""
-ROUNDS = 3
+FIT_ITERATIONS = 3
 """Number of iterations in which the thickness of a limb is fitted to its volume."""
 
 
@@ -75,7 +75,7 @@ def _filled(figure: Figure, segment: str, make: Callable[[float], Mesh]) -> tupl
         make: Returns its surface for a thickness [m].
     """
     volume, thickness = figure.segments[segment].solid.mass / DENSITY, 0.05
-    for _ in range(ROUNDS):
+    for _ in range(FIT_ITERATIONS):
         thickness *= (volume / make(thickness).volume()) ** 0.5
     return (make(thickness),)
 

@@ -15,19 +15,21 @@ from mjsim.world import World
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-POINTS = 72.0 / 25.4
+POINTS_PER_MM = 72.0 / 25.4
 """Points per millimetre."""
-PLOT = 180.0
+PLOT_WIDTH = 180.0
 """Assumed width of a plan within a plot [mm]."""
-MOVING = ("robot/", "lamp/")
+MOVING_FRAMES = ("robot/", "lamp/")
 """Frames of what plots of paths leave out."""
 
 
 def draw_plan(axes: "Axes", world: World) -> None:
     """Draw the plan of a world below everything else in a plot: walls, doors, obstacles, beacons."""
-    shapes = [shape for shape in world_shapes(world) if not shape.frame.startswith(MOVING) and shape.role != "lamp"]
+    shapes = [
+        shape for shape in world_shapes(world) if not shape.frame.startswith(MOVING_FRAMES) and shape.role != "lamp"
+    ]
     if shapes:
-        draw_shapes(axes, shapes, metres=float(np.ptp(bounds_of(shapes), axis=0).max()) / PLOT)
+        draw_shapes(axes, shapes, metres=float(np.ptp(bounds_of(shapes), axis=0).max()) / PLOT_WIDTH)
         axes.autoscale_view()
     if world.beacons:
         axes.plot([], [], color=INKS["beacon"].light, lw=2.5, label="beacons")
@@ -41,7 +43,7 @@ def draw_shapes(axes: "Axes", shapes: Iterable[PlanItem], *, metres: float, them
     for shape in shapes:
         paint, parts = shape.paint(theme), [part for part in shape.placed(metres) if len(part)]
         ink, fill = (None if each is None else hex_of(each) for each in (paint.line, paint.fill))
-        width = paint.width * POINTS
+        width = paint.width * POINTS_PER_MM
         # Dashes are multiples of the line's width.
         style = (0.0, (paint.dash / paint.width, paint.dash / paint.width / 2)) if paint.dash else "solid"
         if shape.kind == "dots":
@@ -85,7 +87,7 @@ def pdf_plan(
         x, y = (each.at + each.side * away).tolist()
         side = "center" if abs(each.side[0]) < 0.5 else "left" if each.side[0] > 0.0 else "right"
         ink = hex_of(blend(color(each.ink, theme), color("ink", theme), 0.5))
-        axes.text(x, y, each.text, size=each.size * POINTS, color=ink, ha=side, va="center")
+        axes.text(x, y, each.text, size=each.size * POINTS_PER_MM, color=ink, ha=side, va="center")
     buffer = io.BytesIO()
     with rc_context({"pdf.fonttype": 42}):
         figure.savefig(buffer, format="pdf", metadata={"CreationDate": None})

@@ -30,11 +30,11 @@ from mjsim.world import (
     world_from_obstacle,
 )
 
-CUT = 1.0
+SECTION_HEIGHT = 1.0
 """Height of the section [m]: through windows and doors, above tables and benches."""
-SWING = 90.0
+SWING_ANGLE = 90.0
 """Angle of the swing arc of a closed door, unless its limit is below [deg]."""
-LEAST_ROBOT = 1.0
+MIN_ROBOT = 1.0
 """Minimum radius of a drawn robot [mm]."""
 HEAD = np.array([[0.0, 0.0], [-1.6, 0.6], [-1.6, -0.6]])
 """Head of an arrow, its tip at the origin [mm]."""
@@ -61,9 +61,13 @@ def world_shapes(world: World) -> list[PlanItem]:
 
 
 def wall_shapes(world: World, *, low: bool) -> Iterator[PlanItem]:
-    """Yield the section of each wall at `CUT`, or its parts that end below: low walls, and parts below windows."""
+    """Yield the section of each wall at `SECTION_HEIGHT`, or parts that end below: low walls, parts below windows."""
     for pieces in solid_pieces(world.walls):
-        parts = [piece.outline for piece in pieces if (piece.high <= CUT if low else piece.low <= CUT < piece.high)]
+        parts = [
+            piece.outline
+            for piece in pieces
+            if (piece.high <= SECTION_HEIGHT if low else piece.low <= SECTION_HEIGHT < piece.high)
+        ]
         if parts:
             yield PlanItem(role="low wall" if low else "wall", parts=parts)
 
@@ -101,9 +105,9 @@ def obstacle_shapes(item: Obstacle, name: str) -> Iterator[PlanItem]:
     place = world_from_obstacle(item)
     frame = "" if stays(item) else f"obstacle/{name}"
     movable = "obstacle" if stays(item) else "movable"
-    role = "hanging" if item.elevation > CUT else movable
+    role = "hanging" if item.elevation > SECTION_HEIGHT else movable
     outline = place.inverse().transform(footprint(item))
-    level = 0.6 if top(item) < CUT else 1.0
+    level = 0.6 if top(item) < SECTION_HEIGHT else 1.0
 
     def shape(role: str, *parts: Array, line: bool = False, symbol: bool = False, at: Pose = ORIGIN) -> PlanItem:
         return PlanItem(
@@ -143,12 +147,12 @@ def leaf_path(leaf: Leaf, angle_deg: float) -> Array:
 
 
 def swing(world: World, leaf: Leaf) -> float:
-    """Return the drawn swing of a door [deg]: as an event opens it, or its initial angle if that is above `SWING`."""
+    """Return the drawn swing of a door [deg]: as an event opens it, or its initial angle if above `SWING_ANGLE`."""
     opened = [event for event in world.run.events if isinstance(event, OpenEvent) and event.open == leaf.name]
     if opened:
         return max((event.angle_deg for event in opened), key=abs)
     standing = leaf.door.angle_deg
-    return math.copysign(max(abs(standing), min(SWING, leaf.door.limit_deg)), standing)
+    return math.copysign(max(abs(standing), min(SWING_ANGLE, leaf.door.limit_deg)), standing)
 
 
 def _lamps(world: World) -> Iterator[PlanItem]:
@@ -168,7 +172,7 @@ def _robot(robot: Robot) -> Iterator[PlanItem]:
     nose = Pose(float(np.max(outline[:, 0])), 0.0, 0.0)
     body = PlanItem(
         role="robot", parts=(outline,), place=place, of=robot.name, frame=f"robot/{robot.name}",
-        tint=robot.body.color, least=LEAST_ROBOT,
+        tint=robot.body.color, least=MIN_ROBOT,
     )  # fmt: skip
     yield body
     shaft = replace(body, role="heading", kind="line", parts=(np.array([[0.0, 0.0], [nose.x, 0.0]]),), least=0.0)

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mjsim.plan.plan_items import LEAST_ROBOT, leaf_path
+from mjsim.plan.plan_items import MIN_ROBOT, leaf_path
 from mjsim.plan.shapes import Words
 from mjsim.world import Obstacle, RampObstacle, StepsObstacle, Wall, World, footprint, hung, leaves, stays
 
@@ -28,7 +28,7 @@ def _robots(world: World) -> Iterator[Words]:
     for robot in world.robots:
         reach = (robot.body.radius,) * 2
         yield Words(
-            text=robot.name, at=np.array(robot.at), side=BELOW, reach=reach, gap=LEAST_ROBOT, ink="ink", size=2.8,
+            text=robot.name, at=np.array(robot.at), side=BELOW, reach=reach, gap=MIN_ROBOT, ink="ink", size=2.8,
             moves=True,
         )  # fmt: skip
 

@@ -18,7 +18,7 @@ LED = "grip"
 """The landmark of a hand that is moved."""
 PELVIS = "pelvis"
 """The segment that stays fixed."""
-LIMB, TRUNK = 0.2, 1.0
+LIMB_WEIGHT, TRUNK_WEIGHT = 0.2, 1.0
 """Weights of deviations by the whole range: a hand is moved mainly by its arm, and by the trunk if necessary."""
 
 
@@ -48,8 +48,8 @@ def lead_hands(figure: Figure, values: Array, root: Array, hands: Mapping[str, A
     before[own] = values
     lower, upper = limits(model)
     span = upper - lower
-    weights = np.divide(LIMB, span, out=np.zeros_like(span), where=span > 0.0)
-    weights[[names.index(name) for name in figure.joints if not name.startswith(SIDES)]] *= TRUNK / LIMB
+    weights = np.divide(LIMB_WEIGHT, span, out=np.zeros_like(span), where=span > 0.0)
+    weights[[names.index(name) for name in figure.joints if not name.startswith(SIDES)]] *= TRUNK_WEIGHT / LIMB_WEIGHT
     contacts = [PointContact(name=side, site=f"{side}_{LED}", target=target) for side, target in hands.items()]
     preference = Preference(values=before, weights=weights)
     if len(contacts) == 1 and _is_beyond(model, contacts[0]):

@@ -18,24 +18,24 @@ from mjsim.posture.posture_contacts import Contact
 
 TOUCH = 1e-4
 """Contacts with smaller errors hold [m, rad]."""
-LOOSE = 20.0
+RELAXED_WEIGHT = 20.0
 """Weight of a relaxed contact, relative to 1 for a joint's deviation by its whole range."""
-FIRM = (20.0, 200.0, 2e3)
+CONTACT_WEIGHTS = (20.0, 200.0, 2e3)
 """Successive weights of a contact that holds: a stiff one from the start would make the posture creep along a curved
 valley."""
-FIRMEST = (20.0, 200.0, 2e3, 2e4)
+STRICT_CONTACT_WEIGHTS = (20.0, 200.0, 2e3, 2e4)
 """Successive weights of contacts that must hold against relaxed ones."""
-FREE = 0.01
+FREE_JOINT_WEIGHT = 0.01
 """Weight of a free joint relative to others."""
-SATURATION = 0.05
+MAX_ERROR = 0.05
 """Larger errors pull no harder than one of this size [m, rad]."""
 STEPS = 80
 """Maximum number of steps for each weight."""
-SMALL = 1e-6
+MIN_IMPROVEMENT = 1e-6
 """Relative improvement below which the iteration stops."""
 LONGEST_STEP = 0.5
 """Maximum step of a joint [rad] or a slide [m]: beyond it the contacts are far from linear."""
-DAMPING = 1e-6, 1e9
+DAMPING_LIMITS = 1e-6, 1e9
 """Minimum damping, and the damping at which the search stops."""
 
 
@@ -85,14 +85,14 @@ class _ContactTask(mink.Task):
         return self._contact.jacobian(state) * math.sqrt(self._share(self._contact.error(state)))
 
     def loss(self, configuration: mink.Configuration) -> float:
-        """Return the weighted squared error, which grows linearly beyond an error of `SATURATION` (Huber's loss)."""
+        """Return the weighted squared error, which grows linearly beyond an error of `MAX_ERROR` (Huber's loss)."""
         error = self._contact.error((configuration.model, configuration.data))
         saturated = float(np.linalg.norm(error)) * self._share(error)
         return float(self.cost[0] ** 2 * saturated * (2.0 * np.linalg.norm(error) - saturated))
 
     def _share(self, error: Array) -> float:
         """Return the factor on the squared error that keeps distant targets from distorting the posture."""
-        return min(1.0, SATURATION / max(float(np.linalg.norm(error)), SATURATION))
+        return min(1.0, MAX_ERROR / max(float(np.linalg.norm(error)), MAX_ERROR))
 
 
 def range_preference(model: mujoco.MjModel, preferred: Mapping[str, float], *, free: Sequence[str] = ()) -> Preference:
@@ -101,14 +101,14 @@ def range_preference(model: mujoco.MjModel, preferred: Mapping[str, float], *, f
     Args:
         model: A model with only hinges and slides as joints.
         preferred: Values by joint; the others prefer the value in their range closest to 0.
-        free: Joints that may have any value; they have weight `FREE`, so that there is a unique optimum.
+        free: Joints that may have any value; they have weight `FREE_JOINT_WEIGHT`, so that there is a unique optimum.
     """
     lower, upper = limits(model)
     values = np.array([preferred.get(model.joint(number).name, 0.0) for number in range(model.njnt)])
     span = upper - lower
     weights = np.where(np.isfinite(span) & (span > 0.0), 1.0 / np.where(span > 0.0, span, 1.0), 0.0)
     names = [model.joint(number).name for number in range(model.njnt)]
-    weights = np.where([name in free for name in names], FREE * weights, weights)
+    weights = np.where([name in free for name in names], FREE_JOINT_WEIGHT * weights, weights)
     return Preference(values=np.clip(values, lower, upper), weights=weights)
 
 
@@ -147,7 +147,7 @@ def solve_posture(
     if not held:
         values = preference.values
     loose = [contact for contact in contacts if contact not in held]
-    final = _descend(configuration, held, preference, values, firm=FIRMEST, loose=loose)
+    final = _descend(configuration, held, preference, values, firm=STRICT_CONTACT_WEIGHTS, loose=loose)
     short = tuple(contact.name for contact in contacts if final.errors[contact.name] > TOUCH)
     return Solution(values=final.values, errors=final.errors, missed=short, steps=steps + final.steps)
 
@@ -164,7 +164,7 @@ def stretch_posture(
         preference: Determines the posture where these leave a choice.
         start: Initial values, shape (nq,).
     """
-    firm = FIRMEST if contacts else FIRMEST[:1]
+    firm = STRICT_CONTACT_WEIGHTS if contacts else STRICT_CONTACT_WEIGHTS[:1]
     found = _descend(mink.Configuration(model), contacts, preference, start, firm=firm, loose=[aim])
     missed = tuple(name for name in found.missed if name != aim.name)
     return Solution(values=found.values, errors=found.errors, missed=missed, steps=found.steps)
@@ -192,7 +192,7 @@ def _descend(
     preference: Preference,
     start: Array,
     *,
-    firm: Sequence[float] = FIRM,
+    firm: Sequence[float] = CONTACT_WEIGHTS,
     loose: Sequence[Contact] = (),
 ) -> Solution:
     """Return the result of Levenberg-Marquardt steps from a start, with increasing weights of the contacts."""
@@ -203,7 +203,9 @@ def _descend(
     steps = 0
     for weight in firm:
         held = [_ContactTask(contact, weight) for contact in contacts]
-        steps += _minimise(configuration, posture, [*held, *(_ContactTask(contact, LOOSE) for contact in loose)])
+        steps += _minimise(
+            configuration, posture, [*held, *(_ContactTask(contact, RELAXED_WEIGHT) for contact in loose)]
+        )
     state = model, configuration.data
     errors = {each.name: float(np.linalg.norm(each.error(state))) for each in (*contacts, *loose)}
     missed = tuple(name for name, error in errors.items() if error > TOUCH)
@@ -214,7 +216,7 @@ def _minimise(configuration: mink.Configuration, posture: mink.PostureTask, cont
     """Move a model to the nearest minimum of the cost of posture and contacts; return the number of steps."""
     lower, upper = limits(configuration.model)
     bounds = [mink.ConfigurationLimit(configuration.model, gain=1.0)]
-    cost, damping = _cost(posture, contacts, configuration), DAMPING[0]
+    cost, damping = _cost(posture, contacts, configuration), DAMPING_LIMITS[0]
     for count in range(1, STEPS + 1):
         before = configuration.q.copy()
         step = mink.solve_ik(configuration, [posture, *contacts], 1.0, "daqp", damping=damping, limits=bounds)
@@ -224,11 +226,11 @@ def _minimise(configuration: mink.Configuration, posture: mink.PostureTask, cont
         if gained < 0.0:
             configuration.update(before)
             damping *= 10.0
-            if damping > DAMPING[1]:
+            if damping > DAMPING_LIMITS[1]:
                 return count
             continue
-        cost, damping = after, max(damping / 10.0, DAMPING[0])
-        if gained <= SMALL * cost:
+        cost, damping = after, max(damping / 10.0, DAMPING_LIMITS[0])
+        if gained <= MIN_IMPROVEMENT * cost:
             return count
     return STEPS
 

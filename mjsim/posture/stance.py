@@ -28,9 +28,9 @@ if TYPE_CHECKING:  # imports mink and scipy, which only seated people need
     from mjsim.people import Column, Figure
     from mjsim.posture.seated_figures import Seated
 
-FEET_AHEAD, LEAST_BELOW = 0.45, 0.25
+FEET_AHEAD, MIN_BELOW = 0.45, 0.25
 """Position of the feet of a seated person: forward of the hip point, and minimum height below it [m]; assumed."""
-CACHED = 64
+CACHE_SIZE = 64
 """Number of cached postures: a command compiles its world several times, a session at each change."""
 
 
@@ -94,7 +94,7 @@ def seated(world: World, person: Person) -> "Seated":
     return _solved(_Key.of(person.figure, Workstation.of(world, person)))
 
 
-@lru_cache(maxsize=CACHED)
+@lru_cache(maxsize=CACHE_SIZE)
 def _solved(key: _Key) -> "Seated":
     from mjsim.posture.seated_figures import Sitter
 
@@ -116,7 +116,7 @@ def columns_of(world: World, person: Person) -> "Mapping[str, Column]":
     return _seated_columns(_Key.of(person.figure, Workstation.of(world, person)))
 
 
-@lru_cache(maxsize=CACHED)
+@lru_cache(maxsize=CACHE_SIZE)
 def _seated_columns(key: _Key) -> "Mapping[str, Column]":
     from mjsim.people import columns, surfaces
 
@@ -140,7 +140,7 @@ def _floor_before(world_from_seat: Array, things: Sequence[Obstacle]) -> float:
         world_from_seat: The hip point, x ahead, shape (4, 4) [m].
         things: All objects except the seat.
     """
-    spot, max_height = world_from_seat[:2] @ (FEET_AHEAD, 0.0, 0.0, 1.0), world_from_seat[2, 3] - LEAST_BELOW
+    spot, max_height = world_from_seat[:2] @ (FEET_AHEAD, 0.0, 0.0, 1.0), world_from_seat[2, 3] - MIN_BELOW
     level = [each for each in things if not isinstance(each, RampObstacle | StepsObstacle)]
     return height_under(level, spot, limit=max_height)
 

@@ -29,12 +29,12 @@ MAX_CHUNK = 1 << 27
 """Maximum content of a chunk [bytes]; ours hold 1 MB, or one larger picture."""
 MAX_HELD = 1 << 30
 """Maximum size of all attachments, metadata, schemas and channels together [bytes]."""
-LEAST_BYTES, GROWTH = 1 << 26, 32
+MIN_BYTES, DECOMPRESSION_LIMITS = 1 << 26, 32
 """Maximum decompressed size of a file: the sum of a constant [bytes] and a multiple of its size; ours have at most 8
 times."""
-LEAST_MESSAGES, MESSAGE_BYTES = 1_000_000, 4
+MIN_MESSAGES, MESSAGE_BYTES = 1_000_000, 4
 """Maximum number of messages: a constant, plus one per this many bytes; ours have one per 40 bytes."""
-PIECE = 1 << 20
+PIECE_BYTES = 1 << 20
 """Bytes to read at once when skipping."""
 
 
@@ -106,8 +106,8 @@ class _Budget:
 
     def __init__(self, path: Path, size: int) -> None:
         self._path = path
-        self._bytes = LEAST_BYTES + GROWTH * size
-        self._messages = LEAST_MESSAGES + size // MESSAGE_BYTES
+        self._bytes = MIN_BYTES + DECOMPRESSION_LIMITS * size
+        self._messages = MIN_MESSAGES + size // MESSAGE_BYTES
         self._held = MAX_HELD
 
     def unpack(self, size: int) -> None:
@@ -216,7 +216,7 @@ def _record(opcode: int, content: bytes) -> McapRecord:
 
 def _pass_over(data: ReadDataStream, length: int) -> None:
     while length > 0:
-        length -= len(data.read(min(length, PIECE)))
+        length -= len(data.read(min(length, PIECE_BYTES)))
 
 
 def _unpacked(chunk: Chunk, budget: _Budget) -> Iterator[McapRecord]:

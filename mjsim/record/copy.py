@@ -22,7 +22,7 @@ from mjsim.record.numbers import nanoseconds
 from mjsim.record.parse import unfit
 from mjsim.record.schemas import ROBOT_TOPICS
 
-CHUNK = 1 << 18
+CHUNK_BYTES = 1 << 18
 """Maximum number of bytes lost when the process is killed."""
 
 
@@ -50,7 +50,7 @@ class Copy(Closes):
         with self._reporting():
             self._place = NewFile(path, overwrite=overwrite)
             self._file = os.fdopen(os.dup(self._place.fileno()), "wb")
-            self._writer = Writer(self._file, chunk_size=CHUNK)
+            self._writer = Writer(self._file, chunk_size=CHUNK_BYTES)
             self._writer.start(library="mjsim")
 
     def messages(self) -> Iterator[RawMessage]:

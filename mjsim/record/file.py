@@ -17,7 +17,7 @@ FILES = "files/"
 """Prefix of the names of attached files, followed by the name that the world uses."""
 METADATA_NAME = "mjsim"
 """Metadata record with seed, versions and command line."""
-PICTURES = ("foxglove.CompressedImage", "foxglove.RawImage")
+PICTURE_SCHEMAS = ("foxglove.CompressedImage", "foxglove.RawImage")
 TIMING_TOPIC = "/timing"
 
 
@@ -87,7 +87,7 @@ def numeric_topics(path: str | Path) -> dict[str, str]:
     """
     hashes: dict[str, Any] = {}
     for message in raw_messages(Path(path)):
-        if message.topic == TIMING_TOPIC or message.schema in PICTURES:
+        if message.topic == TIMING_TOPIC or message.schema in PICTURE_SCHEMAS:
             continue
         digest = hashes.setdefault(message.topic, hashlib.sha256())
         digest.update(struct.pack("<QQ", message.time, len(message.data)))

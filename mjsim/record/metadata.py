@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 from pydantic import JsonValue, TypeAdapter
 
-LARGEST_SEED = 2**63 - 1
+MAX_SEED = 2**63 - 1
 _MODULES: TypeAdapter[dict[str, dict[str, str]]] = TypeAdapter(dict[str, dict[str, str]])
 _USES: TypeAdapter[dict[str, dict[str, JsonValue]]] = TypeAdapter(dict[str, dict[str, JsonValue]])
 
@@ -18,8 +18,8 @@ def checked_metadata(metadata: Mapping[str, str]) -> tuple[int, dict[str, str]]:
     """
     others = dict(metadata)
     seed = int(others.pop("seed"))
-    if not 0 <= seed <= LARGEST_SEED:
-        raise ValueError(f"its seed is {seed:.3g}; it must be between 0 and {LARGEST_SEED}")
+    if not 0 <= seed <= MAX_SEED:
+        raise ValueError(f"its seed is {seed:.3g}; it must be between 0 and {MAX_SEED}")
     if not math.isfinite(float(others.get("seconds", "0"))):
         raise ValueError("its seconds are not finite")
     # Its exceptions are ValueErrors as well.

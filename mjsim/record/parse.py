@@ -17,9 +17,9 @@ from mjsim.record.schemas import ARM_TOPICS, MECHANISM_TOPICS, ROBOT_TOPICS, SEN
 
 T = TypeVar("T")
 
-LONG = 1 << 20
+MIN_COUNTED_BYTES = 1 << 20
 """Length of messages above which the values are counted before parsing [bytes]."""
-LONGEST = 1 << 25
+MAX_MESSAGE_BYTES = 1 << 25
 """Maximum length of a message [bytes]; its strings take up to four times as much while it is parsed."""
 MAX_VALUES = 1_000_000
 """Maximum number of values in a message; each takes up to 300 bytes while it is parsed."""
@@ -38,9 +38,9 @@ def content_of(raw: RawMessage, *, path: Path) -> Message:
         RecordingError: It does not fit the schema of its topic; unknown keys are left out.
     """
     data = raw.data
-    if len(data) > LONGEST:
-        raise misfit(raw, f"more than {LONGEST / 1e6:.0f} MB", path=path)
-    if len(data) > LONG and sum(map(data.count, (b",", b"[", b"{"))) > MAX_VALUES:
+    if len(data) > MAX_MESSAGE_BYTES:
+        raise misfit(raw, f"more than {MAX_MESSAGE_BYTES / 1e6:.0f} MB", path=path)
+    if len(data) > MIN_COUNTED_BYTES and sum(map(data.count, (b",", b"[", b"{"))) > MAX_VALUES:
         raise misfit(raw, f"more than {MAX_VALUES} values", path=path)
     try:
         content: Message = _validators()[raw.topic if raw.topic in WORLD_TOPICS else _kind(raw)].validate_json(data)

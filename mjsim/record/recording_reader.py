@@ -37,7 +37,7 @@ from mjsim.record.tick import RobotEvent
 from mjsim.record.track import Landmarks, Track
 from mjsim.world import Source, World, WorldEvent, parse_world
 
-LEAST_MEMORY, MEMORY_GROWTH = 1 << 26, 48
+MIN_MEMORY, MEMORY_GROWTH = 1 << 26, 48
 """Limit of the memory that a recording may keep: a constant [bytes] plus a multiple of the size of the file; ours take
 at most 10 times. Including temporary data, reading takes at most 0.5 GB plus 64 times the size of the file."""
 _TAKES = {"identities": 12, "innovations": 12, "things": 8, "sightings": 8, "events": 4, "timing": 4}
@@ -140,7 +140,7 @@ class _Run:
 
     def __init__(self, path: Path, world: World) -> None:
         self._path, self.world = path, world
-        self._left = LEAST_MEMORY + MEMORY_GROWTH * path.stat().st_size
+        self._left = MIN_MEMORY + MEMORY_GROWTH * path.stat().st_size
         self.robots = {robot.name: _Robot() for robot in world.robots}
         self.arms = {
             f"{robot.name}/{item.name}": JointRows(tuple(f"joint{k + 1}" for k in range(item.arm.n)))

@@ -47,7 +47,7 @@ from mjsim.world import (
     table_files,
 )
 
-VERSIONED = ("mjsim", "mujoco", "numpy", "opencv-python-headless", "foxglove-sdk")
+VERSIONED_PACKAGES = ("mjsim", "mujoco", "numpy", "opencv-python-headless", "foxglove-sdk")
 """Packages whose versions are recorded."""
 
 
@@ -307,7 +307,7 @@ def named_pictures(world: World) -> list[str]:
 
 @functools.cache  # A fact of the process; each is looked up in the metadata of its package, which takes milliseconds.
 def _versions() -> dict[str, str]:
-    return {f"{name} version": version(name) for name in VERSIONED}
+    return {f"{name} version": version(name) for name in VERSIONED_PACKAGES}
 
 
 def text_of(world: World, files: Mapping[str, bytes]) -> str:

@@ -16,7 +16,7 @@ from mjsim.report.plots import NEUTRAL, draw_band, draw_truth, scale_nees, sheet
 
 MAX_PAIRS = 10
 """Maximum number of pairs of groups whose differences are drawn; tables have all."""
-BOXED = 5
+MIN_BOX_RUNS = 5
 """Minimum number of runs for boxes."""
 KEYS = ("position_error_m.mean", "heading_error_deg.mean", "ate_m.rmse", "nees.mean", "landmark_error_m.aligned_rms")
 """Statistics shown as boxes."""
@@ -84,7 +84,7 @@ def path_plot(comparison: Comparison) -> Drawing | None:
 def box_plot(comparison: Comparison) -> Drawing | None:
     """Draw box plots of key statistics over the runs of each group; None if no group has five runs."""
     groups = comparison.groups
-    figures = [f for f in FIGURES if f.key in KEYS and any(len(g.values[f.key]) >= BOXED for g in groups)]
+    figures = [f for f in FIGURES if f.key in KEYS and any(len(g.values[f.key]) >= MIN_BOX_RUNS for g in groups)]
     if not figures:
         return None
     drawing = Drawing(figsize=(9.6, 0.9 + len(figures) * (0.6 + 0.32 * len(groups))), dpi=110, layout="constrained")

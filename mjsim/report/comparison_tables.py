@@ -9,7 +9,7 @@ from mjsim.report.figures import FIGURES, ReportFigure
 from mjsim.report.paired import CONFIDENCE
 from mjsim.report.tables import csv_text, latex_float, latex_row, latex_text
 
-ABREAST = 3
+MAX_COLUMNS = 3
 """Maximum number of groups beside each other in a table; others follow below."""
 WIDTH = 32
 """Maximum width of a column in a terminal [characters]."""
@@ -153,7 +153,7 @@ def _short(figure: ReportFigure, value: float) -> str:
 
 def _abreast(groups: Sequence[Group]) -> Iterator[Sequence[Group]]:
     """Yield the groups beside each other."""
-    return (groups[first : first + ABREAST] for first in range(0, len(groups), ABREAST))
+    return (groups[first : first + MAX_COLUMNS] for first in range(0, len(groups), MAX_COLUMNS))
 
 
 def _shown(groups: Sequence[Group]) -> Iterator[ReportFigure]:

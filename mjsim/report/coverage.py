@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 from mjsim.world import World
 
-CELL = 0.5
+CELL_SIDE = 0.5
 """Side of a cell [m]."""
-SPARE = 0.15
+REACH_MARGIN = 0.15
 """Margin of the robot at a reachable cell [m]."""
 
 
@@ -34,13 +34,13 @@ def coverage(world: World, positions: Array, *, radius: float) -> float | None:
     if region is None:
         return None
     west, south, east, north = solid(world).bounds
-    columns = np.arange(np.floor(west / CELL), np.ceil(east / CELL)) * CELL
-    rows = np.arange(np.floor(south / CELL), np.ceil(north / CELL)) * CELL
+    columns = np.arange(np.floor(west / CELL_SIDE), np.ceil(east / CELL_SIDE)) * CELL_SIDE
+    rows = np.arange(np.floor(south / CELL_SIDE), np.ceil(north / CELL_SIDE)) * CELL_SIDE
     x, y = (corner.ravel() for corner in np.meshgrid(columns, rows))
-    reachable = shapely.contains_xy(region, x + CELL / 2, y + CELL / 2)
+    reachable = shapely.contains_xy(region, x + CELL_SIDE / 2, y + CELL_SIDE / 2)
     if not reachable.any():
         return None
-    cells = shapely.box(x[reachable], y[reachable], x[reachable] + CELL, y[reachable] + CELL)
+    cells = shapely.box(x[reachable], y[reachable], x[reachable] + CELL_SIDE, y[reachable] + CELL_SIDE)
     return float(np.mean(_touched(cells, positions, radius)))
 
 
@@ -62,7 +62,7 @@ def reachable_region(world: World, positions: Array, *, radius: float) -> Any:
     things = solid(world)
     if things.is_empty:
         return None
-    room = shapely.box(*things.bounds).difference(things.buffer(radius + SPARE))
+    room = shapely.box(*things.bounds).difference(things.buffer(radius + REACH_MARGIN))
     return _part_with(room, positions[0])
 
 

@@ -19,7 +19,7 @@ from mjsim.world import World
 TRUTH, ESTIMATE, ODOMETRY = INKS["truth"].light, INKS["estimate"].light, INKS["odometry"].light
 MAP, BUMP, FINAL, NEUTRAL = INKS["seen"].light, INKS["bump"].light, INKS["final"].light, INKS["ink"].light
 """Colours of the look; final paths, and lines that are of no path, have their own."""
-WIDE = 4.5
+TRUTH_LINE_WIDTH = 4.5
 """Width of a true path, which is light, below a thin estimate: both are visible where they coincide."""
 MAX_BARS = 30
 """Maximum number of landmarks in a plot."""
@@ -50,7 +50,7 @@ def draw_paths(axes: Axes, track: Track, name: str) -> None:
 
 def draw_truth(axes: Axes, truth: Array, *, color: str = TRUTH, label: str = "truth") -> None:
     """Draw a true path, wide and light; `truth` has shape (N, 2 or 3) [m]."""
-    axes.plot(*truth[:, :2].T, color=color, lw=WIDE, alpha=0.4, label=label)
+    axes.plot(*truth[:, :2].T, color=color, lw=TRUTH_LINE_WIDTH, alpha=0.4, label=label)
 
 
 def error_plot(world: World, track: Track, name: str) -> Figure:

@@ -9,11 +9,11 @@ from mjsim.geometry import Array
 from mjsim.report.coverage import reachable_region
 from mjsim.world import Robot, World
 
-CELL, MAX_CELLS = 0.01, 4_000_000
+CELL_SIDE, MAX_CELLS = 0.01, 4_000_000
 """Side of a cell of the raster [m], and its maximum number of cells, above which cells are larger."""
 STEP, TURN = 0.02, math.radians(3.0)
 """Poses that are nearer than this to the one before are left out [m, rad]; the area between two is swept too."""
-BITS = 8
+FRACTION_BITS = 8
 """Bits of a fraction of a cell in the drawing of polygons."""
 
 
@@ -36,24 +36,24 @@ def swept_share(world: World, robot: Robot, poses: Array) -> float | None:
     if region is None or not region.area:
         return None
     west, south, east, north = region.bounds
-    cell = max(CELL, math.sqrt((east - west) * (north - south) / MAX_CELLS))
+    cell = max(CELL_SIDE, math.sqrt((east - west) * (north - south) / MAX_CELLS))
     shape = (math.ceil((north - south) / cell), math.ceil((east - west) / cell))
     reachable, swept = np.zeros(shape, dtype=np.uint8), np.zeros(shape, dtype=np.uint8)
 
     def pixels(points: Any) -> Any:
         # The centre of the first cell is at half a cell.
-        return np.round(((points - (west, south)) / cell - 0.5) * 2**BITS).astype(np.int32)
+        return np.round(((points - (west, south)) / cell - 0.5) * 2**FRACTION_BITS).astype(np.int32)
 
     for part in shapely.get_parts(region.buffer(-cell / 2)):
-        cv2.fillPoly(reachable, [pixels(np.array(part.exterior.coords))], 1, shift=BITS)
+        cv2.fillPoly(reachable, [pixels(np.array(part.exterior.coords))], 1, shift=FRACTION_BITS)
         for hole in part.interiors:
-            cv2.fillPoly(reachable, [pixels(np.array(hole.coords))], 0, shift=BITS)
+            cv2.fillPoly(reachable, [pixels(np.array(hole.coords))], 0, shift=FRACTION_BITS)
     # OpenCV also fills the cells that a polygon's outline touches, half a cell too much.
     outline = shapely.Polygon(robot.body.outline()).buffer(-cell / 2, join_style="mitre").exterior.coords
     corners = [_placed(np.array(outline), pose) for pose in _thinned(poses)]
     for before, after in zip(corners, corners[1:] or corners, strict=False):
         hull = cv2.convexHull(np.concatenate([before, after]).astype(np.float32))[:, 0]
-        cv2.fillConvexPoly(swept, pixels(hull), 1, shift=BITS)
+        cv2.fillConvexPoly(swept, pixels(hull), 1, shift=FRACTION_BITS)
     return float((swept & reachable).sum() / reachable.sum()) if reachable.any() else None
 
 

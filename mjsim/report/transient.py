@@ -7,9 +7,9 @@ import numpy as np
 
 from mjsim.geometry import Array
 
-PARTS = 10
+RUN_PARTS = 10
 """Number of parts of a run."""
-RECOVERED = 0.5
+MAX_RECOVERED_ERROR = 0.5
 """A lifted robot is localised again when its position error stays below this [m]."""
 
 
@@ -24,7 +24,7 @@ def transient_errors(time: Array, position: Array, heading: Array) -> dict[str, 
     Returns:
         `until_s`, the end of each part, `position_error_m` and `heading_error_deg`, its mean errors.
     """
-    parts = np.array_split(np.arange(len(time)), min(PARTS, len(time)))
+    parts = np.array_split(np.arange(len(time)), min(RUN_PARTS, len(time)))
     return {
         "until_s": [float(time[rows[-1]]) for rows in parts],
         "position_error_m": [float(position[rows].mean()) for rows in parts],
@@ -47,7 +47,7 @@ def recoveries(time: Array, position: Array, lifted: Sequence[float]) -> list[di
     found = []
     for start, end in zip(lifted, [*lifted, np.inf][1:], strict=True):
         rows = (time >= start) & (time < end)
-        times, lost = time[rows], np.flatnonzero(position[rows] > RECOVERED)
+        times, lost = time[rows], np.flatnonzero(position[rows] > MAX_RECOVERED_ERROR)
         first = int(lost[-1]) + 1 if len(lost) else 0
         found.append({"time_s": start, "after_s": float(times[first]) - start if first < len(times) else None})
     return found

@@ -6,14 +6,14 @@ import numpy as np
 
 from mjsim.geometry import Array
 
-ROUND = 1.1
+MAX_RADIUS_RATIO = 1.1
 """A body is treated as round if its largest radius is at most this many times its smallest."""
 
 
 def is_round(outline: Array) -> bool:
     """Return whether an outline around the origin, shape (n, 2), is nearly a circle."""
     reach = np.hypot(outline[:, 0], outline[:, 1])
-    return bool(reach.max() < ROUND * reach.min()) and len(outline) > 8
+    return bool(reach.max() < MAX_RADIUS_RATIO * reach.min()) and len(outline) > 8
 
 
 def rim(outline: Array, bearing: float) -> float:

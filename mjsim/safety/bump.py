@@ -8,7 +8,7 @@ import numpy as np
 from mjsim.interface import Command, RobotInfo, WheelCommand
 from mjsim.safety.body_outline import is_round, rim
 
-GRAZING = 0.05
+MIN_BLOCKING_COSINE = 0.05
 """Cosine above which a contact blocks a motion; a robot may slide along an obstacle at 87 degrees."""
 
 
@@ -60,7 +60,7 @@ def _react_with_wheels(command: WheelCommand, bump: tuple[float, ...], robot: Ro
 
 def _moves_into_bump(forward: float, left: float, bump: tuple[float, ...]) -> bool:
     speed = math.hypot(forward, left)
-    return any(forward * math.cos(b) + left * math.sin(b) > GRAZING * speed for b in bump)
+    return any(forward * math.cos(b) + left * math.sin(b) > MIN_BLOCKING_COSINE * speed for b in bump)
 
 
 def _swings_into(turn: float, bump: tuple[float, ...], robot: RobotInfo) -> bool:
@@ -78,6 +78,6 @@ def _swings_into(turn: float, bump: tuple[float, ...], robot: RobotInfo) -> bool
         # Outward normal of a side of a counter-clockwise outline, and the point's motion.
         normal = np.array([edge[leaves, 1], -edge[leaves, 0]]) / np.hypot(*edge[leaves])
         motion = turn * np.array([-point[1], point[0]])
-        if motion @ normal > GRAZING * np.hypot(*motion):
+        if motion @ normal > MIN_BLOCKING_COSINE * np.hypot(*motion):
             return True
     return False

@@ -9,17 +9,17 @@ from mjsim.geometry import Array
 from mjsim.interface import RobotInfo
 from mjsim.safety.body_outline import is_round
 
-CLEARANCE = 0.05
+MIN_CLEARANCE = 0.05
 """Minimum clearance of a free path [m]."""
-AWRY = 0.07
+HEADING_ALLOWANCE = 0.07
 """Heading error relative to the path that is allowed for; it swings the ends of a long body out [rad]."""
-TOUCHING = 0.03
+MAX_TOUCHING_DISTANCE = 0.03
 """Points closer than this count as touching [m]."""
-ROOMY = 0.12
+ROOMY_DISTANCE = 0.12
 """Distance from the path beyond which obstacles do not slow the robot; larger for a long one [m]."""
-CREEP = 0.35
+CREEP_RATIO = 0.35
 """Fraction of the speed at minimum clearance."""
-SAMPLES = 12
+PATH_SAMPLES = 12
 """Number of poses checked along a path."""
 
 
@@ -36,7 +36,7 @@ class FreePaths:
 class Footprint:
     """The shape of a robot, swept along arcs: a circle, or a bounding box if it is not round."""
 
-    def __init__(self, robot: RobotInfo, *, clearance: float = CLEARANCE, swing: bool = False) -> None:
+    def __init__(self, robot: RobotInfo, *, clearance: float = MIN_CLEARANCE, swing: bool = False) -> None:
         """Take the shape from the data sheet.
 
         Args:
@@ -45,14 +45,14 @@ class Footprint:
             swing: Use the circle in which it turns on the spot, whatever its shape.
         """
         self.radius = robot.radius
-        self._shares = np.arange(1, SAMPLES + 1) / SAMPLES
+        self._shares = np.arange(1, PATH_SAMPLES + 1) / PATH_SAMPLES
         self._box: tuple[Array, Array] | None = None
         outline = robot.outline
         if outline is not None and not swing and not is_round(outline):
             low, high = outline.min(axis=0), outline.max(axis=0)
             self._box = (low + high) / 2, (high - low) / 2
-        self._nearest = max(clearance, AWRY * self.radius)
-        self.roomy = ROOMY + (self._nearest - CLEARANCE)
+        self._nearest = max(clearance, HEADING_ALLOWANCE * self.radius)
+        self.roomy = ROOMY_DISTANCE + (self._nearest - MIN_CLEARANCE)
 
     @property
     def width(self) -> float:
@@ -104,8 +104,14 @@ class Footprint:
         """Return whether it can turn on the spot by 20 degrees."""
         if self._box is None or not len(points):
             return True
-        angles, still = math.copysign(1.0, turn) * np.linspace(0.06, 0.36, SAMPLES)[None], np.zeros((1, SAMPLES))
-        return bool(self._free_paths(points, still, still, angles, np.arange(1.0, SAMPLES + 1)).times[0] >= SAMPLES - 1)
+        angles, still = (
+            math.copysign(1.0, turn) * np.linspace(0.06, 0.36, PATH_SAMPLES)[None],
+            np.zeros((1, PATH_SAMPLES)),
+        )
+        return bool(
+            self._free_paths(points, still, still, angles, np.arange(1.0, PATH_SAMPLES + 1)).times[0]
+            >= PATH_SAMPLES - 1
+        )
 
     def _free_paths(self, points: Array, x: Array, y: Array, headings: Array, times: Array) -> FreePaths:
         """Return free times and clearances of paths through places x, y, shape (k, 12)."""
@@ -116,19 +122,24 @@ class Footprint:
             now = np.einsum("ij,ij->i", points, points)
             # A point that is already too close counts only while the robot approaches it.
             limit = np.minimum((self.radius + self._nearest) ** 2, now * 0.998)
-            gap = np.sqrt(room[:, : SAMPLES // 2].min(axis=(1, 2))) - self.radius
+            gap = np.sqrt(room[:, : PATH_SAMPLES // 2].min(axis=(1, 2))) - self.radius
         else:
             (middle_x, middle_y), (half_x, half_y) = self._box
             c, s = np.cos(headings)[..., None], np.sin(headings)[..., None]
             room = np.maximum(np.abs(c * dx + s * dy - middle_x) - half_x, np.abs(c * dy - s * dx - middle_y) - half_y)
             now = np.maximum(np.abs(points[:, 0] - middle_x) - half_x, np.abs(points[:, 1] - middle_y) - half_y)
             # The distance of points that are already closer, beside a long body, may halve while the body swings clear.
-            relaxed = np.where(now > TOUCHING, np.maximum(0.5 * now, TOUCHING), now - 0.002)
+            relaxed = np.where(now > MAX_TOUCHING_DISTANCE, np.maximum(0.5 * now, MAX_TOUCHING_DISTANCE), now - 0.002)
             limit = np.where(now > 0.0, np.minimum(self._nearest, relaxed), -np.inf)
-            gap = room[:, : SAMPLES // 2].min(axis=(1, 2))
+            gap = room[:, : PATH_SAMPLES // 2].min(axis=(1, 2))
         blocked = (room < limit).any(axis=-1)
-        first = np.where(blocked.any(axis=1), blocked.argmax(axis=1), SAMPLES)
+        first = np.where(blocked.any(axis=1), blocked.argmax(axis=1), PATH_SAMPLES)
         free = np.where(first == 0, 0.0, times[np.maximum(first, 1) - 1])
         return FreePaths(
-            free, np.clip(CREEP + (1.0 - CREEP) * (gap - self._nearest) / (self.roomy - self._nearest), CREEP, 1.0)
+            free,
+            np.clip(
+                CREEP_RATIO + (1.0 - CREEP_RATIO) * (gap - self._nearest) / (self.roomy - self._nearest),
+                CREEP_RATIO,
+                1.0,
+            ),
         )

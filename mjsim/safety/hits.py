@@ -7,7 +7,7 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.interface import Observation
 
-NOTHING = 1e6
+NO_HIT_RANGE = 1e6
 """Range of a ray that hit nothing [m]: finite, to avoid floating-point warnings."""
 RAYS = 16
 
@@ -48,8 +48,8 @@ class Hits:
         angles = np.arange(RAYS) * (2.0 * np.pi / RAYS)
         self._rays = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
         self._rims = rims
-        self._live = np.full((RAYS, 2), NOTHING)
-        self._points = np.full((self.CAPACITY, 2), NOTHING)
+        self._live = np.full((RAYS, 2), NO_HIT_RANGE)
+        self._points = np.full((self.CAPACITY, 2), NO_HIT_RANGE)
         self._stamps = np.full(self.CAPACITY, -np.inf)
         self.x = self.y = self.heading = 0.0
         self._noted = 0.0, 0.0, 0.0, -math.inf
@@ -61,14 +61,14 @@ class Hits:
         self.x += c * forward - s * left
         self.y += s * forward + c * left
         self.heading += seen.odometry.turn
-        distances = np.minimum(seen.proximity + self._rims, NOTHING)
+        distances = np.minimum(seen.proximity + self._rims, NO_HIT_RANGE)
         np.multiply(self._rays, distances[:, None], out=self._live)
         x, y, heading, time = self._noted
         moved = abs(self.x - x) + abs(self.y - y) + 0.5 * abs(self.heading - heading)
         if moved > self.STRIDE or seen.time - time > self.PAUSE:
             self._noted = self.x, self.y, self.heading, seen.time
             self._drop_outdated(distances, seen.time)
-            if (hit := distances < NOTHING).any():
+            if (hit := distances < NO_HIT_RANGE).any():
                 c, s = math.cos(self.heading), math.sin(self.heading)
                 self._keep(self._live[hit] @ np.array([[c, s], [-s, c]]) + (self.x, self.y), seen.time)
 
@@ -94,7 +94,7 @@ class Hits:
         deviation, away = bearings - ray * (2.0 * math.pi / RAYS), np.hypot(x, y)
         through = (np.abs(deviation) * away < self.BEAM) & (away < distances[ray % RAYS] - self.BEHIND)
         outdated = through | (self._stamps < now - self.SECONDS)
-        self._points[outdated], self._stamps[outdated] = NOTHING, -np.inf
+        self._points[outdated], self._stamps[outdated] = NO_HIT_RANGE, -np.inf
 
     def _keep(self, hits: Array, now: float) -> None:
         """Store hits, shape (n, 2) [m], frame of odometry: renew known points; new ones replace the oldest."""

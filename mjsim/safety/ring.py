@@ -9,7 +9,7 @@ from numpy.random import Generator
 from mjsim.geometry import Array, wrap_angle
 from mjsim.interface import Command, Observation, RobotInfo
 from mjsim.safety.body_outline import is_round, rim
-from mjsim.safety.footprint import CLEARANCE, TOUCHING, Footprint
+from mjsim.safety.footprint import MAX_TOUCHING_DISTANCE, MIN_CLEARANCE, Footprint
 from mjsim.safety.hits import RAYS, Hits
 from mjsim.safety.trail import Trail
 
@@ -61,7 +61,7 @@ class RingAvoidance:
     ROLLS = 0.02
     """Speeds below this count as standing still [m/s]."""
 
-    def __init__(self, *, clearance: float = CLEARANCE, lidar: str | None = None) -> None:
+    def __init__(self, *, clearance: float = MIN_CLEARANCE, lidar: str | None = None) -> None:
         """Set the clearance and an additional sensor.
 
         Args:
@@ -72,8 +72,8 @@ class RingAvoidance:
         Raises:
             ValueError: The clearance is less than the default, or more than the rays can reliably measure.
         """
-        if not CLEARANCE <= clearance <= self.MAX_CLEARANCE:
-            raise ValueError(f"clearance is {clearance} m; it must be from {CLEARANCE} to {self.MAX_CLEARANCE}")
+        if not MIN_CLEARANCE <= clearance <= self.MAX_CLEARANCE:
+            raise ValueError(f"clearance is {clearance} m; it must be from {MIN_CLEARANCE} to {self.MAX_CLEARANCE}")
         self._clearance, self._lidar = clearance, lidar
 
     def start(self, robot: RobotInfo, rng: Generator) -> None:
@@ -188,7 +188,7 @@ class RingAvoidance:
         """Return the speed from which it can stop within its part of the free space measured ahead [m/s]."""
         nears = direction * self._cosines
         ahead = nears > self.AHEAD
-        room = self.OWN * np.maximum(self._ring[ahead] - TOUCHING, 0.0)
+        room = self.OWN * np.maximum(self._ring[ahead] - MAX_TOUCHING_DISTANCE, 0.0)
         return float(np.min(np.sqrt(2.0 * self._deceleration * room) / nears[ahead]))
 
     def _free(self, command: Command, speed: float, now: float, if_free: Command | None) -> Command:

@@ -2,7 +2,7 @@
 
 import time
 
-LATEST = 1.0
+MAX_DELAY = 1.0
 """A run delayed by more than this [s] does not catch up, but continues from where it is."""
 
 
@@ -28,6 +28,6 @@ class Pace:
             self._anchor = now, simulated
         began, first = self._anchor
         left = began + (simulated - first) / self.factor - now
-        if left < -LATEST:
+        if left < -MAX_DELAY:
             self._anchor = now, simulated
         return max(left, 0.0)

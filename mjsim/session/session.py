@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     from mjsim.record import Recorder, Tick
     from mjsim.sim import Simulation
 
-TICK = 60.0
+TICK_TIMEOUT = 60.0
 """Time limit for a tick, in which modules may compute, and for the start of a run [s]."""
-HOLD = 0.5
+HOLD_SECONDS = 0.5
 """Time for which a manual command is held [s]."""
 
 
@@ -154,7 +154,7 @@ class Session(ByHand, Closes):
         """Return a watcher, which gives the newest tick on request and never blocks the run."""
         return Watcher(self._newer)
 
-    def drive(self, robot: str, command: Command | None, *, hold: float = HOLD) -> None:
+    def drive(self, robot: str, command: Command | None, *, hold: float = HOLD_SECONDS) -> None:
         """Drive a robot manually; its avoidance, if any, stays active.
 
         Args:
@@ -228,7 +228,7 @@ class Session(ByHand, Closes):
         try:
             if self._thread.is_alive():
                 self._gate.leave("close")
-                join(self._thread, within=TICK)
+                join(self._thread, within=TICK_TIMEOUT)
         finally:
             if self._place is not None:
                 self._place.close()
@@ -242,7 +242,7 @@ class Session(ByHand, Closes):
         """Do work in the session's thread between two ticks, and wait for it."""
         if not self._thread.is_alive() or self._gate.leaving == "close":
             raise UsageError("the session is not running; start it first")
-        awaited(self._gate.schedule(work), "the end of a tick", within=TICK)
+        awaited(self._gate.schedule(work), "the end of a tick", within=TICK_TIMEOUT)
         if not quiet:
             self._notify()
 

@@ -15,7 +15,7 @@ from mjsim.world import Robot, RobotArm
 
 HAND_SPEED = 1.0
 """Speed of joints moved by events, unless their limits are lower [rad/s, m/s]."""
-ROUNDING = 1e-9
+TIME_ROUNDING = 1e-9
 """Rounding error of a time within a tick [s]."""
 
 
@@ -92,7 +92,7 @@ class ArmAtWork:
 
     def wanted(self, seconds: float) -> Command:
         """Return the set-points for the next period [s], and advance by it."""
-        if self._since > self._tick - ROUNDING:
+        if self._since > self._tick - TIME_ROUNDING:
             self._goal, self._since = JointGoal(positions=self._goal.after(self._tick).positions), 0.0
         goal = self._goal.after(self._since)
         self._since += seconds

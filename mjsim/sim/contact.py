@@ -6,7 +6,7 @@ import numpy as np
 from mjsim.compile import RUNNING_GEAR
 from mjsim.world import Robot
 
-UPRIGHT = 0.7
+MIN_SUPPORT_COSINE = 0.7
 """A contact whose normal is steeper than this supports wheels and casters, and is no bump."""
 
 
@@ -31,7 +31,7 @@ class Bumper:
         if not touched.any():
             return ()
         # A wheel or a caster also rolls on objects; for the body every contact is a bump, whatever the angle.
-        touched &= self._body[pairs].any(axis=1) | (np.abs(contact.frame[:, 2]) < UPRIGHT)
+        touched &= self._body[pairs].any(axis=1) | (np.abs(contact.frame[:, 2]) < MIN_SUPPORT_COSINE)
         offsets = contact.pos[touched] - self._data.xpos[self._base]
         x, y, _ = (offsets @ self._data.xmat[self._base].reshape(3, 3)).T
         return tuple(np.sort(np.arctan2(y, x)).tolist())

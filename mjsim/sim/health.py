@@ -9,7 +9,7 @@ import numpy as np
 from mjsim.compile import likely_cause
 from mjsim.world import World
 
-FASTEST = 100.0
+MAX_SPEED = 100.0
 """Speed above which the physics must have failed [m/s]."""
 
 
@@ -49,7 +49,7 @@ class Health:
             failure = loop or text.partition(" Time = ")[0]
         elif loop:
             failure = loop
-        elif not np.isfinite(data.qpos).all() or not (np.abs(speeds) < FASTEST).all():
+        elif not np.isfinite(data.qpos).all() or not (np.abs(speeds) < MAX_SPEED).all():
             failure = f"a robot moves at {np.abs(speeds).max():g} m/s"
         else:
             return None

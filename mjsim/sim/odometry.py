@@ -16,14 +16,14 @@ Twist = tuple[float, float, float]
 """(forward [m/s], left [m/s], turn [rad/s]); of rotations, a small motion [m, m, rad]."""
 Steering = tuple[float, float]
 """The steering angle at the start and at the end of a tick [rad]."""
-STRAIGHT: Steering = (0.0, 0.0)
+NO_MOTION: Steering = (0.0, 0.0)
 WheelMotion = Callable[[Sequence[float], Steering], Twist]
 """Rotations of the wheels [rad], steering -> distance forward [m], distance to the left [m], turn [rad]."""
 
 
 ARC_TIME = 1.0
 """Time for which a robot is assumed to stay on an arc, with its tyres creeping to the same side [s]."""
-SETTLED = 0.1
+SMOOTHING_SECONDS = 0.1
 """Time constant of the two smoothing filters of wheel speeds, before differentiation [s]."""
 
 
@@ -58,7 +58,7 @@ class SmoothedAcceleration:
 
     def __init__(self, dt: float) -> None:
         """Start at rest, with the period of the loop [s]."""
-        self._dt, self._gain = dt, -math.expm1(-dt / SETTLED)
+        self._dt, self._gain = dt, -math.expm1(-dt / SMOOTHING_SECONDS)
         self._once, self._twice = 0.0, 0.0
 
     def add(self, distance: float) -> float:
@@ -130,7 +130,9 @@ class WheelOdometer:
         """Return the increment at the first tick, without motion."""
         return Odometry(0.0, 0.0, 0.0, np.zeros((3, 3)))
 
-    def increment(self, rotations: Sequence[float], steering: Steering = STRAIGHT, *, pitched: float = 0.0) -> Odometry:
+    def increment(
+        self, rotations: Sequence[float], steering: Steering = NO_MOTION, *, pitched: float = 0.0
+    ) -> Odometry:
         """Return the odometry for wheel rotations since the last tick.
 
         Args:

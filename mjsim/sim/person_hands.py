@@ -14,19 +14,19 @@ from mjsim.people import columns
 from mjsim.sim.person_segments import UPPER
 from mjsim.world import HandLed, HandMotion, Looks, Person, World
 
-USUAL = 0.8
+USUAL_SPEED = 0.8
 """Peak speed of a hand [m/s]."""
-SPEED = 1.0
+MAX_SPEED = 1.0
 """Largest speed of a hand, also when its goal changes during the motion [m/s]."""
-LEAST = 0.1
+MIN_DURATION = 0.1
 """Shortest duration of a motion [s]."""
-SAMPLES = 64
+DURATION_SAMPLES = 64
 """Samples of a motion for its duration."""
-STRETCHED = 1.2
+STRETCH_RATIO = 1.2
 """Factor by which a motion that would be too fast, during another one, is lengthened, repeatedly."""
-TIMES = 12
+MAX_STRETCHES = 12
 """Most such repetitions."""
-AWAY = 0.002
+ARRIVAL_DISTANCE = 0.002
 """Distance from its goal within which a hand counts as arrived [m]."""
 
 
@@ -50,7 +50,7 @@ class LedPeople:
     """Postures of the people of a world whose hands were moved; each motion is computed once.
 
     Hands move like those of people: the joints move from posture to posture with minimum jerk, so that hands reach
-    `USUAL`. If the goal of a hand changes during a motion, the motions blend without a stop.
+    `USUAL_SPEED`. If the goal of a hand changes during a motion, the motions blend without a stop.
 
     References:
         Flash, Hogan: The Coordination of Arm Movements, Journal of Neuroscience 5 (1985), equation 2.
@@ -83,7 +83,7 @@ class LedPeople:
     def short(self, name: str, turns: Sequence[HandLed]) -> float:
         """Return the remaining distance of the last moved hand from its goal [m]; 0 if it reaches it."""
         far = self._course(name, turns).short[len(turns) - 1] if turns else 0.0
-        return far if far > AWAY else 0.0
+        return far if far > ARRIVAL_DISTANCE else 0.0
 
     def computed(self, reached: Mapping[str, tuple[HandLed, ...]]) -> dict[str, tuple[HandLed, ...]]:
         """Return motions with how the figures move, so that others who show them need not compute it again."""
@@ -208,21 +208,25 @@ class LedPeople:
     def _duration(self, name: str, course: _LedCourse, count: int) -> float:
         """Return the duration of the last of a number of motions, so that no hand is too fast [s]."""
         person, begin, aim = self._people[name], course.times[count - 1][0], course.postures[count]
-        share = _least_jerk(np.linspace(0.0, 1.0, SAMPLES + 1))[:, None]
+        share = _least_jerk(np.linspace(0.0, 1.0, DURATION_SAMPLES + 1))[:, None]
 
         def fastest(values: Array, seconds: float) -> float:
             grips = self._placed(person, values + share * (aim - values)).values()
-            return max(float(np.linalg.norm(np.diff(grip, axis=0), axis=1).max()) for grip in grips) * SAMPLES / seconds
+            return (
+                max(float(np.linalg.norm(np.diff(grip, axis=0), axis=1).max()) for grip in grips)
+                * DURATION_SAMPLES
+                / seconds
+            )
 
         def before(seconds: float) -> Array:
-            times = begin + seconds * np.linspace(0.0, 1.0, SAMPLES + 1)
+            times = begin + seconds * np.linspace(0.0, 1.0, DURATION_SAMPLES + 1)
             return np.stack([self._blend(course, count - 1, time) for time in times.tolist()])
 
-        seconds = max(LEAST, fastest(before(0.0), 1.0) / USUAL)
-        for _ in range(TIMES):
-            if fastest(before(seconds), seconds) <= SPEED:
+        seconds = max(MIN_DURATION, fastest(before(0.0), 1.0) / USUAL_SPEED)
+        for _ in range(MAX_STRETCHES):
+            if fastest(before(seconds), seconds) <= MAX_SPEED:
                 break
-            seconds *= STRETCHED
+            seconds *= STRETCH_RATIO
         return seconds
 
 

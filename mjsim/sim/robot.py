@@ -26,7 +26,7 @@ from mjsim.sim.actuation import Actuation, ServoActuation
 from mjsim.sim.bases import RunningGear, balancing_info, gear_of
 from mjsim.sim.contact import Bumper
 from mjsim.sim.controls import Controls
-from mjsim.sim.odometry import STRAIGHT
+from mjsim.sim.odometry import NO_MOTION
 from mjsim.sim.rays import ProximityRing
 from mjsim.sim.rendering import Canvas, Quality
 from mjsim.sim.sensors import MAKERS, Mounting, Sensors
@@ -186,7 +186,7 @@ class SimulatedRobot:
         self._controls.feel(tick * self._dt)
         angles, before = self._data.qpos[self._hinges], self._angles
         turned, count = (angles - before).tolist(), len(self._gear.wheels)
-        steering = (float(before[count]), float(angles[count])) if len(angles) > count else STRAIGHT
+        steering = (float(before[count]), float(angles[count])) if len(angles) > count else NO_MOTION
         self._angles = angles
         pitched = self._pitched() if self._gear.wanted is not None else 0.0
         self._odometry = self._gear.odometer.increment(turned[:count], steering, pitched=pitched)

@@ -13,7 +13,7 @@ from mjsim.style.atlas_faces import Quad
 from mjsim.world import BUILT, read_asset
 
 FOLDER = "style"
-INSET = 0.5
+INSET_PIXELS = 0.5
 """Distance of texture coordinates from the edge of a part, so that no neighbour bleeds in [px]."""
 
 
@@ -31,8 +31,8 @@ class PartAtlas:
         height, width = self.picture.shape[:2]
         places = np.array([self.parts[face.part] for face in faces], dtype=float).reshape(-1, 4)
         share = np.array([face.share for face in faces]).reshape(-1, 1)
-        left, right = places[:, :1] + INSET, places[:, :1] + places[:, 2:3] * share - INSET
-        top, bottom = places[:, 1:2] + INSET, places[:, 1:2] + places[:, 3:] - INSET
+        left, right = places[:, :1] + INSET_PIXELS, places[:, :1] + places[:, 2:3] * share - INSET_PIXELS
+        top, bottom = places[:, 1:2] + INSET_PIXELS, places[:, 1:2] + places[:, 3:] - INSET_PIXELS
         x = np.concatenate([left, right, right, left], axis=1) / width
         y = np.concatenate([bottom, bottom, top, top], axis=1) / height
         return np.stack([x, y], axis=2)

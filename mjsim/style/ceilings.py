@@ -9,9 +9,9 @@ from mjsim.style.atlas_faces import Axes, Quad
 from mjsim.style.recipes import STYLES, StyleName
 from mjsim.world import World, room_polygons
 
-BELOW = 0.01
+LAMP_GAP = 0.01
 """Distance of a lamp's lower side from the ceiling [m]."""
-MOST = 1000
+MAX_LAMPS = 1000
 """Approximate limit of lamps in a room; in larger rooms they are farther apart."""
 
 
@@ -21,7 +21,7 @@ def ceiling_lamps(world: World, name: StyleName, height: float) -> Mapping[int, 
     found: dict[int, list[Quad]] = {}
     for number, room in enumerate(room_polygons(world.walls)):
         west, south, east, north = room.bounds
-        pitch = apart * max(math.ceil(math.sqrt((east - west) * (north - south) / MOST) / apart), 1)
+        pitch = apart * max(math.ceil(math.sqrt((east - west) * (north - south) / MAX_LAMPS) / apart), 1)
         for x in _grid(west, east, side, pitch):
             for y in _grid(south, north, side, pitch):
                 if room.contains(box(x, y, x + side, y + side)):
@@ -40,5 +40,5 @@ def _lamp(x: float, y: float, height: float, side: float) -> list[Quad]:
     """Return the lower side and the rim of a lamp."""
     frame = Axes.facing(x, y + side / 2, height, 0.0)
     across, deep = (-side / 2, side / 2), (0.0, side)
-    _, *rim = list(frame.block(across, deep, (-BELOW, 0.0), "gray", "gray"))[:3]
-    return [*rim, frame.lying(across, deep, -BELOW, "lamp/1", below=True)]
+    _, *rim = list(frame.block(across, deep, (-LAMP_GAP, 0.0), "gray", "gray"))[:3]
+    return [*rim, frame.lying(across, deep, -LAMP_GAP, "lamp/1", below=True)]

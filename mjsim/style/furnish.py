@@ -19,15 +19,15 @@ from mjsim.world import Hung, Leaf, World, hung, room_polygons
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
-SKIRTING, SKIRTING_DEPTH = 0.08, 0.012
+SKIRTING_HEIGHT, SKIRTING_DEPTH = 0.08, 0.012
 """Height and thickness of skirting boards [m]."""
-HAZARD = (0.1, 0.22)
+HAZARD_HEIGHTS = (0.1, 0.22)
 """Heights of the striped band in warehouses [m]."""
-DUCT = (0.86, 0.96)
+DUCT_HEIGHTS = (0.86, 0.96)
 """Heights of cable ducts [m]."""
-DUCT_SHARE, LEAST_DUCT = 0.5, 1.2
+DUCT_SHARE, MIN_DUCT = 0.5, 1.2
 """Share of walls with a duct, and its least length [m]."""
-AHEAD, FAR = 0.2, 1e6
+PROBE_DISTANCE, BEYOND_ALL = 0.2, 1e6
 """Distance at which it is asked what is there, and beyond everything [m]."""
 LEAF_GAP = 0.0015
 """Distance of the picture of a leaf from the leaf [m]."""
@@ -73,14 +73,18 @@ def _beyond(world: World) -> "BaseGeometry":
     outside = [
         item for item in hung(world) if item.fixed and not rooms.contains(shapely.Point(item.place.x, item.place.y))
     ]
-    return shapely.box(-FAR, -FAR, FAR, FAR) if any(not _at_wall(rooms, item) for item in outside) else rooms
+    return (
+        shapely.box(-BEYOND_ALL, -BEYOND_ALL, BEYOND_ALL, BEYOND_ALL)
+        if any(not _at_wall(rooms, item) for item in outside)
+        else rooms
+    )
 
 
 def _at_wall(rooms: "BaseGeometry", item: Hung) -> bool:
     """Return whether a beacon hangs on the inside of a wall, or in it."""
     import shapely
 
-    front = item.place @ Pose(AHEAD, 0.0, 0.0)
+    front = item.place @ Pose(PROBE_DISTANCE, 0.0, 0.0)
     return bool(rooms.contains(shapely.Point(front.x, front.y)))
 
 
@@ -88,19 +92,19 @@ def _is_outside(side: Side, beyond: "BaseGeometry", hole: WallOpening) -> bool:
     """Return whether what is on the other side of a hole is no room."""
     import shapely
 
-    point = side.frame.points(((hole.left + hole.right) / 2, -hole.thickness - AHEAD, 0.0))[0]
+    point = side.frame.points(((hole.left + hole.right) / 2, -hole.thickness - PROBE_DISTANCE, 0.0))[0]
     return not beyond.contains(shapely.Point(point[:2]))
 
 
 def _bands(side: Side, style: RoomStyle, hanging: Hanging) -> Iterator[Quad]:
     """Yield skirting boards, cable ducts and striped bands, which openings and beacons interrupt."""
-    yield from _band(side, (0.0, SKIRTING), SKIRTING_DEPTH, f"{style.skirting}/1", length=1.0)
+    yield from _band(side, (0.0, SKIRTING_HEIGHT), SKIRTING_DEPTH, f"{style.skirting}/1", length=1.0)
     if style.hazard:
-        yield from _band(side, HAZARD, 0.004, "hazard/1", length=0.96)
+        yield from _band(side, HAZARD_HEIGHTS, 0.004, "hazard/1", length=0.96)
     if style.duct and hanging.rng.random() < DUCT_SHARE:
-        for left, right in _free(side, DUCT):
-            if right - left > LEAST_DUCT:
-                yield from hanging.run((left + 0.1, right - 0.1), DUCT, 0.04, "duct/1")
+        for left, right in _free(side, DUCT_HEIGHTS):
+            if right - left > MIN_DUCT:
+                yield from hanging.run((left + 0.1, right - 0.1), DUCT_HEIGHTS, 0.04, "duct/1")
 
 
 def _band(side: Side, up: tuple[float, float], out: float, part: str, *, length: float) -> Iterator[Quad]:

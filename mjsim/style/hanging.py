@@ -10,11 +10,11 @@ from mjsim.style.atlas_faces import Quad, Range
 from mjsim.style.recipes import WallItem
 from mjsim.style.sides import Rectangle, Side
 
-TRIES = 6
+MAX_TRIES = 6
 """Places that are tried for a thing."""
-GAP = 0.12
+MIN_GAP = 0.12
 """Least distance between things, and from corners and frames [m]."""
-FRAME = 0.07
+FRAME_WIDTH = 0.07
 """Width of the frames of doors and windows [m]."""
 
 
@@ -31,7 +31,7 @@ class Hanging:
         """
         self._side, self._atlas, self._counts = side, atlas, counts
         self.rng = np.random.default_rng(side.seed)
-        frame = FRAME + GAP
+        frame = FRAME_WIDTH + MIN_GAP
         self._taken: list[Rectangle] = [*side.beacons, *side.things]
         for hole in side.holes:
             low, high = hole.opening.sill, hole.opening.head
@@ -65,10 +65,10 @@ class Hanging:
         return variants[self.rng.integers(len(variants))]
 
     def _hang(self, thing: WallItem) -> Iterator[Quad]:
-        room = self._side.length - thing.width - 2 * GAP
+        room = self._side.length - thing.width - 2 * MIN_GAP
         if room < 0.0 or thing.low + thing.height > self._side.height:
             return
-        for left in self.rng.uniform(GAP, GAP + room, TRIES).tolist():
+        for left in self.rng.uniform(MIN_GAP, MIN_GAP + room, MAX_TRIES).tolist():
             faces = list(self.put(left, thing))
             if faces:
                 yield from faces
@@ -77,7 +77,9 @@ class Hanging:
     def _free(self, place: Rectangle) -> bool:
         left, right, low, high = place
         inside = left >= 0.0 and right <= self._side.length and high <= self._side.height
-        return inside and not any(overlap((left - GAP / 2, right + GAP / 2, low, high), other) for other in self._taken)
+        return inside and not any(
+            overlap((left - MIN_GAP / 2, right + MIN_GAP / 2, low, high), other) for other in self._taken
+        )
 
 
 def overlap(one: Rectangle, other: Rectangle) -> bool:

@@ -14,19 +14,19 @@ from mjsim.world import Opening, World, footprint, hung, room_polygons, solid_pi
 if TYPE_CHECKING:
     from shapely import Polygon
 
-TOUCH = 0.01
+WALL_TOLERANCE = 0.01
 """Distance within which a face is that of a wall [m]."""
-PARALLEL = 0.02
+MAX_ANGLE_SINE = 0.02
 """Sine of the largest angle between a side and the wall of its openings."""
-NEAR = 0.45
+STANDING_DISTANCE = 0.45
 """Distance from a wall within which things stand before it [m]."""
-MARGIN = 0.3
+BEACON_MARGIN = 0.3
 """Distance of small things from a beacon, so that what recognises it finds its surroundings as they were [m]."""
-LEAST = 0.15
+MIN_STRETCH = 0.15
 """Shorter stretches of wall stay bare [m]."""
-BEFORE = 0.3
+HANGING_DISTANCE = 0.3
 """Distance from a wall within which a beacon hangs on it [m]."""
-TALLEST = 1.0
+MAX_BEACON_RATIO = 1.0
 """Largest half height of a beacon, as a multiple of its width."""
 
 Rectangle = tuple[float, float, float, float]
@@ -73,7 +73,7 @@ def sides_of(world: World) -> list[Side]:
         walls.side(start, end, number)
         for number, room in enumerate(room_polygons(world.walls))
         for start, end in _edges(room)
-        if np.hypot(*(end - start)) >= LEAST
+        if np.hypot(*(end - start)) >= MIN_STRETCH
     ]
 
 
@@ -117,7 +117,7 @@ class _Walls:
         along = (end - start) / length
         right, out = np.array([*-along, 0.0]), np.array([-along[1], along[0], 0.0])
         frame = Axes(np.array([*end, 0.0]), right, out)
-        behind = shapely.Point((start + end) / 2 - out[:2] * TOUCH)
+        behind = shapely.Point((start + end) / 2 - out[:2] * WALL_TOLERANCE)
         walls = self._tree.query(behind, predicate="within")
         height = float(self._heights[walls].max()) if len(walls) else 0.0
         holes = tuple(hole for each in self._holes if (hole := _hole(frame, length, *each)) is not None)
@@ -132,8 +132,8 @@ class _Walls:
         found = []
         for item in self._beacons:
             across, away = _seen(frame, np.array([item.place.x, item.place.y]))
-            if -BEFORE < away < BEFORE + item.beacon.width:
-                half, tall = item.beacon.width / 2 + MARGIN, item.beacon.width * TALLEST + MARGIN
+            if -HANGING_DISTANCE < away < HANGING_DISTANCE + item.beacon.width:
+                half, tall = item.beacon.width / 2 + BEACON_MARGIN, item.beacon.width * MAX_BEACON_RATIO + BEACON_MARGIN
                 found.append((across - half, across + half, item.center - tall, item.center + tall))
         return found
 
@@ -144,7 +144,9 @@ class _Walls:
         offsets = self._outlines - frame.origin[:2]
         across, away = offsets @ frame.right[:2], offsets @ frame.out[:2]
         left, right = (ufunc.reduceat(across, self._first) for ufunc in (np.minimum, np.maximum))
-        near = (np.minimum.reduceat(away, self._first) < NEAR) & (np.maximum.reduceat(away, self._first) > 0.0)
+        near = (np.minimum.reduceat(away, self._first) < STANDING_DISTANCE) & (
+            np.maximum.reduceat(away, self._first) > 0.0
+        )
         chosen = near & (right > 0.0) & (left < length)
         return [tuple(row) for row in np.column_stack([left, right, self._levels])[chosen].tolist()]
 
@@ -160,11 +162,11 @@ def _hole(frame: Axes, length: float, thickness: float, opening: Opening, segmen
     first, last = segment
     span = float(np.hypot(*(last - first)))
     along = (last - first) / span
-    if abs(float(along @ frame.out[:2])) > PARALLEL:
+    if abs(float(along @ frame.out[:2])) > MAX_ANGLE_SINE:
         return None
     ends = [_seen(frame, first + along * min(at, span)) for at in (opening.at, opening.at + opening.width)]
     left, right = sorted(end[0] for end in ends)
-    if abs(ends[0][1] + thickness / 2) > TOUCH or right < TOUCH or left > length - TOUCH:
+    if abs(ends[0][1] + thickness / 2) > WALL_TOLERANCE or right < WALL_TOLERANCE or left > length - WALL_TOLERANCE:
         return None
     return WallOpening(opening, max(left, 0.0), min(right, length), thickness)
 
@@ -178,4 +180,4 @@ def free_stretches(length: float, blocked: Sequence[tuple[float, float]]) -> lis
         free = max(free, right)
     if free < length:
         found.append((free, length))
-    return [(left, right) for left, right in found if right - left > TOUCH]
+    return [(left, right) for left, right in found if right - left > WALL_TOLERANCE]

@@ -13,19 +13,19 @@ from mjsim.style.atlas_faces import Axes, Quad
 from mjsim.style.recipes import RoomStyle
 from mjsim.world import BoxObstacle, ModelObstacle, Obstacle, World, hung, stays, wall_polygons
 
-BOARD = 0.05
+MAX_BOARD_THICKNESS = 0.05
 """Greatest thickness of a shelf's board or a table's top [m]."""
-LEAST_AREA = 0.1
+MIN_AREA = 0.1
 """Least area of one [m^2]."""
 TABLE_AREA, TABLE_HIGH, TABLE_LOW = 0.4, 0.85, 0.6
 """Least area [m^2] and heights [m] of the top of a table."""
-CARTON, LEAST_CARTON = 0.55, 0.25
+MAX_CARTON_SIDE, MIN_CARTON_HEIGHT = 0.55, 0.25
 """Longest side of a carton, and least height of a box that is made of cartons [m]."""
-MOST_CARTONS = 50
+MAX_CARTONS = 50
 """Largest number of cartons side by side and above each other; on larger boxes they are larger."""
-BESIDE, ROBOT = 0.1, 1.0
+BEACON_CLEARANCE, ROBOT_CLEARANCE = 0.1, 1.0
 """Distance before a beacon that walls may not cover, and between a table and a robot behind it [m]."""
-SIGHT, EYE = 8.0, 1.0
+SIGHT_DISTANCE, EYE_HEIGHT = 8.0, 1.0
 """Distance [m] at which a screen must not hide a beacon, and the height of eyes for which walls hide it anyway [m]."""
 
 
@@ -53,7 +53,7 @@ class Things:
             parts: Names of the parts of the atlas.
         """
         self._style, self._parts = style, parts
-        self._walls = shapely.STRtree([shapely.Polygon(outline) for outline in wall_polygons(world, height=EYE)])
+        self._walls = shapely.STRtree([shapely.Polygon(outline) for outline in wall_polygons(world, height=EYE_HEIGHT)])
         self._places = np.array([obstacle.at for obstacle in world.obstacles]).reshape(-1, 2)
         self._beacons = np.array([[item.place.x, item.place.y] for item in hung(world) if item.fixed]).reshape(-1, 2)
 
@@ -64,7 +64,7 @@ class Things:
         place = np.round(np.array([*obstacle.at, obstacle.elevation]) * 100).astype(int).tolist()
         rng = np.random.default_rng([abs(value) * 2 + (value < 0) for value in place])
         if isinstance(obstacle, BoxObstacle):
-            boxes = self._style.hazard and _brown(obstacle.color) and obstacle.box[2] > LEAST_CARTON
+            boxes = self._style.hazard and _brown(obstacle.color) and obstacle.box[2] > MIN_CARTON_HEIGHT
             return list(self._cartons(obstacle, rng)) if boxes and obstacle.texture is None else []
         if isinstance(obstacle, ModelObstacle):
             boards = _boards(obstacle)
@@ -137,12 +137,12 @@ class Things:
         distances = np.linalg.norm(offsets, axis=1)
         if not distances.all():
             return True
-        chosen = distances < SIGHT
+        chosen = distances < SIGHT_DISTANCE
         near, away = self._beacons[chosen], offsets[chosen] / distances[chosen, None]
         if not len(near):
             return False
         # Walls hide it from there, or leave no room for a robot that would look past the screen.
-        lines = shapely.linestrings(np.stack([near + away * BESIDE, place + away * ROBOT], axis=1))
+        lines = shapely.linestrings(np.stack([near + away * BEACON_CLEARANCE, place + away * ROBOT_CLEARANCE], axis=1))
         blocked = self._walls.query(lines, predicate="intersects")[0]
         return len(np.unique(blocked)) < len(near)
 
@@ -156,7 +156,7 @@ class Things:
             (-math.pi / 2, width, length),
         ):
             frame = Axes.facing(0.0, 0.0, 0.0, heading)
-            columns, rows = (min(math.ceil(size / CARTON), MOST_CARTONS) for size in (wide, height))
+            columns, rows = (min(math.ceil(size / MAX_CARTON_SIDE), MAX_CARTONS) for size in (wide, height))
             for column in range(columns):
                 for row in range(rows):
                     a, low = -wide / 2 + column * wide / columns, row * height / rows
@@ -175,7 +175,7 @@ def _boards(obstacle: ModelObstacle) -> list[_Board]:
     for hull, low, high in obstacle.shape.columns:
         corners: Array = hull * scale
         (left, rear), (right, front) = corners.min(axis=0), corners.max(axis=0)
-        if (high - low) * scale <= BOARD and (right - left) * (front - rear) >= LEAST_AREA:
+        if (high - low) * scale <= MAX_BOARD_THICKNESS and (right - left) * (front - rear) >= MIN_AREA:
             found.append(_Board(float(left), float(right), float(rear), float(front), low * scale, high * scale))
     return sorted(found, key=lambda board: board.low)
 

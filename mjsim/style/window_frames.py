@@ -3,18 +3,18 @@
 from collections.abc import Callable, Iterator
 
 from mjsim.style.atlas_faces import Quad
-from mjsim.style.hanging import FRAME, Hanging, overlap
+from mjsim.style.hanging import FRAME_WIDTH, Hanging, overlap
 from mjsim.style.recipes import RoomStyle, WallItem
-from mjsim.style.sides import MARGIN, Rectangle, Side, WallOpening
+from mjsim.style.sides import BEACON_MARGIN, Rectangle, Side, WallOpening
 
-PROUD = 0.012
+FRAME_THICKNESS = 0.012
 """Thickness of a frame on the wall [m]."""
-BAR = 0.05
+BAR_WIDTH = 0.05
 """Width of the bars of a window [m]."""
-COVERED = 0.3
+COVERED_SHARE = 0.3
 """Share of a window that blinds or curtains cover."""
 RADIATOR = WallItem("radiator", 1.0, 0.55, 0.14, 1.0, 0.06, "white", 99)
-LEAST_SILL = 0.75
+MIN_SILL = 0.75
 """Lowest sill above a radiator [m]."""
 SWITCH = WallItem("switch", 0.08, 0.08, 1.05, 1.0, 0.01, "white", 99)
 SIGN = WallItem("door_sign", 0.21, 0.15, 1.45, 1.0, 0.008, "gray", 99)
@@ -39,11 +39,11 @@ def opening_faces(
         if hole.opening.sill > 0.0:
             if view(hole):
                 yield from _window(side, hole, hanging, style)
-            if hole.opening.sill >= LEAST_SILL:
+            if hole.opening.sill >= MIN_SILL:
                 yield from hanging.put((hole.left + hole.right - RADIATOR.width) / 2, RADIATOR)
         else:
-            yield from hanging.put(hole.right + FRAME + 0.1, SWITCH)
-            yield from hanging.put(hole.left - FRAME - 0.12 - SIGN.width, SIGN)
+            yield from hanging.put(hole.right + FRAME_WIDTH + 0.1, SWITCH)
+            yield from hanging.put(hole.left - FRAME_WIDTH - 0.12 - SIGN.width, SIGN)
             if side.length > 6.0:
                 yield from hanging.put((hole.left + hole.right - EXIT.width) / 2, EXIT)
 
@@ -52,22 +52,22 @@ def _casing(side: Side, hole: WallOpening, part: str) -> Iterator[Quad]:
     """Yield the bars around an opening; a bar that would touch a beacon or its margin is left out."""
     low, high = hole.opening.sill, min(hole.opening.head, side.height)
     bars: list[Rectangle] = [
-        (hole.left - FRAME, hole.left, low, high + FRAME),
-        (hole.right, hole.right + FRAME, low, high + FRAME),
-        (hole.left, hole.right, high, high + FRAME),
+        (hole.left - FRAME_WIDTH, hole.left, low, high + FRAME_WIDTH),
+        (hole.right, hole.right + FRAME_WIDTH, low, high + FRAME_WIDTH),
+        (hole.left, hole.right, high, high + FRAME_WIDTH),
     ]
     if low > 0.0:
-        bars.append((hole.left - FRAME, hole.right + FRAME, low - 0.04, low))
+        bars.append((hole.left - FRAME_WIDTH, hole.right + FRAME_WIDTH, low - 0.04, low))
     for bar in bars:
         within = bar[0] >= 0.0 and bar[1] <= side.length and bar[3] <= side.height
         if within and not any(overlap(bar, _bare(beacon)) for beacon in side.beacons):
-            proud = PROUD if bar[2] >= low else 4 * PROUD
+            proud = FRAME_THICKNESS if bar[2] >= low else 4 * FRAME_THICKNESS
             yield from side.frame.block(bar[:2], (0.0, proud), bar[2:], part, part)
 
 
 def _bare(beacon: Rectangle) -> Rectangle:
     """Return the rectangle of a beacon with a narrow margin: a door's frame is even, and cannot be elsewhere."""
-    less = MARGIN - 2 * PROUD
+    less = BEACON_MARGIN - 2 * FRAME_THICKNESS
     return beacon[0] + less, beacon[1] - less, beacon[2] + less, beacon[3] - less
 
 
@@ -78,13 +78,17 @@ def _window(side: Side, hole: WallOpening, hanging: Hanging, style: RoomStyle) -
     middle, width = (left + right) / 2, right - left
     view = hanging.one_of(style.view)
     yield frame.sheet((left, right), (low, high), back - 0.01, view)
-    for across in ((left, left + BAR), (middle - BAR / 2, middle + BAR / 2), (right - BAR, right)):
+    for across in (
+        (left, left + BAR_WIDTH),
+        (middle - BAR_WIDTH / 2, middle + BAR_WIDTH / 2),
+        (right - BAR_WIDTH, right),
+    ):
         yield from frame.block(across, (back - 0.01, back + 0.03), (low, high), "white", "gray")
-    for up in ((low, low + BAR), (high - BAR, high)):
+    for up in ((low, low + BAR_WIDTH), (high - BAR_WIDTH, high)):
         yield from frame.block((left, right), (back - 0.01, back + 0.03), up, "white", "gray")
     if style.cover == "blinds":
-        share = COVERED * hanging.rng.uniform(0.3, 2.0)
+        share = COVERED_SHARE * hanging.rng.uniform(0.3, 2.0)
         yield frame.sheet((left, right), (high - share * (high - low), high), back + 0.05, "blinds/1")
     else:
-        for across in ((left, left + COVERED / 2 * width), (right - COVERED / 2 * width, right)):
+        for across in ((left, left + COVERED_SHARE / 2 * width), (right - COVERED_SHARE / 2 * width, right)):
             yield frame.sheet(across, (low, high), -0.01, "curtain/1")

@@ -16,13 +16,13 @@ from mjsim.sweep.sweep_plan import Job, SweepPlan
 from mjsim.sweep.sweep_worker import Outcome
 
 FORMAT = 1
-VERSIONED = ("mjsim", "mujoco", "numpy", "scipy", "opencv-python-headless")
+VERSIONED_PACKAGES = ("mjsim", "mujoco", "numpy", "scipy", "opencv-python-headless")
 """Packages that the results depend on."""
 
 
 def versions() -> dict[str, str]:
     """Return the installed versions of the packages that the results depend on."""
-    return {name: version(name) for name in VERSIONED}
+    return {name: version(name) for name in VERSIONED_PACKAGES}
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,7 +29,7 @@ from mjsim.sweep.sweep_worker import Outcome
 
 MAX_SHADES = 3
 """Maximum number of cases for which ranges are drawn beside medians."""
-ERROR, DEAD_RECKONING = "position_error_m.rmse", "odometry_error_m.rmse"
+ERROR_KEYS, DEAD_RECKONING = "position_error_m.rmse", "odometry_error_m.rmse"
 Series = Mapping[str, Sequence[float | None]]
 
 
@@ -39,7 +39,7 @@ def plots(
     """Return the plots as files by name; none for a robot without a driver, or whose runs all failed."""
     files: dict[str, bytes] = {}
     for robot in robots:
-        own = [row for row in rows if row["robot"] == robot and row.get(ERROR) is not None]
+        own = [row for row in rows if row["robot"] == robot and row.get(ERROR_KEYS) is not None]
         if not own:
             continue
         series = [
@@ -70,7 +70,7 @@ def settings_plot(plan: SweepPlan, rows: Sequence[Row]) -> Figure:
     places = np.arange(len(values), dtype=float)
     others = [name for name in plan.settings if name != key]
     groups = list(dict.fromkeys(_label({name: row[name] for name in others}) for row in rows))
-    for axes, figure_name in ((above, ERROR), (below, DEAD_RECKONING)):
+    for axes, figure_name in ((above, ERROR_KEYS), (below, DEAD_RECKONING)):
         for lane, group in enumerate(groups):
             offset = (lane - (len(groups) - 1) / 2) * 0.7 / len(groups)
             found = [_column(rows, figure_name, key, value, others, group) for value in values]

@@ -12,9 +12,9 @@ from mjsim.video.view import format_metres, round_step
 
 LEFT, RIGHT, TOP, BOTTOM = 52, 14, 32, 24
 """Margins around the curves [px]."""
-NARROW = 480
+MIN_WIDE_WIDTH = 480
 """In a chart narrower than this, the current errors are below the title [px]."""
-STEP = 3.0
+MIN_STEP = 3.0
 """Minimum step by which curves are extended [px]."""
 
 
@@ -33,7 +33,7 @@ class ErrorChart:
         self._page = np.empty((height, width, 3), np.uint8)
         self._letters = letters
         self._seconds, self._limit = seconds, 0.05
-        self._figures = 20 if width >= NARROW else 42
+        self._figures = 20 if width >= MIN_WIDE_WIDTH else 42
         """Baseline of the current errors, beside the title or below it [px]."""
         self._top = TOP + self._figures - 20
         self._times: list[float] = []
@@ -55,7 +55,7 @@ class ErrorChart:
             self._seconds = max(self._seconds, 1.5 * moment.time if moment.time > self._seconds + 1e-6 else 0.0)
             self._draw_frame()
             self._draw_curves(0)
-        elif float(self._column(moment.time) - self._column(self._times[self._curves_to])) >= STEP:
+        elif float(self._column(moment.time) - self._column(self._times[self._curves_to])) >= MIN_STEP:
             self._draw_curves(self._curves_to)
 
     def draw(self, image: Picture) -> None:
@@ -90,7 +90,7 @@ class ErrorChart:
         self._curves_to = len(self._times) - 1
         columns = self._column(self._times[first:])
         # The first of every few pixels, and the newest: shorter segments would look like beads.
-        drawn = np.append(np.diff(np.floor(columns / STEP), prepend=-1.0)[:-1] > 0.0, True)
+        drawn = np.append(np.diff(np.floor(columns / MIN_STEP), prepend=-1.0)[:-1] > 0.0, True)
         for errors, color in zip(self._errors, (ODOMETRY, ESTIMATE), strict=True):
             points = np.stack([columns, self._row(errors[first:])], axis=-1)[drawn]
             draw_polyline(self._page, points, color, width=2)

@@ -18,7 +18,7 @@ ABOVE = np.eye(4)[:3]
 """The view of a plan: x to the right, y up, z towards the viewer."""
 END_ON = 0.9
 """The view is along an axis if the cosine of the angle between them is larger."""
-ROUND = 32
+CIRCLE_CORNERS = 32
 """Number of corners of a circle."""
 
 
@@ -93,7 +93,7 @@ def draw_mechanism(drawing: Paper, drawn: Drawn) -> None:
 def body_outlines(drawn: Drawn) -> Iterator[tuple[str, Array]]:
     """Yield the outline of each body in the drawing, shape (n, 2) [m], farthest first."""
     found = []
-    ring = np.stack([np.cos(turns := np.arange(ROUND) * 2.0 * np.pi / ROUND), np.sin(turns)], axis=-1)
+    ring = np.stack([np.cos(turns := np.arange(CIRCLE_CORNERS) * 2.0 * np.pi / CIRCLE_CORNERS), np.sin(turns)], axis=-1)
     for body in drawn.mechanism.bodies:
         points, radius = body.hull()
         seen = drawn.points(body.name, points)
@@ -158,7 +158,7 @@ def curves(drawn: Drawn) -> Iterator[Array]:
         joint = assembly.linkage.joints[track.ghost - 1]
         curve = joint.primitives[0].curve
         if curve is not None:
-            points = curve.sampled(3 * ROUND) @ joint.before[:3, :3].T + joint.before[:3, 3]
+            points = curve.sampled(3 * CIRCLE_CORNERS) @ joint.before[:3, :3].T + joint.before[:3, 3]
             yield drawn.points(assembly.bodies[joint.parent], points)[:, :2]
 
 

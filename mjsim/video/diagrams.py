@@ -16,21 +16,21 @@ from mjsim.video.plan_parts import draw_scale_bar
 from mjsim.video.view import PlanView
 from mjsim.world import Mechanism, World
 
-HEAD, MARGIN = 6.5, 7.0
+HEAD, PANEL_MARGINS = 6.5, 7.0
 """Margin above a diagram for its name, and around it [mm]."""
-CELL = 60.0
+MIN_PANEL_WIDTH = 60.0
 """Minimum width of a panel on a sheet [mm]."""
-LARGEST = 100.0
+MAX_PANEL_WIDTH = 100.0
 """Maximum width of a panel on a sheet [mm]."""
-PLANE = 0.98
+MIN_PARALLEL_SHARE = 0.98
 """Minimum fraction of parallel rotation axes in a planar mechanism."""
 OBLIQUE = (math.radians(-60.0), math.radians(25.0))
 """Azimuth and elevation from which spatial mechanisms are seen [rad]."""
-ACROSS = 0.1
+MAX_SLIDE_COSINE = 0.1
 """Maximum cosine between the slides of a planar mechanism and its normal."""
-STEEP = 0.9
+MIN_VERTICAL_COSINE = 0.9
 """An axis with a larger cosine to the vertical counts as vertical."""
-SHOWN = 48
+POSTURE_COUNT = 48
 """Number of postures of a motion to which a diagram is scaled."""
 
 
@@ -43,7 +43,9 @@ def best_look(mechanism: Mechanism) -> Array:
     toward = np.array([0.0, -1.0, 0.0])
     if len(turns):
         sizes, directions = np.linalg.eigh(turns.T @ turns)
-        if sizes[-1] > PLANE * len(turns) and np.all(np.abs(slides @ directions[:, -1]) < ACROSS):
+        if sizes[-1] > MIN_PARALLEL_SHARE * len(turns) and np.all(
+            np.abs(slides @ directions[:, -1]) < MAX_SLIDE_COSINE
+        ):
             return view_along(directions[:, -1])
         azimuth, elevation = OBLIQUE
         toward = np.array([math.cos(azimuth), math.sin(azimuth), math.tan(elevation)])
@@ -52,7 +54,7 @@ def best_look(mechanism: Mechanism) -> Array:
 
 def view_along(toward: Array) -> Array:
     """Return drawing_from_world for a direction towards the viewer, shape (3, 4) [m]: x to the right, or z up."""
-    if abs(toward[2]) > STEEP:
+    if abs(toward[2]) > MIN_VERTICAL_COSINE:
         return np.eye(4)[:3]
     if toward[1] > 1e-9 or (abs(toward[1]) <= 1e-9 and toward[0] < 0):
         toward = -toward
@@ -75,7 +77,7 @@ class Diagram:
         """
         self.mechanism, self._view_matrix = mechanism, best_look(mechanism)
         self._width, self._height = width, height
-        margin, head = round(px(MARGIN)), round(px(HEAD))
+        margin, head = round(px(PANEL_MARGINS)), round(px(HEAD))
         view = PlanView.fit(_bounds(mechanism, postures, self._view_matrix), width, height - head, margin=margin)
         self._view = PlanView(view.left, view.top + head / view.scale, view.scale, width, height)
 
@@ -116,8 +118,8 @@ def _bounds(mechanism: Mechanism, postures: Sequence[Array], drawing_from_world:
 
 def diagrams_page(world: World, width: int, *, names: bool) -> Picture:
     """Return diagrams of all mechanisms of a world in their initial posture, RGB, in rows of a width [px]."""
-    columns = max(1, min(len(world.mechanisms), int(width / px(CELL))))
-    cell, letters, rows = min(width // columns, round(px(LARGEST))), Letters(), []
+    columns = max(1, min(len(world.mechanisms), int(width / px(MIN_PANEL_WIDTH))))
+    cell, letters, rows = min(width // columns, round(px(MAX_PANEL_WIDTH))), Letters(), []
     for first in range(0, len(world.mechanisms), columns):
         group = world.mechanisms[first : first + columns]
         shapes = [np.ptp(_bounds(item, [item.assembly.start], best_look(item)), axis=0) for item in group]
@@ -152,7 +154,7 @@ class DiagramFrame:
         size = WIDTH // self._columns, HEIGHT // math.ceil(count / self._columns)
         self._panels = []
         for item in world.mechanisms:
-            postures = [item.assembly.start, *some_of(motions[item.name], SHOWN)]
+            postures = [item.assembly.start, *some_of(motions[item.name], POSTURE_COUNT)]
             self._panels.append(Diagram(item, postures, width=size[0], height=size[1]))
         self._page = np.full((HEIGHT, WIDTH, 3), PAPER, np.uint8)
 

@@ -20,7 +20,7 @@ from mjsim.world import View
 
 RATE = 25
 """Frames per second."""
-AHEAD = 8
+MAX_WAITING_FRAMES = 8
 """Maximum number of rendered frames waiting for the encoder."""
 OPTIONS = {"preset": "veryfast", "crf": "20", "movflags": "+faststart"}
 """Options of x264: fast, and sharp enough for small text; the index comes first, for browsers."""
@@ -163,7 +163,7 @@ class _Ahead:
 
     def __init__(self, pictures: Iterable[Picture]) -> None:
         self._pictures = pictures
-        self._ready: queue.Queue[NDArray[np.uint8] | BaseException | None] = queue.Queue(AHEAD)
+        self._ready: queue.Queue[NDArray[np.uint8] | BaseException | None] = queue.Queue(MAX_WAITING_FRAMES)
         self._stopped = threading.Event()
         self._thread = threading.Thread(target=self._work, name="film", daemon=True)
         self._thread.start()

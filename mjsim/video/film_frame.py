@@ -34,7 +34,7 @@ from mjsim.video.paper import Paper
 from mjsim.video.picture_layout import HEIGHT, MARGIN, WIDTH, Pane, arrange
 from mjsim.video.placed_names import MAX_NAMES, write_words
 from mjsim.video.plan_parts import bounds_with, draw_grid, draw_scale_bar, floor_color
-from mjsim.video.state import LIFTED, PlanState
+from mjsim.video.state import MAX_TRAIL_STEP, PlanState
 from mjsim.video.trails import Trails
 from mjsim.video.view import PlanView, round_step
 from mjsim.world import Camera, View, World
@@ -43,9 +43,9 @@ DENSITY = 6.0
 """Pixels per millimetre on paper, for lines and symbols of films."""
 CLOSE_UP = 110.0
 """Scale of the close-up [px/m]; smaller in a world too large to cache at this scale."""
-LARGEST = 16e6
+MAX_CACHED_PIXELS = 16e6
 """Maximum number of pixels of a cached plan."""
-FIGURES = (58, 138, 258)
+FIGURE_EDGES = (58, 138, 258)
 """Right edges of time, speed and number of landmarks, right of the title [px]: fixed, so that the numbers do not move.
 """
 LEGEND: tuple[tuple[str, Rgb], ...] = (
@@ -182,7 +182,7 @@ class Frame:
             return
         if self._last is not None and moment.time > self._last[0]:
             step = float(np.hypot(*(moment.truth - self._last[1])[:2]))
-            if step > LIFTED:
+            if step > MAX_TRAIL_STEP:
                 step = 0.0
             # Low-pass filter with weight 0.1 for the newest step: driving noise would make the number flicker.
             self._speed += 0.1 * (step / (moment.time - self._last[0]) - self._speed)
@@ -230,10 +230,10 @@ class Frame:
         strip[:] = PAGE
         mapped = f"{len(moment.names)} landmark{'' if len(moment.names) == 1 else 's'}"
         figures = (f"{moment.time:.1f} s", f"{self._speed:.2f} m/s", mapped)
-        for text, right in zip(figures, FIGURES, strict=True):
+        for text, right in zip(figures, FIGURE_EDGES, strict=True):
             self._letters.write(strip, text, (right, 21), 14, INK, align=1.0)
         if moment.touched:
-            self._letters.write(strip, "bump", (FIGURES[-1] + 24, 21), 14, BUMP, weight=SEMIBOLD)
+            self._letters.write(strip, "bump", (FIGURE_EDGES[-1] + 24, 21), 14, BUMP, weight=SEMIBOLD)
 
 
 class PlanFrame:
@@ -303,7 +303,7 @@ def _close_view(bounds: Array, part: Pane) -> PlanView:
     """Return the view of the whole world at the scale of the close-up, with a margin of floor."""
     room = bounds + np.array([[-0.5], [0.5]])
     width, height = room[1] - room[0]
-    scale = min(CLOSE_UP, float(np.sqrt(LARGEST / (width * height))))
+    scale = min(CLOSE_UP, float(np.sqrt(MAX_CACHED_PIXELS / (width * height))))
     size = np.maximum(np.ceil(np.array([width, height]) * scale), (part.width, part.height)).astype(int)
     x, y = room.mean(axis=0).tolist()
     return PlanView.around(x, y, scale, int(size[0]), int(size[1]))

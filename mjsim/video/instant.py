@@ -15,7 +15,7 @@ from mjsim.video.film import display_of
 from mjsim.video.ink import encoded_picture
 from mjsim.video.moment import Moment, moments
 from mjsim.video.oblique import ObliqueView, standing_arms
-from mjsim.video.state import LIFTED, PlanState
+from mjsim.video.state import MAX_TRAIL_STEP, PlanState
 from mjsim.video.views import arms_alone, composed_picture, first_robot, plan_picture
 from mjsim.world import World
 
@@ -120,7 +120,7 @@ def _paths(track: Track, row: int) -> Iterator[PlanItem]:
 
 
 def _pieces(points: Array) -> list[Array]:
-    jumps = np.flatnonzero(np.hypot(*np.diff(points, axis=0).T) > LIFTED) + 1
+    jumps = np.flatnonzero(np.hypot(*np.diff(points, axis=0).T) > MAX_TRAIL_STEP) + 1
     return [piece for piece in np.split(points, jumps) if len(piece) > 1]
 
 

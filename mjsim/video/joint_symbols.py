@@ -14,9 +14,9 @@ from mjsim.plan import arc
 from mjsim.video.ink import ESTIMATE, INK, PAPER
 from mjsim.video.paper import Paper
 
-RADIUS = 0.9
+HINGE_RADIUS = 0.9
 """Radius of a hinge seen along its axis [mm]."""
-FINE, BOLD = 0.2, 0.3
+FINE_LINE, BOLD_LINE = 0.2, 0.3
 """Thickness of lines [mm]."""
 Symbol = Callable[[Paper, Pose, bool], None]
 """Draws a joint at a pose whose x axis is the joint's axis; the flag says whether the view is along that axis."""
@@ -38,23 +38,23 @@ def draw_ground(drawing: Paper, place: Pose) -> None:
     """Draw the hatched ground line below a joint of the ground."""
     low = -1.9
     for foot in (-0.9, 0.9):
-        _stroke(drawing, place, [(0.0, 0.0), (foot, low)], FINE)
-    _stroke(drawing, place, [(-2.0, low), (2.0, low)], BOLD)
+        _stroke(drawing, place, [(0.0, 0.0), (foot, low)], FINE_LINE)
+    _stroke(drawing, place, [(-2.0, low), (2.0, low)], BOLD_LINE)
     for x in np.arange(-2.0, 1.5, 0.8):
-        _stroke(drawing, place, [(x, low - 0.9), (x + 0.7, low)], FINE)
+        _stroke(drawing, place, [(x, low - 0.9), (x + 0.7, low)], FINE_LINE)
 
 
 def draw_turning(drawing: Paper, place: Pose) -> None:
     """Draw the arrow of an actuator that rotates a joint."""
     curve = arc((0.0, 0.0), 2.3, -0.6, 3.6)
     points = place.transform(curve * drawing.metres(1.0))
-    drawing.line(points[:-3], ESTIMATE, BOLD)
-    drawing.arrow(points[[-4, -1]], ESTIMATE, BOLD)
+    drawing.line(points[:-3], ESTIMATE, BOLD_LINE)
+    drawing.arrow(points[[-4, -1]], ESTIMATE, BOLD_LINE)
 
 
 def draw_sliding(drawing: Paper, place: Pose) -> None:
     """Draw the arrow of an actuator that translates a joint, beside it."""
-    drawing.arrow(_points(drawing, place, [(-2.2, 1.7), (2.6, 1.7)]), ESTIMATE, BOLD)
+    drawing.arrow(_points(drawing, place, [(-2.2, 1.7), (2.6, 1.7)]), ESTIMATE, BOLD_LINE)
 
 
 def _points(drawing: Paper, place: Pose, millimetres: "list[tuple[float, float]]") -> Array:
@@ -67,10 +67,10 @@ def _stroke(
     drawing.line(_points(drawing, place, millimetres), INK, thickness, closed=closed)
 
 
-def _ring(drawing: Paper, place: Pose, radius: float = RADIUS) -> None:
+def _ring(drawing: Paper, place: Pose, radius: float = HINGE_RADIUS) -> None:
     middle = (place.x, place.y)
     drawing.disc(middle, drawing.metres(radius), PAPER)
-    drawing.disc(middle, drawing.metres(radius), INK, thickness=BOLD)
+    drawing.disc(middle, drawing.metres(radius), INK, thickness=BOLD_LINE)
 
 
 def _dot(drawing: Paper, place: Pose, radius: float) -> None:
@@ -81,16 +81,16 @@ def _block(drawing: Paper, place: Pose, length: float, width: float) -> None:
     x, y = length / 2, width / 2
     corners = [(-x, -y), (x, -y), (x, y), (-x, y)]
     drawing.fill(_points(drawing, place, corners), PAPER)
-    _stroke(drawing, place, corners, BOLD, closed=True)
+    _stroke(drawing, place, corners, BOLD_LINE, closed=True)
 
 
 def _shaft(drawing: Paper, place: Pose, half: float) -> None:
-    _stroke(drawing, place, [(-half, 0.0), (half, 0.0)], BOLD)
+    _stroke(drawing, place, [(-half, 0.0), (half, 0.0)], BOLD_LINE)
 
 
 def _cross(drawing: Paper, place: Pose, half: float) -> None:
     for ends in ([(-half, 0.0), (half, 0.0)], [(0.0, -half), (0.0, half)]):
-        _stroke(drawing, place, ends, FINE)
+        _stroke(drawing, place, ends, FINE_LINE)
 
 
 def _turned(place: Pose) -> Pose:
@@ -109,7 +109,7 @@ def _revolute(drawing: Paper, place: Pose, along: bool) -> None:
     _shaft(drawing, place, 2.2)
     _block(drawing, place, 1.8, 1.3)
     for x in (-1.3, 1.3):
-        _stroke(drawing, place, [(x, -0.8), (x, 0.8)], BOLD)
+        _stroke(drawing, place, [(x, -0.8), (x, 0.8)], BOLD_LINE)
 
 
 def _prismatic(drawing: Paper, place: Pose, along: bool) -> None:
@@ -137,7 +137,7 @@ def _screw(drawing: Paper, place: Pose, along: bool) -> None:
         return
     _shaft(drawing, place, 2.8)
     _block(drawing, place, 2.4, 1.6)
-    _stroke(drawing, place, [(-1.2, -0.8), (-0.4, 0.8), (0.4, -0.8), (1.2, 0.8)], FINE)
+    _stroke(drawing, place, [(-1.2, -0.8), (-0.4, 0.8), (0.4, -0.8), (1.2, 0.8)], FINE_LINE)
 
 
 def _planar(drawing: Paper, place: Pose, along: bool) -> None:
@@ -146,7 +146,7 @@ def _planar(drawing: Paper, place: Pose, along: bool) -> None:
         _ring(drawing, place, 0.6)
         return
     for x in (-0.4, 0.4):
-        _stroke(drawing, place, [(x, -2.2), (x, 2.2)], BOLD)
+        _stroke(drawing, place, [(x, -2.2), (x, 2.2)], BOLD_LINE)
 
 
 def _in_plane(drawing: Paper, place: Pose, along: bool) -> None:
@@ -186,11 +186,11 @@ def _telescoping(drawing: Paper, place: Pose, along: bool) -> None:
 
 def _bushing(drawing: Paper, place: Pose, along: bool) -> None:
     _ring(drawing, place, 1.5)
-    _stroke(drawing, place, [(-1.5, 0), (-0.9, 0), (-0.6, 0.7), (0, -0.7), (0.6, 0.7), (0.9, 0), (1.5, 0)], FINE)
+    _stroke(drawing, place, [(-1.5, 0), (-0.9, 0), (-0.6, 0.7), (0, -0.7), (0.6, 0.7), (0.9, 0), (1.5, 0)], FINE_LINE)
 
 
 def _six_dof(drawing: Paper, place: Pose, along: bool) -> None:
-    drawing.dashes(arc((place.x, place.y), drawing.metres(1.3), 0.0, 2.0 * math.pi), INK, BOLD, dash=0.7)
+    drawing.dashes(arc((place.x, place.y), drawing.metres(1.3), 0.0, 2.0 * math.pi), INK, BOLD_LINE, dash=0.7)
 
 
 def _custom(drawing: Paper, place: Pose, along: bool) -> None:

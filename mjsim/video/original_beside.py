@@ -27,7 +27,7 @@ from mjsim.video.sheet import (
 )
 from mjsim.world import World
 
-WIDE = 1.25
+MAX_ASPECT = 1.25
 """Sheets whose ratio of width to height exceeds this are stacked, instead of side by side."""
 
 
@@ -56,7 +56,7 @@ def draw_beside(
     both = np.concatenate([world_bounds(world), original.bounds])
     bounds = np.stack([both.min(axis=0), both.max(axis=0)])
     first, second = _original_page(original, bounds), plan_page(world, bounds, labels=labels)
-    stacked = first.shape[1] > WIDE * first.shape[0]
+    stacked = first.shape[1] > MAX_ASPECT * first.shape[0]
     page = np.concatenate([first, second], axis=0 if stacked else 1)
     if path is not None:
         write_sheet(path, page, overwrite=overwrite)

@@ -23,9 +23,9 @@ TITLE, HEAD = 7.0, 9.0
 """Margin above all people for the title, and above each for the name [mm]."""
 MARGIN = 3.0
 """Margin around each drawing [mm]."""
-NARROWEST = 26.0
+MIN_PANEL_WIDTH = 26.0
 """Minimum width of a panel, for the text above it [mm]."""
-AROUND = 0.12
+WORKPLACE_MARGIN = 0.12
 """Margin of the workplace drawn around the body [m]."""
 
 
@@ -44,7 +44,7 @@ class PersonView:
     def bounds(self) -> Array:
         """Minimum and maximum coordinates of the body with a margin of the workplace, shape (2, 2) [m]."""
         points = np.concatenate([outline for outline, _ in self.body])
-        around = AROUND if self.things else 0.0
+        around = WORKPLACE_MARGIN if self.things else 0.0
         return np.stack([points.min(axis=0) - around, points.max(axis=0) + around])
 
 
@@ -158,7 +158,7 @@ def _panel(world: World, person: Person, ratio: float, letters: Letters, *, name
     floor = _floor(person, poses)
     bounds[0][0, 1] = min(bounds[0][0, 1], floor)
     left, right = min(each[0, 0] for each in bounds), max(each[1, 0] for each in bounds)
-    width = math.ceil(max((right - left) * scale + 2 * px(MARGIN), px(NARROWEST)))
+    width = math.ceil(max((right - left) * scale + 2 * px(MARGIN), px(MIN_PANEL_WIDTH)))
     middle = (left + right) / 2
     parts = []
     for view, (low, high), is_beside in zip(views, bounds, (True, False), strict=True):

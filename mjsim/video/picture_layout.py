@@ -6,11 +6,11 @@ from mjsim.geometry import Array
 
 WIDTH, HEIGHT = 1280, 720
 MARGIN, GAP, HEAD = 16, 12, 48
-CHART = 150
+CHART_HEIGHT = 150
 """Height of the chart below the plan [px]."""
-COLUMN = 480
+COLUMN_WIDTH = 480
 """Width of the right column [px]: close-up above, onboard picture below."""
-WIDE, TALL = 2.4, 0.75
+MAX_ASPECT, MIN_ASPECT = 2.4, 0.75
 """Worlds wider than the first or narrower than the second have their own arrangements (width by height)."""
 
 
@@ -44,21 +44,21 @@ def arrange(bounds: Array, *, camera: float | None) -> Layout:
     """
     width, height = bounds[1] - bounds[0]
     shape = float(width / height)
-    if shape > WIDE:
+    if shape > MAX_ASPECT:
         return _wide(shape, camera)
-    return _tall(shape, camera) if shape < TALL else _usual(camera)
+    return _tall(shape, camera) if shape < MIN_ASPECT else _usual(camera)
 
 
 def _usual(camera: float | None) -> Layout:
     """Plan above the chart on the left, close-up above the onboard picture on the right."""
-    left = WIDTH - 2 * MARGIN - GAP - COLUMN
+    left = WIDTH - 2 * MARGIN - GAP - COLUMN_WIDTH
     x, bottom = MARGIN + left + GAP, HEIGHT - MARGIN
-    rows = min(round(COLUMN / camera), 400) if camera else 0
+    rows = min(round(COLUMN_WIDTH / camera), 400) if camera else 0
     return Layout(
-        plan=Pane(MARGIN, HEAD, left, bottom - HEAD - GAP - CHART),
-        chart=Pane(MARGIN, bottom - CHART, left, CHART),
-        close_up=Pane(x, HEAD, COLUMN, bottom - HEAD - (rows + GAP if rows else 0)),
-        onboard=Pane(x, bottom - rows, COLUMN, rows) if rows else None,
+        plan=Pane(MARGIN, HEAD, left, bottom - HEAD - GAP - CHART_HEIGHT),
+        chart=Pane(MARGIN, bottom - CHART_HEIGHT, left, CHART_HEIGHT),
+        close_up=Pane(x, HEAD, COLUMN_WIDTH, bottom - HEAD - (rows + GAP if rows else 0)),
+        onboard=Pane(x, bottom - rows, COLUMN_WIDTH, rows) if rows else None,
     )
 
 
@@ -86,7 +86,7 @@ def _tall(shape: float, camera: float | None) -> Layout:
     x = MARGIN + plan.width + GAP
     across = WIDTH - MARGIN - x
     columns = round(0.55 * across) if camera else 0
-    above = min(round(columns / camera), rows - GAP - CHART) if camera else rows - GAP - CHART
+    above = min(round(columns / camera), rows - GAP - CHART_HEIGHT) if camera else rows - GAP - CHART_HEIGHT
     return Layout(
         plan=plan,
         chart=Pane(x, HEAD + above + GAP, across, rows - GAP - above),

@@ -12,15 +12,15 @@ from mjsim.video.paper import Paper
 
 MAX_NAMES = 1000
 """With more objects than this, the plan is drawn without names, which would be unreadable."""
-AWAY = (0.9, 2.0, 3.5, 6.0, 9.0)
+NAME_DISTANCES = (0.9, 2.0, 3.5, 6.0, 9.0)
 """Possible distances of a name from the named point [mm]; for the last two, a hairline connects them."""
 LED = 5.0
 FAINT = blend(MUTED, PAPER, 0.4)
-TURNS = (0, 30, -30, 60, -60, 90, -90, 135, -135, 180)
+NAME_ANGLES = (0, 30, -30, 60, -60, 90, -90, 135, -135, 180)
 """Angles relative to the preferred side at which a name may be placed [deg]."""
-DARK = 150
+MAX_DARK_LEVEL = 150
 """Pixels darker than this should not be covered."""
-SPARED = 4.0
+COVER_COST = 4.0
 """Cost of covering all of it; another side or distance costs 0.02 to 0.2."""
 
 
@@ -30,7 +30,7 @@ def write_words(drawing: Paper, words: Sequence[Words]) -> list[Array]:
     Returns:
         The boxes of the written names, minimum and maximum of (x, y), shape (2, 2) each [px].
     """
-    ink = np.asarray(cv2.integral((drawing.image.min(axis=-1) < DARK).astype(np.uint8)), dtype=float)
+    ink = np.asarray(cv2.integral((drawing.image.min(axis=-1) < MAX_DARK_LEVEL).astype(np.uint8)), dtype=float)
     boxes: list[Array] = []
     for each in words:
         places, costs = _places(drawing, each, size_of(drawing, each))
@@ -49,8 +49,8 @@ def _places(drawing: Paper, name: Words, size: Array) -> tuple[Array, Array]:
     right_on = [(at, 0.0)] if fits or not name.side.any() else []
     side = np.array([name.side[0], -name.side[1]]) if name.side.any() else np.array([0.0, 1.0])
     around = []
-    for rank, away in enumerate(AWAY):
-        for turn in TURNS:
+    for rank, away in enumerate(NAME_DISTANCES):
+        for turn in NAME_ANGLES:
             c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
             toward = np.array([c * side[0] - s * side[1], s * side[0] + c * side[1]])
             # Far enough for the name to be beside the object, or above or below it.
@@ -69,7 +69,7 @@ def _covered(places: Array, ink: Array, taken: Sequence[Array], *, spacing: floa
     high = np.clip(np.ceil(places[:, 1]), 0, (width, height)).astype(int)
     (x0, y0), (x1, y1) = low.T, high.T
     dark = ink[y1, x1] - ink[y0, x1] - ink[y1, x0] + ink[y0, x0]
-    share = SPARED * dark / np.prod(places[:, 1] - places[:, 0], axis=1)
+    share = COVER_COST * dark / np.prod(places[:, 1] - places[:, 0], axis=1)
     if taken:
         low_others, high_others = np.array(taken).transpose(1, 0, 2)
         overlap = np.minimum(places[:, None, 1], high_others) - np.maximum(places[:, None, 0], low_others)

@@ -25,13 +25,13 @@ A4 = (297.0, 210.0)
 """Length and width of the paper [mm]."""
 LEFT, TOP, RIGHT, BOTTOM = 17.0, 21.0, 9.0, 21.0
 """Margins around the plan, for axis, title, edge, axis and legend [mm]."""
-AROUND = 5.0
+FREE_MARGIN = 5.0
 """Free space around the outermost walls [mm]."""
-LEAST = 120.0
+MIN_SHEET_WIDTH = 120.0
 """Minimum width of a sheet, for title and legend [mm]."""
-CROWDED = 0.025
+MAX_COVERED_SHARE = 0.025
 """Obstacle names are omitted, unless requested, if they would cover a larger fraction of the plan."""
-SCALES = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.5)
+SCALE_STEPS = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.5)
 """Scale denominators are these times a power of ten."""
 
 
@@ -99,7 +99,7 @@ def _chosen_words(plan: Paper, world: World, labels: Labels | None) -> list[Word
         return [each for each in words if labels == "all" or each.of == "wall"]
     room = plan.image.shape[0] * plan.image.shape[1]
     ink = sum(float(np.prod(size_of(plan, each))) for each in words if each.of == "thing")
-    return [each for each in words if each.of == "other" or (each.of == "thing" and ink <= CROWDED * room)]
+    return [each for each in words if each.of == "other" or (each.of == "thing" and ink <= MAX_COVERED_SHARE * room)]
 
 
 def scale_for(bounds: Array) -> float:
@@ -107,19 +107,19 @@ def scale_for(bounds: Array) -> float:
     size = (bounds[1] - bounds[0]) * 1000.0
     fits = []
     for length, width in (A4, A4[::-1]):
-        room = np.array([length - LEFT - RIGHT, width - TOP - BOTTOM]) - 2 * AROUND
+        room = np.array([length - LEFT - RIGHT, width - TOP - BOTTOM]) - 2 * FREE_MARGIN
         fits.append(float(np.max(size / room)))
     power = 10.0 ** math.floor(math.log10(min(fits)) + 1e-9)
-    return next(step * power for step in (*SCALES, 10.0) if step * power >= min(fits) * (1 - 1e-9))
+    return next(step * power for step in (*SCALE_STEPS, 10.0) if step * power >= min(fits) * (1 - 1e-9))
 
 
 def lay_out(bounds: Array, ratio: float) -> Paper:
     """Return an empty sheet for a plan with given bounds and scale."""
     scale = px(1000.0) / ratio
-    size = (bounds[1] - bounds[0]) * scale + 2 * px(AROUND)
-    width = max(float(size[0]) + px(LEFT + RIGHT), px(LEAST))
-    left = bounds[0, 0] - (px(LEFT) + (width - px(LEFT + RIGHT) - (size[0] - 2 * px(AROUND))) / 2) / scale
-    above = bounds[1, 1] + px(TOP + AROUND) / scale
+    size = (bounds[1] - bounds[0]) * scale + 2 * px(FREE_MARGIN)
+    width = max(float(size[0]) + px(LEFT + RIGHT), px(MIN_SHEET_WIDTH))
+    left = bounds[0, 0] - (px(LEFT) + (width - px(LEFT + RIGHT) - (size[0] - 2 * px(FREE_MARGIN))) / 2) / scale
+    above = bounds[1, 1] + px(TOP + FREE_MARGIN) / scale
     return blank(PlanView(float(left), float(above), scale, math.ceil(width), math.ceil(size[1] + px(TOP + BOTTOM))))
 
 

@@ -10,9 +10,9 @@ from mjsim.interface import ShownGrid, ShownLines, ShownPoints
 from mjsim.plan import PlanItem
 from mjsim.video.moment import Moment
 
-OCCUPIED = 0.5
+MIN_OCCUPANCY = 0.5
 """Regions of a grid from this occupancy on are outlined."""
-FINER = 4
+OUTLINE_SUBDIVISIONS = 4
 """Parts into which a side of a cell is divided for its outline."""
 
 
@@ -39,6 +39,6 @@ def _pose(values: Array) -> Pose | None:
 
 def _outlines(grid: ShownGrid) -> list[Array]:
     """Return the outlines of the occupied cells in the frame of the grid, shape (n, 2) each [m]."""
-    fine = np.kron(grid.cells >= OCCUPIED, np.ones((FINER, FINER))).astype(np.uint8)
+    fine = np.kron(grid.cells >= MIN_OCCUPANCY, np.ones((OUTLINE_SUBDIVISIONS, OUTLINE_SUBDIVISIONS))).astype(np.uint8)
     found, _ = cv2.findContours(fine, cv2.RETR_LIST, cv2.CHAIN_APPROX_SIMPLE)
-    return [(outline[:, 0].astype(float) + 0.5) * (grid.resolution / FINER) for outline in found]
+    return [(outline[:, 0].astype(float) + 0.5) * (grid.resolution / OUTLINE_SUBDIVISIONS) for outline in found]

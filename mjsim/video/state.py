@@ -14,9 +14,9 @@ from mjsim.world import View, World, first_looks
 
 OF_ROBOTS = ("robot", "heading", "link", "tool")
 """Roles of robots at their start."""
-LEAST = 0.8
+MIN_ROBOT_RADIUS = 0.8
 """Minimum radius of a robot [mm on paper]."""
-LIFTED = 1.0
+MAX_TRAIL_STEP = 1.0
 """A robot that moves farther than this between two pictures was lifted, and leaves no trail [m]."""
 
 
@@ -93,12 +93,12 @@ class PlanState:
         if not np.isfinite(pose).all():
             return
         body, place = self._robots[name].body, Pose.from_array(pose)
-        yield PlanItem(role=role, parts=(body.outline(),), place=place, least=LEAST)
+        yield PlanItem(role=role, parts=(body.outline(),), place=place, least=MIN_ROBOT_RADIUS)
         is_belief = role == "estimated robot"
         share = 1.45 if is_belief else 0.9
         nose = np.array([[0.0, 0.0], [share * body.radius, 0.0]])
         shown = role if is_belief else "nose"
-        yield PlanItem(role=shown, kind="line", parts=(nose,), place=place, least=share * LEAST)
+        yield PlanItem(role=shown, kind="line", parts=(nose,), place=place, least=share * MIN_ROBOT_RADIUS)
 
     def _arms(self, moment: Moment, places: dict[str, Pose]) -> Iterator[PlanItem]:
         unknown = {*moment.others, self._robot} - places.keys()

@@ -21,7 +21,7 @@ from mjsim.world import Camera, View
 DIAGRAMS = "diagrams"
 """The view of all mechanisms as kinematic diagrams."""
 
-POSTURES = 100
+POSTURE_COUNT = 100
 """Number of postures of each mechanism to which a view is scaled."""
 
 
@@ -190,7 +190,7 @@ def _mechanisms_reach(recording: Recording) -> Array:
     """Return corners of boxes around mechanisms during their motion, world frame, shape (n, 3) [m]."""
     corners = [np.zeros((0, 3))]
     for item in recording.world.mechanisms:
-        corners += [item.spanned(values) for values in some_of(recording.joints[item.name].positions, POSTURES)]
+        corners += [item.spanned(values) for values in some_of(recording.joints[item.name].positions, POSTURE_COUNT)]
     return np.concatenate(corners)
 
 

@@ -23,7 +23,7 @@ import numpy as np
 from mjsim.compile import compile_world, compiled, texture_of
 from mjsim.light import DOOR, GENERAL, BakedLight, bake, coded
 from mjsim.light.bake import sources_of
-from mjsim.light.emitters import SKY, window_rectangles
+from mjsim.light.emitters import SKY_RADIANCE, window_rectangles
 from mjsim.light.light_geometry import atlas_of
 from mjsim.light.stored import key_of, store, stored
 from mjsim.output import user_cache
@@ -110,7 +110,7 @@ def exported(world, model, light: BakedLight, views: list, place: Path) -> None:
     sources = sources_of(world, windows)
     gain = next(group.gain for group in light.groups if group.name == GENERAL)
     general = sources.start[sources.names.index(GENERAL)]
-    arrays = {"views": np.array(views, float), "sky": SKY * gain * general, "bounces": TRACED_BOUNCES}
+    arrays = {"views": np.array(views, float), "sky": SKY_RADIANCE * gain * general, "bounces": TRACED_BOUNCES}
     arrays["size"] = np.array([WIDTH, HEIGHT, FOV])
     weights = [gain if name == GENERAL else 1.0 for name in sources.names]
     colors = sources.colors.reshape(-1, len(sources.names), 3)

@@ -167,7 +167,7 @@ def test_avoidance_is_judged_by_time_bumps_corners_and_coverage(drawn, monkeypat
         reached = [corner for k, corner in enumerate(CORNERS) if k != missing]
         result = classic.avoidance(tour([(3, 2), *reached[:1], (3, 2), *reached[1:2], (3, 2), *reached[2:], (3, 2)]))
         assert values(result)[2] == 3
-    beside = HALF + classic.CORNER + RADIUS + 0.01
+    beside = HALF + classic.CORNER_SIDE + RADIUS + 0.01
     assert values(classic.avoidance(tour([(beside, beside), (6 - beside, 4 - beside)])))[2] == 0
     result = classic.avoidance(tour(CORNERS))
     assert values(result) == pytest.approx([11.0, bumps, 4, 0.8, 0.7])

@@ -14,7 +14,7 @@ import pytest
 from mjsim.errors import RecordingError, UsageError, WorldError
 from mjsim.guarded import Reader, guarded, guarded_parts
 from mjsim.guarded.limits import Allowance, limits_for
-from mjsim.guarded.plain_values import HEADS, WireError, receive
+from mjsim.guarded.plain_values import HEAD_DIVISOR, WireError, receive
 from tests.children import child
 from tests.guarded import decoders
 
@@ -110,7 +110,7 @@ def test_what_lacks_memory_in_a_used_child_is_read_by_a_new_one():
 
 
 def test_a_head_that_would_take_the_memory_of_the_caller_is_not_read():
-    head = io.BytesIO((Allowance().answer // HEADS + 1).to_bytes(8, "little"))
+    head = io.BytesIO((Allowance().answer // HEAD_DIVISOR + 1).to_bytes(8, "little"))
     with pytest.raises(WireError, match="a head of"):
         receive(head, limit=Allowance().answer)
 

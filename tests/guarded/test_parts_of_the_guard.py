@@ -18,7 +18,7 @@ from mjsim.guarded.child import answers_to
 from mjsim.guarded.landlock import read_only
 from mjsim.guarded.limits import Allowance, limits_for
 from mjsim.guarded.lockdown import LIBRARIES, memory_limits
-from mjsim.guarded.plain_values import HEADS, WireError, receive, send
+from mjsim.guarded.plain_values import HEAD_DIVISOR, WireError, receive, send
 from mjsim.guarded.request import Call
 from mjsim.guarded.seccomp import program, refuse_calls
 from mjsim.guarded.working import MISSING, REPORT, in_child, missing_limits, still_working
@@ -80,15 +80,15 @@ def message(head: bytes, *buffers: bytes) -> io.BytesIO:
 )
 def test_messages_of_another_form_are_refused(head):
     with pytest.raises(WireError):
-        receive(message(head, bytes(1200)), limit=1024 * (1 if len(head) < 64 else HEADS))
+        receive(message(head, bytes(1200)), limit=1024 * (1 if len(head) < 64 else HEAD_DIVISOR))
 
 
 def test_a_message_is_as_long_as_allowed_and_no_longer():
     head = b'{"value": {"bytes": 0}, "buffers": [1024]}'
-    limit = max(1024, HEADS * len(head))
+    limit = max(1024, HEAD_DIVISOR * len(head))
     assert receive(message(head, bytes(1024)), limit=limit) == bytes(1024)
     with pytest.raises(WireError, match="a head of 42 bytes"):
-        receive(message(head, bytes(1024)), limit=HEADS * len(head) - 1)
+        receive(message(head, bytes(1024)), limit=HEAD_DIVISOR * len(head) - 1)
     with pytest.raises(EOFError):
         receive(message(head, bytes(1023)), limit=limit)
     with pytest.raises(EOFError):

@@ -10,8 +10,8 @@ from scipy.spatial import cKDTree
 from mjsim.compile import compile_world, compiled
 from mjsim.light.charts import charts_of
 from mjsim.light.emitters import behind, inside_of, window_rectangles
-from mjsim.light.light_geometry import OPEN, atlas_of, moved_doors
-from mjsim.light.light_rays import PORTAL, Room, hemisphere
+from mjsim.light.light_geometry import OPEN_ANGLE, atlas_of, moved_doors
+from mjsim.light.light_rays import WINDOW_CELL, Room, hemisphere
 from mjsim.light.probes import ProbeGrid, grid_of
 from mjsim.light.spread import filled, finer
 from mjsim.light.texel_links import links_of
@@ -205,7 +205,7 @@ def test_windows_shine_inwards_as_large_as_their_openings_and_doors_between_room
     u, v = np.array([[-0.5, 0.5, -0.5, 0.5], [-0.5, -0.5, 0.5, 0.5]])[:, :, None]
     starts = first.middle + u * first.across + v * first.along + 0.3 * first.outward
     hit, distance, _ = room.first(starts.astype(np.float32), np.tile(-first.outward, (4, 1)).astype(np.float32))
-    assert set(names[hit].tolist()) == {PORTAL}
+    assert set(names[hit].tolist()) == {WINDOW_CELL}
     np.testing.assert_allclose(distance, 0.3, atol=1e-5)
     inside = inside_of(world)(np.array([[1.0, 1.0], [3.0, 1.0], [5.0, 1.0], [1.0, -1.0]]))
     assert inside.tolist() == [True, True, False, False]
@@ -243,7 +243,7 @@ walls: [{points: [[0, 0], [9, 0]], openings: [
 run: {events: [{time: 1, open: a, angle_deg: -60}, {time: 2, close: b}, {time: 3, close: c}, {time: 4, open: d}]}
 """
     doors = moved_doors(parse_world(text))
-    assert doors == {"a": -OPEN, "b": -OPEN, "d": OPEN}
+    assert doors == {"a": -OPEN_ANGLE, "b": -OPEN_ANGLE, "d": OPEN_ANGLE}
     world = parse_world(text)
     atlas = atlas_of(world, compiled(compile_world(world)), texel=1.0)
     closed, opened = atlas.ajar["door/a"]

@@ -99,6 +99,6 @@ def test_light_comes_back_from_the_cache_as_it_was_and_what_is_broken_or_foreign
     for broken in (b"", data[:-100], b"PK" + data[7:]):
         (folder / "key").write_bytes(broken)
         assert stored("key") is None
-    monkeypatch.setattr(sys.modules["mjsim.light.stored"], "MOST_BYTES", len(data) + 10)
+    monkeypatch.setattr(sys.modules["mjsim.light.stored"], "MAX_BYTES", len(data) + 10)
     store("new", light)
     assert [file.name for file in folder.iterdir()] == ["new"]

@@ -5,7 +5,7 @@ import pytest
 
 from mjsim.compile import compile_world, compiled
 from mjsim.light import GENERAL, LAMP, BakedLight, bake
-from mjsim.light.charts import LONGEST
+from mjsim.light.charts import MAX_CHART_SIDE
 from mjsim.light.light_geometry import atlas_of
 from mjsim.world import parse_world
 
@@ -144,4 +144,4 @@ def test_no_light_map_is_longer_than_opengl_allows():
     world = parse_world("mjsim: 1\nwalls: [{points: [[0, 0], [9000, 0]]}]\n")
     atlas = atlas_of(world, compiled(compile_world(world)), texel=1.0)
     assert max(atlas.charts.shape) < 8192
-    assert atlas.charts.count.max() == LONGEST
+    assert atlas.charts.count.max() == MAX_CHART_SIDE

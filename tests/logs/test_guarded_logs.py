@@ -163,7 +163,7 @@ def test_a_recording_that_grows_without_end_is_refused(place, tmp_path):
 
 @pytest.mark.parametrize("suffix", [".gz", ".xz", ".bz2"])
 def test_a_text_that_unpacks_to_too_much_is_refused_and_a_long_one_is_read(suffix, tmp_path, monkeypatch):
-    monkeypatch.setattr("mjsim.logs.files.text_lines.UNPACKED", 1 << 20)
+    monkeypatch.setattr("mjsim.logs.files.text_lines.MIN_UNPACKED_LIMIT", 1 << 20)
     path = hostile.packed(tmp_path / f"run.log{suffix}", bytes(4095) + b"\n", 3)
     with pytest.raises(UsageError, match="unpacks to more than 20 times its size; unpack it yourself"):
         list(lines_of(path))

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from mjsim.logs.resampling.resample import (
-    GAP,
-    PIVOT,
-    STEPS,
+    MAX_TRUTH_GAP,
+    MAX_TRUTH_STEPS,
+    PIVOT_DEVIATION,
     UNKNOWN,
     MotionNoise,
     continuous,
@@ -42,7 +42,9 @@ def test_straight_ahead_each_variance_is_its_constant_squared_times_the_metres()
 @pytest.mark.parametrize("turn", [1.2, -1.2])
 def test_on_the_spot_the_heading_errs_with_the_radians_and_the_place_by_the_pivot(turn):
     P = one(0.0, turn).covariance
-    np.testing.assert_allclose(P, np.diag([PIVOT**2 * 0.6, PIVOT**2 * 0.6, 0.05**2 * 0.6]), atol=1e-15)
+    np.testing.assert_allclose(
+        P, np.diag([PIVOT_DEVIATION**2 * 0.6, PIVOT_DEVIATION**2 * 0.6, 0.05**2 * 0.6]), atol=1e-15
+    )
 
 
 def test_on_an_arc_the_covariance_is_that_of_its_numerical_derivatives():
@@ -60,7 +62,7 @@ def test_on_an_arc_the_covariance_is_that_of_its_numerical_derivatives():
         axis=-1,
     )
     Q = np.diag([0.03**2 * way, 0.05**2 * turn + 0.02**2 * way])
-    added = np.diag([PIVOT**2 * turn, 0.007**2 * way + PIVOT**2 * turn, 0.0])
+    added = np.diag([PIVOT_DEVIATION**2 * turn, 0.007**2 * way + PIVOT_DEVIATION**2 * turn, 0.0])
     np.testing.assert_allclose(one(0.8, 0.9).covariance, J @ Q @ J.T + added, atol=1e-10)
 
 
@@ -141,7 +143,7 @@ def test_jumps_that_are_no_restart_and_steady_motion_stay():
 
 
 def test_truth_is_interpolated_over_so_many_of_its_usual_steps():
-    assert longest_gap(None) == GAP
-    assert longest_gap(np.zeros((1, 8))) == GAP
-    assert longest_gap(np.arange(5.0)[:, None]) == STEPS
-    assert longest_gap(np.arange(5.0)[:, None] * 1e-3) == GAP
+    assert longest_gap(None) == MAX_TRUTH_GAP
+    assert longest_gap(np.zeros((1, 8))) == MAX_TRUTH_GAP
+    assert longest_gap(np.arange(5.0)[:, None]) == MAX_TRUTH_STEPS
+    assert longest_gap(np.arange(5.0)[:, None] * 1e-3) == MAX_TRUTH_GAP

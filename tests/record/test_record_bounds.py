@@ -139,7 +139,7 @@ def test_many_ticks_times_many_names_are_refused_before_the_arrays_are_made(
 ):
     from mjsim.record import recording_reader
 
-    monkeypatch.setattr(recording_reader, "LEAST_MEMORY", 0)
+    monkeypatch.setattr(recording_reader, "MIN_MEMORY", 0)
     monkeypatch.setattr(recording_reader, "MEMORY_GROWTH", 1)
     many = [f"l{number}" for number in range(2000)]
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import mjsim
-from mjsim.bridge.bridge import TWISTS
+from mjsim.bridge.bridge import TWIST_TYPES
 from mjsim.errors import UsageError
 from mjsim.interface import Observation
 from mjsim.ros import COMMANDS, LATCHED, RELIABLE, SENSOR_DATA, Outgoing, RosTick, RosWorld
@@ -91,7 +91,7 @@ def test_slam_toolbox_expects_as_many_ranges_as_a_scan_has(lidar: str):
 
 def test_commands_are_read_as_nav2_sends_them():
     assert not COMMANDS.reliable  # a reliable writer, as Nav2's, reaches it too
-    assert set(TWISTS) == {"geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"}
+    assert set(TWIST_TYPES) == {"geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"}
 
 
 def test_with_namespaces_topics_begin_with_the_name_and_several_robots_need_them():

@@ -10,7 +10,7 @@ from shapely import affinity
 from mjsim.geometry import Pose
 from mjsim.interface import Command, Observation, Odometry, Scan, SensorInfo
 from mjsim.safety.footprint import Footprint
-from mjsim.safety.hits import NOTHING, RAYS, Hits
+from mjsim.safety.hits import NO_HIT_RANGE, RAYS, Hits
 from mjsim.safety.ring import RingAvoidance
 from tests.robots import pioneer
 
@@ -97,7 +97,7 @@ def test_points_of_a_lidar_are_kept_one_a_cell_within_reach():
     hits.see(seen(0.0, move=(1.0, 2.0, math.pi / 2)))
     hits.add(np.array([[1.0, 0.0], [1.001, 0.001], [0.5, 0.5], [1.6, 0.0]]), 0.0)
     np.testing.assert_allclose(sorted_rows(hits.within(2.0)), [[0.5, 0.5], [1.0, 0.0]], atol=1e-6)
-    kept = hits._points[hits._points[:, 0] < NOTHING]
+    kept = hits._points[hits._points[:, 0] < NO_HIT_RANGE]
     np.testing.assert_allclose(sorted_rows(kept), [[0.5, 2.5], [1.0, 3.0]], atol=1e-6)
 
 

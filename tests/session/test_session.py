@@ -11,7 +11,7 @@ import pytest
 import mjsim
 from mjsim.record import same_run
 from mjsim.session.helm import Helm
-from mjsim.session.pace import LATEST, Pace
+from mjsim.session.pace import MAX_DELAY, Pace
 
 ROOM = """
 mjsim: 1
@@ -216,7 +216,7 @@ def test_with_a_speed_a_tick_comes_when_the_clock_says_so(monkeypatch):
     assert pace.left(1.4) == 0.0
     # It catches up with what it is late by, unless that is much.
     assert pace.left(1.7) == pytest.approx(0.05)
-    clock[0] += 10.0 + LATEST
+    clock[0] += 10.0 + MAX_DELAY
     assert pace.left(1.7) == 0.0
     assert pace.left(1.9) == pytest.approx(0.1)
     pace.forget()

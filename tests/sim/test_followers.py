@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mjsim.sim.mechanisms.followers import FASTEST, Blend
+from mjsim.sim.mechanisms.followers import MAX_JOINT_SPEED, Blend
 
 
 def ways_of(blend):
@@ -27,4 +27,4 @@ def test_a_joint_that_moves_away_from_its_goal_turns_round_no_faster_than_it_was
     for value, speed in rng.uniform([0.01, 0.0], [3.0, 4.0], (6, 2)):
         ways = ways_of(Blend.to(0.0, begin=1.0, value=value, speed=speed, change=0.0))
         # Its speed is looked at in 101 places; between them it may be greater by less than a thousandth.
-        assert np.abs(ways[:, 1]).max() < 1.001 * max(FASTEST, speed)
+        assert np.abs(ways[:, 1]).max() < 1.001 * max(MAX_JOINT_SPEED, speed)

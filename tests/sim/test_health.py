@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mjsim.sim import Simulation
-from mjsim.sim.health import FASTEST, Health
+from mjsim.sim.health import MAX_SPEED, Health
 from mjsim.world import parse_world
 
 ROBOTS = "mjsim: 1\nrobots: [{name: a, at: [0, 0]}, {name: b, at: [3, 0]}, {name: c, at: [6, 0], base: fixed}]"
@@ -34,15 +34,15 @@ def health(sim):
 @pytest.mark.parametrize("axis", range(3))
 def test_a_speed_of_a_base_along_any_axis_is_noticed(health, data, robot, axis):
     start = data.joint(f"{robot}/free").qvel
-    start[axis] = -0.99 * FASTEST
+    start[axis] = -0.99 * MAX_SPEED
     assert health.fault(data, [], loop=None) is None
-    start[axis] = -1.5 * FASTEST
+    start[axis] = -1.5 * MAX_SPEED
     assert health.fault(data, [], loop=None).startswith("a robot moves at 150 m/s")
 
 
 def test_a_base_may_turn_fast_and_wheels_too(health, data):
-    data.joint("a/free").qvel[3:] = 10 * FASTEST
-    data.joint("a/wheel_left").qvel[:] = 10 * FASTEST
+    data.joint("a/free").qvel[3:] = 10 * MAX_SPEED
+    data.joint("a/wheel_left").qvel[:] = 10 * MAX_SPEED
     assert health.fault(data, [], loop=None) is None
 
 

@@ -13,7 +13,7 @@ from mjsim.errors import UsageError
 from mjsim.mechanics import followed
 from mjsim.record import same_run
 from mjsim.session import keep_events
-from mjsim.sim.mechanisms.hand_forces import STIFFNESS, STRONGEST
+from mjsim.sim.mechanisms.hand_forces import MAX_FORCE, STIFFNESS
 from mjsim.world import check_world, led_joints
 
 PATIENCE = 60.0
@@ -97,7 +97,7 @@ def test_a_hand_is_no_stronger_than_it_says():
         sim.lead("bar", "swing", -60)
         angles = [stepped(sim, 0.04).positions[0] for _ in range(50)]
     # The bar falls until its weight has done as much work as the hand: m g L / 2 sin(q) = F q.
-    most = brentq(lambda q: 100 * GRAVITY * 0.5 * math.sin(q) - STRONGEST * q, 1.0, math.pi)
+    most = brentq(lambda q: 100 * GRAVITY * 0.5 * math.sin(q) - MAX_FORCE * q, 1.0, math.pi)
     assert max(angles) == pytest.approx(most, abs=0.02)  # a tick from the turning point, and what it goes until F
 
 
@@ -205,7 +205,7 @@ def test_a_joint_of_a_loop_is_held_against_its_weight_also_where_the_loop_does_n
         return GRAVITY * float(np.dot(masses, centers)), values[column]
 
     (up, ahead), (down, behind) = state(1e-4), state(-1e-4)
-    most = STRONGEST * ROCKER
+    most = MAX_FORCE * ROCKER
     pull = np.clip(STIFFNESS * ROCKER**2 * (motion.goal[column] - motion.positions[column]), -most, most)
     assert pull * (ahead - behind) == pytest.approx(up - down, rel=1e-3)
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from mjsim.light import ALWAYS, DOOR, GENERAL, LAMP, BakedLight, LightGroup, LightProbes, coded
-from mjsim.sim.rendering.contact_shadows import SIDE, shadows_of
+from mjsim.sim.rendering.contact_shadows import SHADOW_SIDE, shadows_of
 from mjsim.sim.rendering.light_mix import LightMix
 
 GAMMA = 2.2
@@ -26,15 +26,17 @@ def hidden(opacity: float) -> float:
 @pytest.mark.parametrize("height", [0.15, 0.3, 0.6])
 def test_a_disc_hides_as_much_as_its_form_factor(height: float):
     (found,) = shadow(f'type="cylinder" size="0.3 0.0005" pos="0 0 {height}"')
-    middle = found.opacity[SIDE // 2 - 1 : SIDE // 2 + 1, SIDE // 2 - 1 : SIDE // 2 + 1].mean()
+    middle = found.opacity[
+        SHADOW_SIDE // 2 - 1 : SHADOW_SIDE // 2 + 1, SHADOW_SIDE // 2 - 1 : SHADOW_SIDE // 2 + 1
+    ].mean()
     # Howell, A Catalog of Radiation Configuration Factors, B-12: an element on the axis of a parallel disc.
     assert hidden(float(middle)) == pytest.approx(0.3**2 / (0.3**2 + height**2), abs=0.05)
 
 
 def test_a_high_wall_hides_half_of_the_light_at_its_foot_and_all_below_it():
     (found,) = shadow('type="box" size="1 0.05 2" pos="0 0 2"')
-    column = found.opacity[:, SIDE // 2].astype(float)
-    y = found.low[1] + (np.arange(SIDE) + 0.5) / SIDE * found.size[1]
+    column = found.opacity[:, SHADOW_SIDE // 2].astype(float)
+    y = found.low[1] + (np.arange(SHADOW_SIDE) + 0.5) / SHADOW_SIDE * found.size[1]
     assert hidden(float(np.interp(0.1, y, column))) == pytest.approx(0.5, abs=0.07)
     assert hidden(float(np.interp(0.0, y, column))) > 0.9
     np.testing.assert_allclose(column, column[::-1], atol=12)

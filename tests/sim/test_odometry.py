@@ -10,7 +10,7 @@ from mjsim.interface import Command
 from mjsim.run.pilot import DeadReckoning
 from mjsim.sim import Simulation, arc_end, arc_end_slopes
 from mjsim.sim.bases.differential import DifferentialKinematics
-from mjsim.sim.odometry import SETTLED, WheelOdometer
+from mjsim.sim.odometry import SMOOTHING_SECONDS, WheelOdometer
 from mjsim.world import Slip, WheelOdometry, parse_world
 from mjsim.world.items.drives.odometry import OdometryNoise
 
@@ -137,7 +137,7 @@ def test_the_covariance_of_a_second_on_an_arc_does_not_depend_on_the_ticks_and_h
 
 
 def test_what_slips_while_speeds_change_has_a_variance_that_does_not_depend_on_the_ticks():
-    gain, length, end, tau = 3.0, 0.2, 3.0, SETTLED
+    gain, length, end, tau = 3.0, 0.2, 3.0, SMOOTHING_SECONDS
     # A speed that grows for a while, smoothed twice: its change is a step answer less the same one later.
     times = np.linspace(0.0, end, 30001)
     begun, ended = (np.maximum(times - since, 0.0) / tau for since in (0.0, length))

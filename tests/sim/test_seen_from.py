@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from mjsim.compile import compile_world
 from mjsim.sim.imaging.shutter import Shutter
 from mjsim.sim.rendering.hiding import Hiding, _clipped
-from mjsim.sim.states.playback import BEFORE, avoid_walls
+from mjsim.sim.states.playback import CAMERA_DISTANCE, avoid_walls
 from mjsim.world import parse_world
 
 ROOM = """
@@ -135,6 +135,6 @@ def test_a_camera_that_follows_stays_before_what_hides_its_robot(model, data):
     thickness = model.geom_size[next(k for k in range(model.ngeom) if model.geom(k).name.startswith("wall/"))].min()
     assert surface[0] < 3.0 - thickness
     body = data.xpos[model.body("r/base").id]
-    assert np.linalg.norm(surface - [5.0, 0.0, 0.5]) > BEFORE
+    assert np.linalg.norm(surface - [5.0, 0.0, 0.5]) > CAMERA_DISTANCE
     assert np.cross(surface - body, [5.0, 0.0, 0.5] - body)[2] == pytest.approx(0.0, abs=1e-9)
     avoid_walls(model, data, "r/none")

@@ -36,13 +36,13 @@ from mjsim.geometry import Array
 from mjsim.models import AtRest, Rigid, at_rest, quaternion_of, seen_and_touched
 from mjsim.world import Camera, ModelBody, Robot, Wheel
 
-LOWEST = 0.2
+MIN_CONTACT_HEIGHT = 0.2
 """Geoms of a body below this height, relative to the wheels' radius, do not collide: casters replace them."""
-LIGHTEST = 1e-3
+MIN_MASS_RATIO = 1e-3
 """Least mass of a moving part, relative to the robot's."""
-LARGEST_FITTING = 0.25
+MAX_FITTING = 0.25
 """[m]"""
-ARMATURE = 1e-4
+MIN_ARMATURE_RATIO = 1e-4
 """Least armature of a held joint, relative to the robot's mass at its radius."""
 
 
@@ -119,7 +119,7 @@ def _fittings(build: _Build) -> Iterator[tuple[Array, Array]]:
     seen, _ = seen_and_touched(build.original.model, urdf=build.original.urdf)
     for number in np.flatnonzero(seen).tolist():
         low, high = _box(build, number)
-        if float((high - low).max()) < LARGEST_FITTING:
+        if float((high - low).max()) < MAX_FITTING:
             yield low, high
 
 
@@ -133,7 +133,7 @@ def _houses_camera(build: _Build, number: int) -> bool:
     """Return whether a geom is the housing of a camera, which must not block its view."""
     low, high = _box(build, number)
     cameras = [np.array(sensor.at) for sensor in build.robot.sensors if isinstance(sensor, Camera)]
-    small = float((high - low).max()) < LARGEST_FITTING
+    small = float((high - low).max()) < MAX_FITTING
     return small and any((low - HOUSING_MARGIN < at).all() and (at < high + HOUSING_MARGIN).all() for at in cameras)
 
 
@@ -192,7 +192,7 @@ def _add_held(build: _Build, part: Rigid, number: int) -> None:
     slide = int(model.jnt_type[number]) == int(mujoco.mjtJoint.mjJNT_SLIDE)
     unit = 1.0 if slide else 180.0 / math.pi
     name = build.name(model.joint(number).name or f"joint{number + 1}")
-    least = ARMATURE * mass_of(build.body, build.rest) * (1.0 if slide else build.body.radius**2)
+    least = MIN_ARMATURE_RATIO * mass_of(build.body, build.rest) * (1.0 if slide else build.body.radius**2)
     joint = build.made[part.root].add_joint(
         name=name,
         type=int(model.jnt_type[number]),
@@ -236,7 +236,7 @@ def _add_wheels(build: _Build, part: Rigid, joint: str, wheels: list[Wheel]) -> 
 def _add_wheel(build: _Build, part: Rigid, joint: str, wheel: Wheel, *, name: str, side: float) -> None:
     own, load = build.body.wheels[wheel.name], mass_of(build.body, build.rest)
     share = 0.5 if side else 1.0
-    mass = max(part.mass * build.heavier * share, LIGHTEST * load)
+    mass = max(part.mass * build.heavier * share, MIN_MASS_RATIO * load)
     inertia = FREE_INERTIA if wheel.motor is None else wheel.motor.inertia
     sizes = WheelSpec(
         name=name,
@@ -291,7 +291,7 @@ def _keep_total_mass(build: _Build) -> None:
     load, base, rolling = mass_of(build.body, build.rest), build.made[0], build.rolling
     wheels = [part for part in build.rest.parts if part.root in rolling]
     more = sum(WHEEL_SHARE * load * (part.parent not in rolling) - part.mass * build.heavier for part in wheels)
-    left = max(1.0 - more / base.mass, LIGHTEST)
+    left = max(1.0 - more / base.mass, MIN_MASS_RATIO)
     base.mass, base.inertia = base.mass * left, np.asarray(base.inertia) * left
 
 
@@ -337,7 +337,7 @@ def _weigh(build: _Build, part: Rigid, *, balanced: bool) -> None:
     turn = axes.T @ build.robot_from_file[:, :3]
     center = axes.T @ (build.point(part.center) - origin)
     inertia = turn @ part.inertia @ turn.T * build.heavier
-    least = LIGHTEST * load
+    least = MIN_MASS_RATIO * load
     if mass < least:
         # Too light to be moved by objects as heavy as a robot.
         mass, inertia = least, np.eye(3) * least * (0.1 * build.body.radius) ** 2
@@ -354,7 +354,7 @@ def _add_geoms(build: _Build, part: Rigid, *, side: float = 0.0, touch: bool = T
     """Add the geoms of a part to its body; return whether one of them is visible."""
     model = build.original.model
     seen, touched = seen_and_touched(model, urdf=build.original.urdf)
-    lowest = LOWEST * min(wheel.radius for wheel in build.body.wheels.values())
+    lowest = MIN_CONTACT_HEIGHT * min(wheel.radius for wheel in build.body.wheels.values())
     any_seen = False
     for number in build.rest.geoms(part):
         corners = build.rest.points(number) @ build.robot_from_file[:, :3].T + build.robot_from_file[:, 3]

@@ -25,7 +25,7 @@ from mjsim.geometry import Array
 from mjsim.models import no_warnings
 from mjsim.world import BalancingDrive, Fault, ModelBody, NoBody, Robot, World, problems_at
 
-WHEEL = 0.1
+WHEEL_RADIUS = 0.1
 """Radius of the wheels of a drive that does not set it [m]."""
 
 
@@ -102,7 +102,7 @@ def _try_robot(robot: Robot, *, step: float) -> None:
     add_robot(spec, robot, {})
     with no_warnings(robot.body.model):
         model = spec.compile()
-    radius = robot.drive.driven_radius or WHEEL
+    radius = robot.drive.driven_radius or WHEEL_RADIUS
     if not drives(model, speed=robot.drive.max_speed / radius):
         cause = likely_cause(model) or "its parts push each other apart"
         raise ValueError(f"the physics of '{robot.body.model}' fails; likely cause: {cause}")

@@ -25,12 +25,12 @@ from mjsim.compile.robots.wheels import (
 )
 from mjsim.world import AnyDrive, Body, BoxBody, Motor, Robot, TorqueMotor, Wheel, rims
 
-PUSH = 5.0
+MAX_TRACTION = 5.0
 """Largest traction of all wheels together, per mass [m/s^2]: enough for steep ramps, and below the grip of the tyres;
 more for robots that accelerate faster."""
-RESERVE = 1.2
+TRACTION_RESERVE = 1.2
 """Traction of the motors, as a multiple of that for the largest acceleration."""
-CASTERS = 0.7
+CASTER_POSITION = 0.7
 """Distance of casters ahead and behind, relative to the body's reach."""
 MAX_CLEARANCE = 0.03
 """Largest ground clearance of a body [m]."""
@@ -40,7 +40,7 @@ def add_running_gear(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot) ->
     """Add casters, wheels, steering and motors."""
     if robot.drive.on_casters:
         ahead, behind = rims(robot.body, np.array([0.0, math.pi])).tolist()
-        for x in (CASTERS * ahead, -CASTERS * behind):
+        for x in (CASTER_POSITION * ahead, -CASTER_POSITION * behind):
             add_caster(base, x=x, radius=clearance(robot.body, robot.drive))
     for wheel in robot.drive.wheels:
         _add_wheel(spec, base, robot, wheel)
@@ -94,7 +94,7 @@ def add_motor(
         return
     torque = None
     if motor.share is not None:
-        torque = max(PUSH, RESERVE * drive.max_acceleration) * load * wheel.radius * motor.share
+        torque = max(MAX_TRACTION, TRACTION_RESERVE * drive.max_acceleration) * load * wheel.radius * motor.share
     if motor.follows_load:
         assert motor.share is not None, "a motor that moves a load has a share of it"
         # Its share of the mass of the robot, and the wheel's own rotation (2/5 m r^2 of an ellipsoid) with its motor's.

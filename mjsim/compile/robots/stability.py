@@ -11,7 +11,7 @@ MAX_DAMPED = 2.0
 """Proportion of a speed that a servo may remove in one step; beyond it, the servo is unstable."""
 MAX_PULLED = 4.0
 """The same for a position error, per step squared."""
-LIGHT = 1e-5
+MIN_INERTIA = 1e-5
 """Inertia of a joint below which it counts as none [kg m^2] or [kg]."""
 STEPS = 125
 """Physics steps of a robot tested alone, for each motion."""
@@ -88,7 +88,7 @@ def _suspicions(model: mujoco.MjModel) -> Iterator[tuple[float, str]]:
     for joint in range(model.njnt):
         dof = int(model.jnt_dofadr[joint])
         single = int(model.jnt_type[joint]) in (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
-        if single and model.dof_armature[dof] == 0.0 and model.dof_M0[dof] < LIGHT:
+        if single and model.dof_armature[dof] == 0.0 and model.dof_M0[dof] < MIN_INERTIA:
             name, inertia = model.joint(joint).name, float(model.dof_M0[dof])
             yield (
                 1.0,

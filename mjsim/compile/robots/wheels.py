@@ -21,10 +21,10 @@ STIFFNESS = 0.5
 method becomes unstable."""
 STEERING_RATE = 40.0
 """Natural frequency of a steering servo [rad/s]."""
-SAG = 3.47e-4
+WHEEL_PENETRATION = 3.47e-4
 """Penetration of a pair of wheels into the floor at rest in MuJoCo's contacts [m]; nearly the same for all masses and
 sizes."""
-SAGS = {"full": SAG, "shared": 2.15e-4, "heavy": 3.8e-4, "light": 5.15e-4}
+SAGS = {"full": WHEEL_PENETRATION, "shared": 2.15e-4, "heavy": 3.8e-4, "light": 5.15e-4}
 """Penetration of wheels by their load, see `mjsim.world.drives.Wheel.load` [m]."""
 WHEEL_SHARE = 0.05
 """Mass of one wheel, relative to the robot's."""
@@ -59,7 +59,7 @@ class WheelSpec:
     """[kg]"""
     gear: float
     """Inertia of its motor and gear about the axle [kg m^2]."""
-    sag: float = SAG
+    sag: float = WHEEL_PENETRATION
     """Penetration into the floor [m]."""
     solid: bool = False
     """Whether it is a solid cylinder; else an ellipsoid."""
@@ -219,7 +219,7 @@ def _add_roller(
 def add_caster(base: mujoco.MjsBody, *, x: float, radius: float) -> None:
     """Add a sliding caster, soft so that most weight stays on the wheels."""
     # As on springs: at the foot of a ramp both casters carry the robot, and its wheels must not lose contact.
-    _add_sliding_ball(base, at=(x, 0.0, radius - SAG), radius=radius, contact=SPRUNG)
+    _add_sliding_ball(base, at=(x, 0.0, radius - WHEEL_PENETRATION), radius=radius, contact=SPRUNG)
 
 
 def add_steady_caster(base: mujoco.MjsBody, *, x: float, y: float, radius: float) -> None:

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from mjsim.compile.room.prisms import Face
-from mjsim.compile.room.walls import UNDIVIDED, VISUAL, WallBox, add_mesh_geom
+from mjsim.compile.room.walls import PLANE_SPACING, VISUAL, WallBox, add_mesh_geom
 from mjsim.compile.textures import LONGEST_BEACON_SIDE, add_material, color_of, marker_picture
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
@@ -30,7 +30,7 @@ BACK_GAP = 0.001
 """Distance from a picture to the back that hides it from behind [m]."""
 FLUSH_GAP = 0.0005
 """Offset of a picture that lies exactly in the face of a wall, against flicker [m]."""
-PAPER = 0.0002
+HALF_THICKNESS = 0.0002
 """Half the thickness of a beacon that moves [m]."""
 BACK = "#8d867b"
 """Colour from behind."""
@@ -71,7 +71,7 @@ def add_hung_beacons(
         spec.worldbody.add_geom(
             name=f"beacon/{beacon.name}",
             type=mujoco.mjtGeom.mjGEOM_PLANE,
-            size=[*half, UNDIVIDED],
+            size=[*half, PLANE_SPACING],
             pos=at,
             quat=quaternion_of(world_from_plane),
             material=material,
@@ -110,15 +110,15 @@ def add_carried_beacons(spec: mujoco.MjSpec, world: World, face_of: Callable[[Be
         body, out = spec.body(name), carrier_from_plane[:, 2]
         body.add_geom(
             name=f"beacon/{beacon.name}",
-            size=[*half, PAPER],
-            pos=at + out * (FLUSH_GAP - PAPER),
+            size=[*half, HALF_THICKNESS],
+            pos=at + out * (FLUSH_GAP - HALF_THICKNESS),
             material=material,
             **common,
         )
         body.add_geom(
             name=f"beacon/{beacon.name}:back",
             size=[*half, BACK_GAP / 2],
-            pos=at + out * (FLUSH_GAP - 2 * PAPER - BACK_GAP),
+            pos=at + out * (FLUSH_GAP - 2 * HALF_THICKNESS - BACK_GAP),
             material="matte",
             rgba=color_of(BACK),
             **common,

@@ -16,7 +16,7 @@ from mjsim.world import THICKNESS, World, item_names, leaves
 
 ATLAS, LAMPS = "style/atlas", "style/lamps"
 """Materials of small things, and of lamps."""
-GLOW = 1.0
+LAMP_EMISSION = 1.0
 """Light of a lamp's own, added to what falls on it."""
 
 
@@ -55,7 +55,7 @@ class Decor:
             return
         lamps = [face for faces in ceiling_lamps(self._world, self._style, ceiling).values() for face in faces]
         if lamps:
-            add_material(self._spec, LAMPS, self._atlas.picture, emission=GLOW)
+            add_material(self._spec, LAMPS, self._atlas.picture, emission=LAMP_EMISSION)
             self._add(self._spec.worldbody, "ceiling/style", lamps).material = LAMPS
 
     def _add(self, body: mujoco.MjsBody, name: str, faces: Sequence[Quad]) -> mujoco.MjsGeom:

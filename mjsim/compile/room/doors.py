@@ -13,9 +13,9 @@ from mjsim.compile.joint_motors import add_joint, add_motor
 from mjsim.compile.textures import color_of
 from mjsim.world import THICKNESS, Leaf, World, leaves
 
-GAP = 0.006
+LEAF_GAP = 0.006
 """Gap around a leaf [m]."""
-HANDLE = 1.05
+HANDLE_HEIGHT = 1.05
 """Height of the handle above the floor [m]."""
 
 
@@ -33,7 +33,7 @@ def _add_leaf(spec: mujoco.MjSpec, leaf: Leaf) -> None:
     )
     joint = leaf.joint()
     add_joint(body, joint)
-    gap = min(GAP, leaf.width / 8, (leaf.high - leaf.low) / 8)
+    gap = min(LEAF_GAP, leaf.width / 8, (leaf.high - leaf.low) / 8)
     low, high = leaf.low + gap, leaf.high - gap
     body.add_geom(
         name=name,
@@ -45,7 +45,7 @@ def _add_leaf(spec: mujoco.MjSpec, leaf: Leaf) -> None:
         material="matte",
         rgba=color_of(door.color),
     )
-    if low < HANDLE < high:
+    if low < HANDLE_HEIGHT < high:
         _add_handle(body, leaf)
     add_motor(spec, joint)
 
@@ -54,7 +54,7 @@ def _add_handle(body: mujoco.MjsBody, leaf: Leaf) -> None:
     """Add a purely visual bar through the leaf near its free edge."""
     bar = body.add_geom(
         type=mujoco.mjtGeom.mjGEOM_BOX,
-        pos=[leaf.width * 0.9, 0.0, HANDLE],
+        pos=[leaf.width * 0.9, 0.0, HANDLE_HEIGHT],
         size=[leaf.width * 0.06, THICKNESS / 2 + 0.03, 0.012],
     )
     make_decor(bar, DARK)

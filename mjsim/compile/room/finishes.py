@@ -17,11 +17,11 @@ Rgba = tuple[float, ...]
 
 TILES = {"oak": 0.8, "wood": 0.8, "fabric": 0.5, "metal": 0.8}
 """Textures in assets/materials, and size of a tile [m]."""
-WOODEN = (0.03, 0.14)
+WOOD_HUES = (0.03, 0.14)
 """Hues of wood, between red and yellow."""
-LEAFY = (0.17, 0.47)
+LEAF_HUES = (0.17, 0.47)
 """Hues of leaves, which stay plain."""
-GRAY, DARK = 0.2, 0.4
+MAX_GRAY_SATURATION, MAX_FABRIC_BRIGHTNESS = 0.2, 0.4
 """Saturation below which a colour is grey, and brightness below which it is fabric."""
 
 
@@ -67,10 +67,10 @@ def covered(surface: Triangles, name: str) -> Triangles:
 
 def _kind(red: float, green: float, blue: float) -> str | None:
     hue, saturation, brightness = colorsys.rgb_to_hsv(red, green, blue)
-    if saturation >= GRAY and WOODEN[0] <= hue <= WOODEN[1]:
+    if saturation >= MAX_GRAY_SATURATION and WOOD_HUES[0] <= hue <= WOOD_HUES[1]:
         return "oak" if brightness > 0.65 else "wood"
-    if brightness < DARK:
+    if brightness < MAX_FABRIC_BRIGHTNESS:
         return "fabric"
-    if saturation >= GRAY and LEAFY[0] <= hue <= LEAFY[1]:
+    if saturation >= MAX_GRAY_SATURATION and LEAF_HUES[0] <= hue <= LEAF_HUES[1]:
         return None
     return "metal"

@@ -5,7 +5,7 @@ import math
 import mujoco
 import numpy as np
 
-from mjsim.compile.room.walls import COLLISION, UNDIVIDED, VISUAL
+from mjsim.compile.room.walls import COLLISION, PLANE_SPACING, VISUAL
 from mjsim.compile.textures import LONGEST_TILE_SIDE, add_material, color_of, tint_of
 from mjsim.geometry import Array
 from mjsim.models import bounded
@@ -14,10 +14,10 @@ from mjsim.world import Floor, FloorPatch, World, item_names
 
 AROUND_WALLS, AROUND_NOTHING = 2.0, 20.0
 """Margins of the visible floor around the objects on it [m]; robots can drive beyond it."""
-LAYER = 0.0006
+PATCH_HEIGHT = 0.0006
 """Height of a patch above the surface below it [m]: twice the sag of a wheel, so that the patch alone carries the
 wheel, and too small to disturb it."""
-DEPTH = 0.1
+PATCH_DEPTH = 0.1
 """Depth of a patch in the floor, so that contacts push upwards out of it [m]."""
 
 
@@ -31,7 +31,7 @@ def add_floor(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -> 
         low, high = np.floor(low / floor.tile) * floor.tile, np.ceil(high / floor.tile) * floor.tile
         _add_tiles(spec, world, "floor", floor.texture, floor.tile)
     center, half = (low + high) / 2, (high - low) / 2
-    keys = {"type": mujoco.mjtGeom.mjGEOM_PLANE, "pos": [*center, 0.0], "size": [*half, UNDIVIDED]}
+    keys = {"type": mujoco.mjtGeom.mjGEOM_PLANE, "pos": [*center, 0.0], "size": [*half, PLANE_SPACING]}
     look = {
         "material": "matte" if floor.texture is None else "floor",
         "rgba": color_of(floor.color if floor.texture is None else tint_of(floor)),
@@ -58,15 +58,15 @@ def add_patches(spec: mujoco.MjSpec, world: World) -> None:
     """Add the patches `floor/NAME`: the collision shape is a slab in the floor, the visual one lies on it."""
     patches = world.floor.patches
     for patch, name, layer in zip(patches, item_names(patches), layers(patches), strict=True):
-        top, half = layer * LAYER, [size / 2 for size in patch.size]
+        top, half = layer * PATCH_HEIGHT, [size / 2 for size in patch.size]
         turn = math.radians(patch.heading_deg) / 2
         quat = [math.cos(turn), 0.0, 0.0, math.sin(turn)]
         spec.worldbody.add_geom(
             name=f"floor/{name}",
             type=mujoco.mjtGeom.mjGEOM_BOX,
             group=COLLISION,
-            pos=[*patch.at, (top - DEPTH) / 2],
-            size=[*half, (top + DEPTH) / 2],
+            pos=[*patch.at, (top - PATCH_DEPTH) / 2],
+            size=[*half, (top + PATCH_DEPTH) / 2],
             quat=quat,
             friction=[patch.friction, 0.005, 0.0001],
         )
@@ -80,7 +80,7 @@ def add_patches(spec: mujoco.MjSpec, world: World) -> None:
             contype=0,
             conaffinity=0,
             pos=[*patch.at, top],
-            size=[*half, UNDIVIDED],
+            size=[*half, PLANE_SPACING],
             quat=quat,
             material="matte" if patch.texture is None else seen,
             rgba=color_of(patch.color if patch.texture is None else tint_of(patch)),

@@ -18,17 +18,17 @@ from numpy.typing import NDArray
 from mjsim.compile.room.covers import mesh_surface
 from mjsim.compile.room.finishes import Finishes, covered
 from mjsim.compile.room.triangles import Triangles, joined, shape_triangles
-from mjsim.compile.room.walls import CHUNK, COLLISION, VISUAL
+from mjsim.compile.room.walls import CHUNK_SIDE, COLLISION, VISUAL
 from mjsim.geometry import Array
 from mjsim.world import World, rooms_at
 
 DRAWN_MERGED = 4
 """Group of purely visual geoms that are drawn as part of a merged mesh."""
-LEAST_STATIC, LEAST_MOVING = 16, 3
+MIN_STATIC, MIN_MOVING = 16, 3
 """With fewer geoms in a world, or on a moving body, drawing them one by one costs as little."""
-LARGEST = 2000
+MAX_TRIANGLES = 2000
 """A geom with more triangles is drawn by itself: its number counts, not the number of geoms."""
-FARTHEST = 1e6
+MAX_COORDINATE = 1e6
 """A geom with a corner farther away is drawn by itself, if MuJoCo takes its numbers at all [m]."""
 FACETS = ((8, 0.035), (16, 0.12), (28, np.inf))
 """Facets around a round shape up to a radius [m]."""
@@ -71,7 +71,7 @@ def _static_groups(world: World, parts: Sequence[_Part]) -> list[list[_Part]]:
     """Return the static parts by region and look."""
     static = [part for part in parts if part.carrier.name == "world"]
     styled = world.style != "plain"
-    if len(static) < LEAST_STATIC and not styled:
+    if len(static) < MIN_STATIC and not styled:
         return []
     groups: dict[tuple[object, Look], list[_Part]] = defaultdict(list)
     for part, region in zip(static, _regions(world, static), strict=True):
@@ -85,7 +85,7 @@ def _moving_groups(parts: Sequence[_Part]) -> list[list[_Part]]:
     for part in parts:
         if part.carrier.name != "world":
             groups[part.carrier.name, part.look].append(part)
-    return [group for group in groups.values() if len(group) >= LEAST_MOVING or group[0].look[0] != "matte"]
+    return [group for group in groups.values() if len(group) >= MIN_MOVING or group[0].look[0] != "matte"]
 
 
 @np.errstate(all="ignore")  # numbers of strangers may overflow
@@ -95,7 +95,7 @@ def _part(spec: mujoco.MjSpec, geom: mujoco.MjsGeom, finishes: Finishes | None) 
         return None
     mesh = spec.mesh(geom.meshname) if geom.type == mujoco.mjtGeom.mjGEOM_MESH else None
     surface = shape_triangles(geom.type, geom.size, facets=_facets(geom)) if mesh is None else mesh_surface(mesh)
-    if surface is None or len(surface.corners) > LARGEST:
+    if surface is None or len(surface.corners) > MAX_TRIANGLES:
         return None
     material = spec.material(geom.material)
     textured = material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] != ""
@@ -107,7 +107,7 @@ def _part(spec: mujoco.MjSpec, geom: mujoco.MjsGeom, finishes: Finishes | None) 
         look, surface = (finish.name, finish.tint), covered(surface, finish.name)
     carrier, rotation, origin = _carried(geom)
     points, normals = surface.points @ rotation.T + origin, surface.normals @ rotation.T
-    if not (np.abs(points) < FARTHEST).all():
+    if not (np.abs(points) < MAX_COORDINATE).all():
         return None
     return _Part(geom, carrier, Triangles(points, normals, surface.places, surface.corners), look)
 
@@ -152,7 +152,7 @@ def _regions(world: World, parts: Sequence[_Part]) -> list[tuple[int, ...]]:
     boxes = [(part.surface.points.min(axis=0), part.surface.points.max(axis=0)) for part in parts]
     middles = np.array(boxes).reshape(-1, 2, 3).mean(axis=1)[:, :2]
     rooms = rooms_at(world.walls, middles)
-    squares = np.floor(middles / CHUNK).astype(int)
+    squares = np.floor(middles / CHUNK_SIDE).astype(int)
     return [tuple(row) for row in np.column_stack([rooms, squares]).tolist()]
 
 

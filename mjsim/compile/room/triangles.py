@@ -11,7 +11,7 @@ from mjsim.geometry import Array
 
 FACETS = 24
 """Facets around a round shape."""
-ENDLESS = 50.0
+HALF_PLANE_SIDE = 50.0
 """Half the side of an infinite plane [m]."""
 
 
@@ -65,7 +65,7 @@ def _flat(points: Array, corners: NDArray[np.uint32], places: Array | None = Non
 
 
 def _plane(model: mujoco.MjModel, geom: int) -> Triangles:
-    half = np.where(model.geom_size[geom, :2] > 0.0, model.geom_size[geom, :2], ENDLESS)
+    half = np.where(model.geom_size[geom, :2] > 0.0, model.geom_size[geom, :2], HALF_PLANE_SIDE)
     unit = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     material = int(model.geom_matid[geom])
     repeat = np.ones(2) if material < 0 else model.mat_texrepeat[material]

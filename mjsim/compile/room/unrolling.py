@@ -15,9 +15,9 @@ from mjsim.geometry import Array
 
 SAME_PLACE, SAME_WAY = 1e-6, 1e-3
 """Grid of positions [m] and of normals on which corners are the same."""
-THIN, SHARP = 0.4, 0.7
+MAX_END_LENGTH, MAX_TURN_COSINE = 0.4, 0.7
 """Length of a sheet that may be the end of a wall [m], and cosine of the least turn into one."""
-LEVEL = 1e-9
+LEVEL_TOLERANCE = 1e-9
 """Horizontal part of a normal below which a face is level."""
 
 Whole = NDArray[np.int64]
@@ -44,7 +44,7 @@ def metric_places(points: Array, normals: Array) -> Array:
         normals: Outward normal of the face of each corner, shape (n, 3).
     """
     (x, y, z), (nx, ny, nz) = points.T, normals.T
-    level, upright = np.hypot(nx, ny) < LEVEL, nz == 0.0
+    level, upright = np.hypot(nx, ny) < LEVEL_TOLERANCE, nz == 0.0
     # Of slanted faces: to the right of whoever looks at them, and down the slope.
     steep = np.where(level | upright, 1.0, np.hypot(nx, ny))
     right = np.where(level, x, (y * nx - x * ny) / steep)
@@ -83,7 +83,7 @@ def _offsets(
     longest = lengths.copy()
     for edge in sorted(_edges(spots, ways, sheet, right[upright], lengths), reverse=True):
         one, other = group[edge.first], group[edge.second]
-        if one == other or (edge.end and min(longest[one], longest[other]) > THIN):
+        if one == other or (edge.end and min(longest[one], longest[other]) > MAX_END_LENGTH):
             continue
         step = moved[edge.first] + edge.step - moved[edge.second]
         if longest[one] < longest[other]:
@@ -122,5 +122,11 @@ def _edges(spots: Whole, ways: Whole, sheet: Whole, right: Array, lengths: Array
     first, second = once[meet], once[meet + 1]
     shorter = np.minimum(lengths[sheet[first]], lengths[sheet[second]])
     turn = np.einsum("ij,ij->i", ways[first], ways[second]) * SAME_WAY**2
-    columns = shorter, sheet[first], sheet[second], (shorter < THIN) & (turn < SHARP), right[first] - right[second]
+    columns = (
+        shorter,
+        sheet[first],
+        sheet[second],
+        (shorter < MAX_END_LENGTH) & (turn < MAX_TURN_COSINE),
+        right[first] - right[second],
+    )
     return [_Edge(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]

@@ -21,22 +21,22 @@ from mjsim.world import Wall, World, item_names, rooms_at, solid_pieces
 
 COLLISION, VISUAL = 3, 1
 """Geom groups."""
-UNDIVIDED = 1000.0
+PLANE_SPACING = 1000.0
 """Spacing of MuJoCo's subdivision of planes for drawing [m]: flat faces in distant light need none."""
-CHUNK = 12.0
+CHUNK_SIDE = 12.0
 """Side of the squares into which the meshes of a large floor are divided, so that invisible ones cost nothing [m]."""
-LEAST_CORNERS = 4
+MIN_CORNERS = 4
 """Least number of vertices of a mesh in MuJoCo."""
 LINES = "walls"
 """Name of the custom numbers in the scene with the positions of walls that reach the floor."""
 ON_FLOOR = 1e-6
 """Largest height at which the lower edge of a wall counts as on the floor [m]."""
 
-BEFORE = 0.01
+PROBE_DISTANCE = 0.01
 """Distance before a face at which the room that it belongs to is looked for [m]."""
-BATCH = 2000
+MAX_LONE_BOXES = 2000
 """Number of boxes added one by one to a scene."""
-LAP = 1e-5
+END_OVERLAP = 1e-5
 """Overlap of boxes that meet at their ends, so that no ray passes between them by rounding [m]."""
 
 WallFinish = tuple[str | None, str, float]
@@ -143,10 +143,10 @@ def _add_lines(spec: mujoco.MjSpec, boxes: Sequence[WallBox]) -> None:
 def _add_boxes(spec: mujoco.MjSpec, boxes: Sequence[WallBox]) -> None:
     """Add the collision boxes, many of them in separate specs: MuJoCo recounts the entire scene at each new geom."""
     centers = np.array([box.center for box in boxes]).tolist()
-    sizes = [[along + LAP, across, up] for along, across, up in (box.half.tolist() for box in boxes)]
+    sizes = [[along + END_OVERLAP, across, up] for along, across, up in (box.half.tolist() for box in boxes)]
     colors = {finish: color_of(finish[1]) for finish in {box.finish for box in boxes}}
-    for first in range(0, len(boxes), BATCH):
-        part, batch = mujoco.MjSpec() if first else spec, range(first, min(first + BATCH, len(boxes)))
+    for first in range(0, len(boxes), MAX_LONE_BOXES):
+        part, batch = mujoco.MjSpec() if first else spec, range(first, min(first + MAX_LONE_BOXES, len(boxes)))
         geoms = [part.worldbody.add_geom() for _ in batch]
         if part is not spec:
             spec.attach(part, prefix=f"wall:{first}/", frame=spec.worldbody.add_frame())
@@ -195,10 +195,10 @@ def _chunks(faces: Faces, places: Array, world: World) -> list[tuple[Faces, Arra
     if not len(faces.material):
         return []
     middles = faces.points[faces.triangles, :2].mean(axis=1)
-    squares = np.floor((middles - middles.min(axis=0)) / CHUNK).astype(np.int64)
+    squares = np.floor((middles - middles.min(axis=0)) / CHUNK_SIDE).astype(np.int64)
     rooms = np.zeros(len(middles), dtype=np.int64)
     if world.style != "plain":
-        rooms = rooms_at(world.walls, middles + faces.normals[faces.triangles[:, 0], :2] * BEFORE)
+        rooms = rooms_at(world.walls, middles + faces.normals[faces.triangles[:, 0], :2] * PROBE_DISTANCE)
     keys = np.column_stack([faces.material, rooms, squares])
     order = np.lexsort(keys.T[::-1])
     ends = np.flatnonzero((keys[order][1:] != keys[order][:-1]).any(axis=1)) + 1
@@ -210,7 +210,7 @@ def _chunks(faces: Faces, places: Array, world: World) -> list[tuple[Faces, Arra
 
 def _with_enough_corners(faces: Faces, places: Array) -> tuple[Faces, Array]:
     """Return the same faces; a triangle alone in its square has one corner twice, as MuJoCo requires four."""
-    if len(faces.points) >= LEAST_CORNERS:
+    if len(faces.points) >= MIN_CORNERS:
         return faces, places
     points, normals, places = (np.vstack([each, each[-1:]]) for each in (faces.points, faces.normals, places))
     return Faces(points, normals, faces.triangles, faces.material), places

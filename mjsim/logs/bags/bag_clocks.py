@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array
 
-JUMP = 1.0
+MIN_JUMP = 1.0
 """Minimum jump of a clock; smaller differences may be delays [s]."""
-LEAST = 0.02
+MIN_STEP_BACK = 0.02
 """Minimum jump of a clock back in time, of a topic whose stamps then do not ascend [s]."""
-AGREE = 3
+AGREEING_MESSAGES = 3
 """Number of messages before and after a jump that must agree, so that a single wrong time is not a jump."""
 RECORDER = "the recorder"
-SLACK = 1e-6
+TIME_ROUNDING = 1e-6
 """Rounding of times since 1970 [s]."""
-TRUSTED = 0.5
+MIN_SPAN_RATIO = 0.5
 """Minimum ratio of the recorder's time span to that of the headers for its clock to be trusted [1]."""
 
 
@@ -60,7 +60,7 @@ class Clocks:
             recorded: When messages were recorded, shape (N,) [s].
         """
         pairs = np.array(max(self._seen.values(), key=len, default=[])).reshape(-1, 2)
-        if not len(pairs) or abs(float(np.median(pairs[:, 1] - pairs[:, 0]))) < JUMP:
+        if not len(pairs) or abs(float(np.median(pairs[:, 1] - pairs[:, 0]))) < MIN_JUMP:
             return recorded
         times, stamps = pairs[np.argsort(pairs[:, 0], kind="stable")].T
         return np.asarray(np.interp(recorded, times, stamps), dtype=float)
@@ -79,7 +79,7 @@ class Clocks:
             ends += [float(recorded[0]), float(recorded[-1])]
             if len(rows):
                 self._jumps[topic] = recorded[rows].tolist(), list(accumulate(steps.tolist(), initial=0.0))
-                listed = ", ".join(f"{step:+.{1 if abs(step) > JUMP else 2}f} s" for step in steps[:5].tolist())
+                listed = ", ".join(f"{step:+.{1 if abs(step) > MIN_JUMP else 2}f} s" for step in steps[:5].tolist())
                 notes[f"clock of {topic}"] = f"set {len(rows)} times ({listed}); the jumps are removed"
         right = _longest([*ends, *(time for since, _ in self._jumps.values() for time in since)])
         for since, offsets in self._jumps.values():
@@ -112,26 +112,26 @@ def _jumps(
     """
     ahead = stamps - recorded
     rows, steps = [], []
-    candidates = set((np.flatnonzero((np.abs(np.diff(ahead)) > JUMP) | (np.diff(stamps) < 0.0)) + 1).tolist())
-    expected = {int(np.searchsorted(recorded, time - SLACK)): back for time, back in set_back}
+    candidates = set((np.flatnonzero((np.abs(np.diff(ahead)) > MIN_JUMP) | (np.diff(stamps) < 0.0)) + 1).tolist())
+    expected = {int(np.searchsorted(recorded, time - TIME_ROUNDING)): back for time, back in set_back}
     for row in sorted(candidates | expected.keys()):
-        before, behind = ahead[max(row - AGREE, 0) : row], ahead[row : row + AGREE]
+        before, behind = ahead[max(row - AGREEING_MESSAGES, 0) : row], ahead[row : row + AGREEING_MESSAGES]
         count = min(len(before), len(behind))
         if not count:
             continue
         step = float(np.median(behind) - np.median(before))
         # The recorder's clock was set back as much then; slow topics may have few messages on one side of that.
         is_known = abs(step + expected.get(row, np.inf)) < expected.get(row, 0.0) / 2.0
-        if count < AGREE and not is_known:
+        if count < AGREEING_MESSAGES and not is_known:
             continue
-        least = LEAST if is_known or stamps[row] < stamps[row - 1] else JUMP
-        spread = JUMP if abs(step) > JUMP else abs(step) / 2.0
+        least = MIN_STEP_BACK if is_known or stamps[row] < stamps[row - 1] else MIN_JUMP
+        spread = MIN_JUMP if abs(step) > MIN_JUMP else abs(step) / 2.0
         whole = np.ptp(before) < spread and np.ptp(behind) < spread
         if whole and abs(step) > least:
             rows.append(int(row))
             steps.append(step)
     increments = np.abs(np.diff(stamps))
     increments[np.array(rows, dtype=np.intp) - 1] = 0.0
-    if not rows or np.ptp(recorded) < TRUSTED * increments.sum():
+    if not rows or np.ptp(recorded) < MIN_SPAN_RATIO * increments.sum():
         return np.zeros(0, dtype=np.intp), np.zeros(0)
     return np.array(rows, dtype=np.intp), np.array(steps)

@@ -26,7 +26,7 @@ from mjsim.logs.resampling import rising, track_of
 
 MAX_TRANSFORMS = 5000
 """Maximum number of transforms per topic from which poses of sensors are taken."""
-LATEST, SLACK = 10.0, 3600.0
+MAX_BAG_LENGTHS, EXTRA_SECONDS = 10.0, 3600.0
 """Times farther from the median than this many lengths of the bag plus this many seconds are wrong [1, s]."""
 UNSTAMPED = ("geometry_msgs/msg/Twist", *TRANSFORMS)
 """Types without a header at their beginning."""
@@ -290,7 +290,7 @@ class Contents:
         columns += [np.array([fix.time for fix in fixes]) for fixes in self.fixes.values()]
         if not any(map(len, columns)):
             return
-        middle, limit = float(np.median(np.concatenate(columns))), LATEST * length + SLACK
+        middle, limit = float(np.median(np.concatenate(columns))), MAX_BAG_LENGTHS * length + EXTRA_SECONDS
         for topic, stream in self.streams.items():
             in_time = [abs(stamp - middle) <= limit for stamp in stream.stamps]
             stream.stamps = [

@@ -35,7 +35,7 @@ METADATA = "metadata.yaml"
 """Name of the metadata file in the folder of a ROS 2 bag."""
 NUMBER = re.compile(r"_\d+$")
 """Number at the end of the name of one of several files of a bag."""
-FAR = 10_000_000_000
+MIN_SKIP_NS = 10_000_000_000
 """To reach a message more than this much later, skip instead of reading on [ns]."""
 MAX_WAITING = 64 << 20
 """Maximum size of messages kept while reading on to another one [bytes]."""
@@ -190,7 +190,7 @@ class BagMessages:
 
     def _is_far(self, topic: str, number: int) -> bool:
         times, following = self._times[topic], self._next[topic]
-        return self._sorted and following < len(times) and int(times[number] - times[following]) > FAR
+        return self._sorted and following < len(times) and int(times[number] - times[following]) > MIN_SKIP_NS
 
     def _begin(self, time: int | None) -> None:
         """Read from a time on [ns], or from the start if the bag is not in order of time."""

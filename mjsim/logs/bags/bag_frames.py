@@ -10,10 +10,10 @@ import numpy as np
 from mjsim.geometry import Array, Pose3
 from mjsim.logs.resampling import Mount
 
-BASES = ("base_footprint", "base_link", "base", "body")
+BASE_FRAMES = ("base_footprint", "base_link", "base", "body")
 """Usual names of a robot's frame (REP 105 and custom), used if odometry does not name it."""
 
-FARTHEST = 1e8
+MAX_COORDINATE = 1e8
 """Maximum distance of a valid position from the origin, along each axis [m]."""
 
 
@@ -30,7 +30,7 @@ def is_odometry(outer: str, inner: str) -> bool:
 
 def is_base(frame: str) -> bool:
     """Return whether a frame has a usual name of a robot's frame."""
-    return frame.rpartition("/")[2] in BASES
+    return frame.rpartition("/")[2] in BASE_FRAMES
 
 
 def matrix_of(position: Any, orientation: Any) -> Array:
@@ -43,7 +43,7 @@ def matrix_of(position: Any, orientation: Any) -> Array:
     place = np.array([position.x, position.y, position.z], dtype=float)
     # Written so that NaN fails too; the square of a huge number would overflow.
     length = float(np.linalg.norm(values)) if (np.abs(values) < 2.0).all() else 0.0
-    if not (np.abs(place) < FARTHEST).all() or not 0.5 < length < 2.0:
+    if not (np.abs(place) < MAX_COORDINATE).all() or not 0.5 < length < 2.0:
         raise ValueError(f"a pose of numbers {place.tolist()} and quaternion {values.tolist()}")
     return Pose3(*place.tolist(), *(values / length).tolist()).matrix()
 
@@ -98,7 +98,7 @@ class FrameTree:
 
     def base(self, namespace: str) -> str | None:
         """Return the frame of a robot by its usual names, None if there is none."""
-        names = [f"{namespace}/{base}" for base in BASES if namespace] + list(BASES)
+        names = [f"{namespace}/{base}" for base in BASE_FRAMES if namespace] + list(BASE_FRAMES)
         return next((name for name in names if name in self._inner), None)
 
     def between(self, outer: str, inner: str) -> Array | None:

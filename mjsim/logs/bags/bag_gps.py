@@ -16,9 +16,9 @@ from mjsim.geometry import Array
 from mjsim.logs.files import SCATTER, car_poses
 from mjsim.logs.resampling import MotionNoise, track_motions
 
-EQUATOR, FLATTENING = 6378137.0, 1.0 / 298.257223563
+SEMI_MAJOR_AXIS, FLATTENING = 6378137.0, 1.0 / 298.257223563
 """Semi-major axis of the ellipsoid of WGS 84 [m], and its flattening."""
-UNSURE = 0
+COVARIANCE_UNKNOWN = 0
 """`position_covariance_type` of a fix that does not say how accurate it is."""
 NO_NOISE = MotionNoise(distance=0.0, turn=0.0, veer=0.0, aside=0.0)
 
@@ -61,7 +61,11 @@ def fix_of(message: Any, time: float) -> Fix:
     if message.status.status < 0 or not (abs(latitude) <= 90.0 and abs(longitude) <= 360.0):
         raise ValueError(f"no fix, at latitude {latitude:g} and longitude {longitude:g}")
     variances = np.asarray(message.position_covariance, dtype=float)[[0, 4]]
-    known = message.position_covariance_type != UNSURE and np.isfinite(variances).all() and variances.min() >= 0.0
+    known = (
+        message.position_covariance_type != COVARIANCE_UNKNOWN
+        and np.isfinite(variances).all()
+        and variances.min() >= 0.0
+    )
     return Fix(
         time,
         math.radians(latitude),
@@ -84,7 +88,7 @@ def east_north(fixes: Sequence[Fix]) -> Array:
 def _cartesian(latitude: Array, longitude: Array, height: Array) -> Array:
     """Return Earth-centred, Earth-fixed places, shape (N, 3) [m]."""
     squared = FLATTENING * (2.0 - FLATTENING)
-    radius = EQUATOR / np.sqrt(1.0 - squared * np.sin(latitude) ** 2)
+    radius = SEMI_MAJOR_AXIS / np.sqrt(1.0 - squared * np.sin(latitude) ** 2)
     across = (radius + height) * np.cos(latitude)
     return np.column_stack(
         [across * np.cos(longitude), across * np.sin(longitude), ((1.0 - squared) * radius + height) * np.sin(latitude)]

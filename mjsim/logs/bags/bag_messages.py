@@ -11,7 +11,7 @@ from mjsim.geometry import Array
 from mjsim.interface import Intrinsics, Scan
 from mjsim.logs.bags.bag_frames import matrix_of
 
-NEAREST, FARTHEST = 0.01, 100.0
+MIN_RANGE, MAX_RANGE = 0.01, 100.0
 """Range limits of a lidar whose messages do not give them [m]."""
 ASSUMED_FOV = math.radians(60.0)
 """Horizontal field of view of a camera without calibration."""
@@ -22,9 +22,9 @@ UNMEASURED = -1.0
 NOTHING = (math.nan,) * 3
 IMU_SIZE = 37 * 8
 """Orientation, turn rate and acceleration, each with its covariance [bytes]."""
-FASTEST = 1e6
+MAX_SPEED = 1e6
 """Maximum of a valid twist [m/s, rad/s]."""
-WIDEST = 3.0 * math.pi
+MAX_FOV = 3.0 * math.pi
 """Maximum angle of a scan: some lidars measure more than a whole turn [rad]."""
 UPSIDE_DOWN = -0.5
 """A lidar is mounted upside down if the z component of its z axis in the robot frame is below this."""
@@ -50,7 +50,7 @@ def scan_of(message: Any, stamp: float, *, upside_down: bool, beams: int | None 
     first, step = float(message.angle_min), _step(message)
     if len(ranges) < 2 or not math.isfinite(first) or not 0.0 < abs(step) < math.pi:
         raise ValueError(f"a scan of {len(ranges)} beams from {first:g} rad on, {step:g} rad apart")
-    if abs(step) * (len(ranges) - 1) > WIDEST:
+    if abs(step) * (len(ranges) - 1) > MAX_FOV:
         raise ValueError(f"a scan over {abs(step) * (len(ranges) - 1):g} rad; angles are in radians")
     nearest, farthest = limits_of(message)
     ranges[~(ranges >= nearest)] = -np.inf
@@ -101,8 +101,8 @@ def _first_echoes(values: Any, *, none: float) -> Array:
 def limits_of(message: Any) -> tuple[float, float]:
     """Return the minimum and maximum range given in a lidar's messages [m]."""
     nearest, farthest = float(message.range_min), float(message.range_max)
-    nearest = nearest if nearest > 0.0 and math.isfinite(nearest) else NEAREST
-    return nearest, farthest if nearest < farthest <= 1e4 else max(FARTHEST, 2.0 * nearest)
+    nearest = nearest if nearest > 0.0 and math.isfinite(nearest) else MIN_RANGE
+    return nearest, farthest if nearest < farthest <= 1e4 else max(MAX_RANGE, 2.0 * nearest)
 
 
 def imu_of(data: bytes, *, is_ros2: bool) -> tuple[float, ...]:
@@ -163,7 +163,7 @@ def twist_of(message: Any) -> tuple[float, float, float]:
     twist = getattr(message, "twist", message)
     twist = getattr(twist, "twist", twist)
     values = float(twist.linear.x), float(twist.angular.z), float(twist.linear.y)
-    if not all(abs(value) < FASTEST for value in values):
+    if not all(abs(value) < MAX_SPEED for value in values):
         raise ValueError(f"a twist of {values[0]:g} m/s and {values[1]:g} rad/s")
     return values
 

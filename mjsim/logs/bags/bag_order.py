@@ -23,18 +23,18 @@ from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
 from mjsim.geometry import Array
 from mjsim.logs.bags.bag_parsing import ZSTD, BrokenBagError, parsing, unpacked
 
-AGREE = 4
+AGREEING_MESSAGES = 4
 """Number of messages of a topic before and after, which must be evenly spaced."""
-LEAST, PERIODS, LONGEST = 0.02, 1.5, 3600.0
+MIN_STEP_BACK, MIN_PERIODS, MAX_STEP_BACK = 0.02, 1.5, 3600.0
 """A clock that was set back by less than the first [s], or by fewer periods of a topic, cannot be told from delays;
 more than the last is another recording [s]."""
-DISORDERED = 1000
+MAX_STEPS_BACK = 1000
 """Topics whose times go back more often are in no order."""
 MESSAGE_INDEX = 0x07
 """Type of the record of MCAP with the times of messages."""
 NUMBERED = re.compile(r".*?(\d{1,6})(?:\.[a-z]\w*)*")
 """Name of a file of a bag that was split."""
-LARGEST_INDEX = 1 << 26
+MAX_INDEX = 1 << 26
 """Maximum size of the times of the messages of a chunk [bytes]."""
 Messages = Callable[[], Iterator[tuple[str, int, bytes]]]
 
@@ -109,7 +109,7 @@ def _order_of_mcap(reader: McapReader) -> FileOrder | None:
     names = {each.id: each.topic for each in reader.connections}
     found: list[tuple[str, int]] = []
     for chunk in sorted(reader.chunks, key=lambda each: each.chunk_start_offset):
-        if chunk.message_index_length > LARGEST_INDEX:
+        if chunk.message_index_length > MAX_INDEX:
             return None
         reader.bio.seek(chunk.chunk_start_offset + chunk.chunk_length)
         index, at, entries = reader.bio.read(chunk.message_index_length), 0, list[tuple[int, int, int]]()
@@ -246,24 +246,24 @@ def set_backs(topics: NDArray[np.intp], times: Array) -> list[tuple[int, float]]
 def _drops(times: Array) -> Iterator[tuple[int, float, float]]:
     """Yield each message of a topic before which its times went back for good, its period and by how much [s]."""
     rows = np.flatnonzero(np.diff(times) < 0.0) + 1
-    for row in rows.tolist() if len(rows) <= DISORDERED else ():
-        before, after = times[max(row - AGREE, 0) : row], times[row : row + AGREE]
+    for row in rows.tolist() if len(rows) <= MAX_STEPS_BACK else ():
+        before, after = times[max(row - AGREEING_MESSAGES, 0) : row], times[row : row + AGREEING_MESSAGES]
         steps = np.concatenate([np.diff(before), np.diff(after)])
-        if len(before) < AGREE or len(after) < AGREE or (steps <= 0.0).any():
+        if len(before) < AGREEING_MESSAGES or len(after) < AGREEING_MESSAGES or (steps <= 0.0).any():
             continue
         period = float(np.median(steps))
-        missing = before[-1] + period * np.arange(1, AGREE + 1) - after
+        missing = before[-1] + period * np.arange(1, AGREEING_MESSAGES + 1) - after
         back = float(np.median(missing))
-        if max(LEAST, PERIODS * period) < back < LONGEST and np.ptp(missing) < back / 2.0:
+        if max(MIN_STEP_BACK, MIN_PERIODS * period) < back < MAX_STEP_BACK and np.ptp(missing) < back / 2.0:
             yield row, period, back
 
 
 def _goes_on(rows: NDArray[np.intp], times: Array, row: int, back: float) -> bool:
     """Return whether the times of a topic contradict that the clock was set back before a message."""
     place = int(np.searchsorted(rows, row))
-    near = times[rows[max(place - AGREE, 0) : place + AGREE]]
-    if not 0 < place < len(rows) or len(near) < 2 * AGREE:
+    near = times[rows[max(place - AGREEING_MESSAGES, 0) : place + AGREEING_MESSAGES]]
+    if not 0 < place < len(rows) or len(near) < 2 * AGREEING_MESSAGES:
         return False
     return bool(
-        PERIODS * float(np.median(np.abs(np.diff(near)))) < back and times[rows[place]] >= times[rows[place - 1]]
+        MIN_PERIODS * float(np.median(np.abs(np.diff(near)))) < back and times[rows[place]] >= times[rows[place - 1]]
     )

@@ -47,24 +47,26 @@ YUV = {"yuv422": "UYVY", "uyvy": "UYVY", "yuv422_yuy2": "YUY2", "yuyv": "YUY2"}
 HALVED = {"nv12": "NV12", "nv21": "NV21"}
 """Encodings whose colour has half the width and height of the picture, below its brightness."""
 BAYER = re.compile(r"bayer_(rggb|bggr|gbrg|grbg)(8|16)")
-DEPTH = ("16UC1", "32FC1")
+DEPTH_ENCODINGS = ("16UC1", "32FC1")
 COMPRESSED_DEPTH = struct.Struct("<iff")
 """Header of a compressed depth picture: its kind, and the scaling of its values."""
-SHOWN = 10.0
+MAX_SHOWN_DEPTH = 10.0
 """Distance shown as black in the picture of a camera that only has depth [m]."""
 
 
 def is_depth(message: Any, topic: str) -> bool:
     """Return whether a picture contains depth."""
     if hasattr(message, "encoding"):
-        return message.encoding in DEPTH or (message.encoding == "mono16" and "depth" in topic)
-    return "compressedDepth" in message.format or any(message.format.startswith(kind) for kind in DEPTH)
+        return message.encoding in DEPTH_ENCODINGS or (message.encoding == "mono16" and "depth" in topic)
+    return "compressedDepth" in message.format or any(message.format.startswith(kind) for kind in DEPTH_ENCODINGS)
 
 
 def is_read(encoding: str) -> bool:
     """Return whether the pictures of a `sensor_msgs/Image` of an encoding can be read."""
     known = encoding.lower()
-    return encoding in DEPTH or known in PLAIN or known in YUV or known in HALVED or bool(BAYER.fullmatch(known))
+    return (
+        encoding in DEPTH_ENCODINGS or known in PLAIN or known in YUV or known in HALVED or bool(BAYER.fullmatch(known))
+    )
 
 
 def size_of(message: Any) -> tuple[int, int]:
@@ -130,7 +132,7 @@ def depth_of(message: Any, intrinsics: Intrinsics) -> Array:
 
 def shown_depth(depth: Array) -> Picture:
     """Return depth as a grey picture: near things are bright, missing depth is black."""
-    grey = np.where(np.isfinite(depth), 255.0 * (1.0 - np.minimum(depth, SHOWN) / SHOWN), 0.0)
+    grey = np.where(np.isfinite(depth), 255.0 * (1.0 - np.minimum(depth, MAX_SHOWN_DEPTH) / MAX_SHOWN_DEPTH), 0.0)
     return np.repeat(grey.astype(np.uint8)[:, :, None], 3, axis=2)
 
 

@@ -25,7 +25,7 @@ from rosbags.rosbag1.reader import (
 )
 from rosbags.typesys.msg import normalize_msgtype
 
-MAGIC, OLD = b"#ROSBAG V2.0\n", b"#ROSBAG V1.2\n"
+MAGIC, OLD_MAGIC = b"#ROSBAG V2.0\n", b"#ROSBAG V1.2\n"
 BEGUN: Mapping[str, Callable[[bytes], bytes]] = {
     "none": lambda data: data,
     "bz2": lambda data: BZ2Decompressor().decompress(data),
@@ -41,7 +41,7 @@ CUT = (ReaderError, EOFError, OSError, ValueError, RuntimeError)
 def is_old(path: Path) -> bool:
     """Return whether a file is a bag of version 1.2."""
     with path.open("rb") as file:
-        return file.read(len(OLD)) == OLD
+        return file.read(len(OLD_MAGIC)) == OLD_MAGIC
 
 
 class ScannedBag1(Reader):

@@ -27,7 +27,7 @@ UNASKED = {**TYPES, "odometry": (ODOMETRY,)}
 """The same for topics that the user did not name: other velocities and poses may be anything."""
 NAMELESS = "robot"
 """Name of a robot without a namespace."""
-SINGLE = ("odometry", "truth", "command", "gps")
+SINGLE_TOPIC_KINDS = ("odometry", "truth", "command", "gps")
 """Kinds of data that are read from a single topic of a robot."""
 SENSED = (*TYPES["scan"], *TYPES["cloud"], *PICTURES, *TYPES["imu"])
 INFO = "sensor_msgs/msg/CameraInfo"
@@ -145,7 +145,7 @@ def _check(types: Mapping[str, str], topics_by_kind: Mapping[str, Sequence[str]]
             if types[topic] not in TYPES[kind]:
                 kinds = " or ".join(TYPES[kind])
                 raise UsageError(f"topic '{topic}' is of {types[topic]}; {kind} is read from {kinds}")
-        if kind in SINGLE and len({_first(topic, shared) for topic in topics}) < len(topics):
+        if kind in SINGLE_TOPIC_KINDS and len({_first(topic, shared) for topic in topics}) < len(topics):
             raise UsageError(f"{kind} is read from one topic of a robot; name one with --topic {kind}=...")
 
 

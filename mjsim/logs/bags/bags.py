@@ -47,7 +47,7 @@ from mjsim.logs.resampling import (
 )
 
 __all__ = ["is_bag", "read_bag"]
-GAP = 0.5
+MAX_TRUTH_GAP = 0.5
 """Maximum time between two poses of the truth to interpolate [s]."""
 MAX_BEAMS = 10_000
 """Maximum number of beams of a scan in a recording."""
@@ -129,7 +129,7 @@ class _Robot:
             imu=readings,
             truth=gps,
             poses=self._truth(),
-            gap=GAP if gps is None else longest_gap(gps),
+            gap=MAX_TRUTH_GAP if gps is None else longest_gap(gps),
             damage=self._streams.damage,
         )
         return Log(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 SIZE = struct.Struct("<II")
 """Head of the data: number of columns and of rows [px]."""
-LONGEST = 11
+MAX_NIBBLES = 11
 """Maximum number of nibbles in a number of 32 bits."""
 
 
@@ -64,7 +64,7 @@ def _numbers(packed: bytes) -> NDArray[np.int64]:
     nibbles = nibbles[: ends[-1] + 1]
     begins = np.concatenate([[0], ends[:-1] + 1])
     lengths = ends - begins + 1
-    if lengths.max() > LONGEST:
+    if lengths.max() > MAX_NIBBLES:
         raise ValueError("a damaged depth picture (RVL)")
     shifts = 3 * (np.arange(len(nibbles)) - np.repeat(begins, lengths))
     return np.asarray(np.add.reduceat((nibbles & 7) << shifts, begins), dtype=np.int64)

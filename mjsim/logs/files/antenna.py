@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array, wrap_angles
 from mjsim.interface import Odometry
 
-AROUND = 20.0
+FIT_SECONDS = 20.0
 """The heading at a fix is fitted to the fixes within this time before and after it [s]."""
 SCATTER = 0.5
 """Scale of the Cauchy weights: fixes farther than this from the fitted path count less [m]."""
-FARTHEST = 4.0
+MAX_SCALES = 4.0
 """A fix farther than this many scales from the fitted path is left out as a jump of the receiver [1]."""
-SHORTEST = 2.0
+MIN_SPREAD = 2.0
 """Fixes all closer than this to their centre give no heading [m]."""
-ROUNDS = 8
+MAX_ITERATIONS = 8
 """Number of iterations of the reweighted fit."""
 
 
@@ -54,8 +54,8 @@ def car_poses(
     ahead = np.array([complex(step.forward, step.left) for step in steps]) * np.exp(1j * heading[:-1])
     arm = complex(*antenna)
     by_odometry = np.concatenate([[0.0], np.cumsum(ahead)]) + arm * np.exp(1j * heading)
-    first = np.searchsorted(times, times - AROUND)
-    last = np.searchsorted(times, times + AROUND, side="right")
+    first = np.searchsorted(times, times - FIT_SECONDS)
+    last = np.searchsorted(times, times + FIT_SECONDS, side="right")
     fits = [
         _fitted_rotation(by_odometry[a:b], seen[a:b], row - a, scatter)
         for row, (a, b) in enumerate(zip(first, last, strict=True))
@@ -63,9 +63,9 @@ def car_poses(
     turn, residuals = np.array(fits).reshape(-1, 2).T
     heading = wrap_angles(heading + turn)
     origin = seen - arm * np.exp(1j * heading)
-    good = residuals <= FARTHEST * scatter
+    good = residuals <= MAX_SCALES * scatter
     rows = np.column_stack([times, origin.real, origin.imag, heading])[good]
-    return CarPoses(rows, int(np.count_nonzero(residuals > FARTHEST * scatter)))
+    return CarPoses(rows, int(np.count_nonzero(residuals > MAX_SCALES * scatter)))
 
 
 def _fitted_rotation(
@@ -83,11 +83,11 @@ def _fitted_rotation(
         Angle and distance; NaN if the places are too close together.
     """
     weight, turn, residuals = np.ones(len(by_odometry)), 0.0, np.zeros(len(by_odometry))
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ITERATIONS):
         weight = weight / weight.sum()
         a, b = by_odometry - weight @ by_odometry, by_gps - weight @ by_gps
         turn = float(np.angle((weight * np.conj(a)) @ b))
         residuals = np.abs(np.exp(1j * turn) * a - b)
         weight = 1.0 / (1.0 + (residuals / scatter) ** 2)
-    clear = np.abs(by_odometry - by_odometry.mean()).max() >= SHORTEST
+    clear = np.abs(by_odometry - by_odometry.mean()).max() >= MIN_SPREAD
     return (turn, float(residuals[row])) if clear else (np.nan, np.nan)

@@ -11,12 +11,12 @@ import numpy as np
 
 from mjsim.errors import LONGEST_MESSAGE, UsageError, did_you_mean
 from mjsim.geometry import Array, headings
-from mjsim.logs.files.number_table import UNIT, is_number
+from mjsim.logs.files.number_table import NORM_TOLERANCE, is_number
 from mjsim.logs.files.text_lines import LARGEST, left_out_cut, lines_of
 
 DECIMAL = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
 """A number with a decimal comma."""
-BLANK = ("", "nan")
+BLANK_CELLS = ("", "nan")
 """What other programs write for a value that they do not have."""
 SEPARATOR_LINE = re.compile(r"sep=([;,\t|])", re.IGNORECASE)
 SEPARATORS = (";", "\t", "|", ",")
@@ -71,7 +71,9 @@ class CsvTable:
             UsageError: There are none.
         """
         columns = [self._index(name) for name in names]
-        kept = [k for k, row in enumerate(self.rows) if not any(row[column].lower() in BLANK for column in columns)]
+        kept = [
+            k for k, row in enumerate(self.rows) if not any(row[column].lower() in BLANK_CELLS for column in columns)
+        ]
         if not kept:
             named = ", ".join(self.names[column] for column in columns)
             raise UsageError(f"'{self.path}' holds no row with values of {named}; name other columns"[:LONGEST_MESSAGE])
@@ -224,7 +226,7 @@ def headings_in(table: CsvTable, names: Sequence[str | int]) -> Array:
     """Return the headings of quaternions, seen from above [rad]."""
     x, y, z, w = (table.column(name) for name in names)
     length = np.sqrt(x * x + y * y + z * z + w * w)
-    if len(odd := np.flatnonzero(np.abs(length - 1.0) > UNIT)):
+    if len(odd := np.flatnonzero(np.abs(length - 1.0) > NORM_TOLERANCE)):
         line = table.lines[odd[0]]
         raise UsageError(f"{table.path}:{line}: the quaternion has length {length[odd[0]]:.3g}, not 1")
     return headings(np.stack([x, y, z, w], axis=-1))

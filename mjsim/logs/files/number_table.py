@@ -12,7 +12,7 @@ from mjsim.logs.files.text_lines import LARGEST, left_out_cut, lines_of
 
 TIME = "time"
 """Name of the column whose values must not decrease."""
-UNIT = 0.01
+NORM_TOLERANCE = 0.01
 """Tolerance of the norm of a quaternion in a file."""
 
 
@@ -109,7 +109,7 @@ def with_unit_quaternions(path: Path, rows: Array) -> Array:
         UsageError: A quaternion is not a rotation.
     """
     lengths = np.linalg.norm(rows[:, 4:], axis=1)
-    if len(odd := np.flatnonzero(np.abs(lengths - 1.0) > UNIT)):
+    if len(odd := np.flatnonzero(np.abs(lengths - 1.0) > NORM_TOLERANCE)):
         raise UsageError(f"'{path}': the quaternion at {rows[odd[0], 0]:.3f} s has length {lengths[odd[0]]:.3g}, not 1")
     return np.column_stack([rows[:, :4], rows[:, 4:] / lengths[:, None]])
 

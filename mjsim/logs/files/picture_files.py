@@ -18,7 +18,7 @@ from mjsim.record import LoggedFrame, filed_frame
 
 SEPARATOR = re.compile(r"\s*,\s*|\s+")
 """Between the time and the path of a picture."""
-SAMPLED = 9
+SAMPLE_COUNT = 9
 """Number of pictures of a camera whose sizes are compared."""
 
 
@@ -144,7 +144,7 @@ def usual_size(files: Sequence[Path]) -> tuple[int, int]:
     """
     sizes, problems = Counter[tuple[int, int]](), []
     # The last picture of a log that was cut off is often damaged, the first one a test.
-    for number in np.unique(np.linspace(0, len(files) - 1, SAMPLED).astype(int)).tolist():
+    for number in np.unique(np.linspace(0, len(files) - 1, SAMPLE_COUNT).astype(int)).tolist():
         try:
             sizes[any_picture_size(bytes_in(files[number]))] += 1
         except (ValueError, DamagedReadingError) as error:

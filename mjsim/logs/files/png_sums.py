@@ -8,11 +8,11 @@ import struct
 import zlib
 
 HEAD = b"\x89PNG\r\n\x1a\n"
-CHECKED = (b"IHDR", b"PLTE", b"IDAT")
+REQUIRED_CHUNKS = (b"IHDR", b"PLTE", b"IDAT")
 """Chunks without which there is no picture."""
 HEADER = struct.Struct(">I4s")
 """Length and kind of a chunk."""
-SUM = 4
+CHECKSUM_BYTES = 4
 """Length of the sum behind each chunk [bytes]."""
 
 
@@ -23,9 +23,11 @@ def require_sound(data: bytes) -> None:
         ValueError: One is wrong.
     """
     place, view = len(HEAD), memoryview(data)
-    while data.startswith(HEAD) and place + HEADER.size + SUM <= len(data):
+    while data.startswith(HEAD) and place + HEADER.size + CHECKSUM_BYTES <= len(data):
         length, kind = HEADER.unpack_from(data, place)
         end = place + HEADER.size + length
-        if kind in CHECKED and zlib.crc32(view[place + 4 : end]) != int.from_bytes(view[end : end + SUM], "big"):
+        if kind in REQUIRED_CHUNKS and zlib.crc32(view[place + 4 : end]) != int.from_bytes(
+            view[end : end + CHECKSUM_BYTES], "big"
+        ):
             raise ValueError("a damaged PNG picture")
-        place = end + SUM
+        place = end + CHECKSUM_BYTES

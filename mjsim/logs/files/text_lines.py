@@ -15,11 +15,11 @@ from mjsim.errors import UsageError
 
 LONGEST_LINE = 1 << 20
 """Maximum length of a line [bytes]."""
-UNPACKED, TIMES = 16 << 20, 20
+MIN_UNPACKED_LIMIT, MAX_COMPRESSION = 16 << 20, 20
 """Maximum length of a text: so much, or so many times the size of its file if that is compressed [bytes]."""
 LARGEST = 1e30
 """Largest number in a log; products of larger ones overflow."""
-_HEAD = 1 << 16
+_HEAD_BYTES = 1 << 16
 """Bytes from the beginning of a text, by which its lines and its packing are known."""
 UNPACKERS: Mapping[str, tuple[bytes, Callable[[Path], Any]]] = {
     ".gz": (b"\x1f\x8b", gzip.open),
@@ -42,7 +42,7 @@ def lines_of(path: Path, notes: dict[str, str] | None = None) -> Iterator[str]:
     """
     is_first = True
     try:
-        left = max(UNPACKED, TIMES * path.stat().st_size)
+        left = max(MIN_UNPACKED_LIMIT, MAX_COMPRESSION * path.stat().st_size)
         with _opened(path, notes) as packed:
             wide = packed.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
             packed.seek(0)
@@ -50,7 +50,9 @@ def lines_of(path: Path, notes: dict[str, str] | None = None) -> Iterator[str]:
             file = codecs.EncodedFile(packed, "utf-8", "utf-16", errors="replace") if wide else _ended(packed)
             while line := file.readline(LONGEST_LINE):
                 if (left := left - len(line)) < 0:
-                    raise UsageError(f"'{path}' unpacks to more than {TIMES} times its size; unpack it yourself")
+                    raise UsageError(
+                        f"'{path}' unpacks to more than {MAX_COMPRESSION} times its size; unpack it yourself"
+                    )
                 # The byte order mark that editors on Windows write.
                 line = line.removeprefix(codecs.BOM_UTF8) if is_first else line
                 if notes and _broken(path) in notes and not line.endswith(b"\n"):
@@ -92,7 +94,7 @@ def _opened(path: Path, notes: dict[str, str] | None) -> IO[bytes]:
     if path.exists() and not path.is_file():
         raise UsageError(f"cannot read '{path}': it is not a file; copy what it gives into one")
     with path.open("rb") as file:
-        head = file.read(_HEAD)
+        head = file.read(_HEAD_BYTES)
     for suffix, (magic, unpacker) in UNPACKERS.items():
         if head.startswith(magic) or path.suffix.lower() == suffix:
             unpacked = unpacker(path)
@@ -102,7 +104,7 @@ def _opened(path: Path, notes: dict[str, str] | None) -> IO[bytes]:
 
 def _ended(file: Any) -> Any:
     """Return a text whose lines end as here; those of old spreadsheets end with a carriage return alone."""
-    head = file.read(_HEAD)
+    head = file.read(_HEAD_BYTES)
     file.seek(0)
     if b"\r" not in head or b"\n" in head:
         return file

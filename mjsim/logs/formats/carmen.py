@@ -30,11 +30,11 @@ from mjsim.interface import Scan
 from mjsim.logs.files import LARGEST, left_out_cut, lines_of
 from mjsim.logs.resampling import MOTION, ForwardClock, Log, MotionNoise, Mount, RobotLog, kept
 
-MESSAGES = ("ODOM", "FLASER", "RLASER", "TRUEPOS", "PARAM", "SYNC")
+MESSAGE_KINDS = ("ODOM", "FLASER", "RLASER", "TRUEPOS", "PARAM", "SYNC")
 """First words of lines of such a log, beside those of `LASERS`."""
 LASERS = {f"{kind}{number}": number for kind in ("RAWLASER", "ROBOTLASER") for number in range(1, 6)}
 """Messages of lasers with a configuration in each message, and the number of the laser."""
-STAMP = 3
+STAMP_WORDS = 3
 """Number of words at the end of a line: time of sending, host, time of logging."""
 OFFSETS = {"front": "robot_frontlaser_offset", "rear": "robot_rearlaser_offset"}
 """Parameters with the forward offset of a laser [m]."""
@@ -43,16 +43,16 @@ RESOLUTIONS = {"FLASER": "laser_front_laser_resolution", "RLASER": "laser_rear_l
 NOISE = {"distance": "odometry_noise_distance", "turn": "odometry_noise_turn", "veer": "odometry_noise_veer"}
 """Parameters in logs of `mjsim export --carmen`, by the fields of `MotionNoise`."""
 MAX_BEAMS = 10_000
-NEAREST = 0.02
+MIN_RANGE = 0.02
 """Smaller ranges were not measured [m]."""
 MAX_NOISE = 10.0
-FEWEST, TOO_FEW = 2, "scans of less than 2 beams"
+MIN_BEAMS, TOO_FEW = 2, "scans of less than 2 beams"
 """Smallest number of beams of a scan, and what scans with fewer are called."""
-COMMON = 50
+MIN_NO_RETURNS = 50
 """Minimum number of beams with the largest value of a log for it to mean no return."""
-FINEST = 0.005
+RANGE_RESOLUTION = 0.005
 """Ranges that differ by at most this are one value [m]."""
-CODES = 1e-3
+NO_RETURN_SPREAD = 1e-3
 """Maximum relative difference between the largest values: a SICK scanner reports 8183 to 8191 for no return."""
 
 
@@ -79,7 +79,7 @@ def is_carmen(path: Path) -> bool:
     known = 0
     for number, line in enumerate(lines_of(path, {})):
         word = line.split(maxsplit=1)[0] if line.strip() else "#"
-        if word in MESSAGES or word in LASERS:
+        if word in MESSAGE_KINDS or word in LASERS:
             known += 1
         # Messages of other sensors may come first.
         elif not (word.startswith("#") or word.isupper() or known):
@@ -168,7 +168,7 @@ def _take_old(found: _Found, words: Sequence[str]) -> None:
     _, _, _, x, y, heading = _numbers(words, 2 + count, 8 + count)
     stamp = _stamp(found, words, 8 + count)
     found.odometry.append((stamp, x, y, heading))
-    if count < FEWEST:
+    if count < MIN_BEAMS:
         found.left_out[TOO_FEW] += 1
         return
     step = _step(count, found.parameters.get(RESOLUTIONS[words[0]]))
@@ -196,7 +196,7 @@ def _take_new(found: _Found, words: Sequence[str]) -> None:
         found.mounts.setdefault(name, _seen_from(laser, robot))
     else:
         stamp = _stamp(found, words, at)
-    if count < FEWEST:
+    if count < MIN_BEAMS:
         found.left_out[TOO_FEW] += 1
         return
     scan = _scan(stamp, ranges, first, step, farthest=farthest)
@@ -207,9 +207,9 @@ def _take_new(found: _Found, words: Sequence[str]) -> None:
 
 def _scan(stamp: float, ranges: Sequence[float], first: float, step: float, *, farthest: float = math.inf) -> Scan:
     values = np.array(ranges)
-    values[~(values >= NEAREST)] = -np.inf
+    values[~(values >= MIN_RANGE)] = -np.inf
     values[values >= farthest] = np.inf
-    return Scan(stamp, values, first, step, NEAREST, farthest)
+    return Scan(stamp, values, first, step, MIN_RANGE, farthest)
 
 
 def _with_beams(scan: Scan, count: int) -> Scan:
@@ -232,9 +232,9 @@ def _without_returns(scans: Sequence[Scan]) -> list[Scan]:
     if not len(finite):
         return list(scans)
     largest = float(finite.max())
-    top = largest - max(FINEST, CODES * largest)
+    top = largest - max(RANGE_RESOLUTION, NO_RETURN_SPREAD * largest)
     at_top = int((finite > top).sum())
-    if at_top >= COMMON and at_top > int(((finite > 0.9 * largest) & (finite <= top)).sum()):
+    if at_top >= MIN_NO_RETURNS and at_top > int(((finite > 0.9 * largest) & (finite <= top)).sum()):
         ranges[ranges > top] = np.inf
         finite = ranges[np.isfinite(ranges)]
     declared = scans[0].range_max

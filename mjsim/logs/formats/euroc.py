@@ -32,10 +32,10 @@ from mjsim.world import read_text
 
 NANOSECOND = 1e-9
 SHEET = "sensor.yaml"
-CHAINS = ("dso/camchain.yaml", "camchain.yaml", "mav0/camchain.yaml")
+CALIBRATION_FILES = ("dso/camchain.yaml", "camchain.yaml", "mav0/camchain.yaml")
 """File with the calibrations of all cameras, in the folder with `mav0`."""
-TRUTHS = ("state_groundtruth_estimate0", "mocap0")
-UNIT = 0.01
+TRUTH_FOLDERS = ("state_groundtruth_estimate0", "mocap0")
+DETERMINANT_TOLERANCE = 0.01
 """Tolerance of the determinant of a rotation in a file."""
 MAX_LETTERS = 1_000_000
 """Of a calibration."""
@@ -62,7 +62,7 @@ def read_euroc(path: Path) -> Log:
     readings = sorted(
         (each for _, readings_of in inertial.values() for each in readings_of), key=lambda each: each.stamp
     )
-    truth = next((folder for name in TRUTHS for folder in _sensors(path, name)), None)
+    truth = next((folder for name in TRUTH_FOLDERS for folder in _sensors(path, name)), None)
     notes["truth"] = "not in the folder" if truth is None else truth.name
     poses = None if truth is None else _poses(truth, notes)
     robot = RobotLog(cameras=frames, imu=readings, poses=poses, gap=longest_gap(poses))
@@ -143,11 +143,11 @@ def _sheet(folder: Path) -> tuple[Path, Mapping[str, Any]] | None:
 def _chained(folder: Path) -> tuple[Path, Mapping[str, Any]] | None:
     """Return the file with all calibrations, and that of one camera with the keys of sensor.yaml; None without."""
     root = folder.parent.parent if folder.parent.name == "mav0" else folder.parent
-    file = next((root / name for name in CHAINS if (root / name).is_file()), None)
+    file = next((root / name for name in CALIBRATION_FILES if (root / name).is_file()), None)
     if file is None or not isinstance(sheet := _yaml(file).get(folder.name), dict):
         return None
     camera_from_body = _numbers(sheet.get("T_cam_imu"))
-    if camera_from_body.shape != (16,) or abs(np.linalg.det(camera_from_body.reshape(4, 4))) < UNIT:
+    if camera_from_body.shape != (16,) or abs(np.linalg.det(camera_from_body.reshape(4, 4))) < DETERMINANT_TOLERANCE:
         raise UsageError(f"'{file}': T_cam_imu of {folder.name} is no pose; it is a rigid transform, 4 rows of 4")
     body_from_camera = np.linalg.inv(camera_from_body.reshape(4, 4))
     lens = sheet.get("distortion_coeffs")
@@ -176,7 +176,7 @@ def _body_from_sensor(file: Path, sheet: Mapping[str, Any]) -> Array:
     """Return T_BS, shape (4, 4) [m]."""
     extrinsics = sheet.get("T_BS")
     matrix = _numbers(extrinsics.get("data") if isinstance(extrinsics, dict) else None)
-    if matrix.shape != (16,) or abs(np.linalg.det(matrix.reshape(4, 4)[:3, :3]) - 1.0) > UNIT:
+    if matrix.shape != (16,) or abs(np.linalg.det(matrix.reshape(4, 4)[:3, :3]) - 1.0) > DETERMINANT_TOLERANCE:
         raise UsageError(f"'{file}': T_BS is not a pose; its data are 16 numbers of a rigid transform")
     return matrix.reshape(4, 4)
 

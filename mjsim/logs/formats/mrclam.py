@@ -51,15 +51,15 @@ from it.
 """
 RANGE, BEARING = 0.15, math.radians(2.0)
 """Standard deviations of a sighting [m, rad]. A guess: the data set does not give them."""
-RATE = 10.0
+DEFAULT_RATE_HZ = 10.0
 """Default tick rate [Hz]."""
-GAP = 0.1
+MAX_TRUTH_GAP = 0.1
 """The motion capture had lost the robot if poses are farther apart than this [s]."""
-ROBOTS = 5
+MAX_ROBOT_SUBJECT = 5
 """Subjects up to this number are robots."""
-LATERAL = 1.0
+UNKNOWN_START_SPACING = 1.0
 """Distance between robots with unknown starts [m]."""
-FARTHEST = 12.0
+MAX_RANGE = 12.0
 """Maximum range for the sensor's data sheet; nothing depends on it [m]."""
 
 
@@ -81,7 +81,7 @@ def convert_mrclam(folder: Path, wishes: Wishes, output: Output) -> Iterator[flo
         UsageError: A file does not exist or is invalid (the message has file and line).
         RecordingError: The recording cannot be written.
     """
-    rate, sighting = wishes.rate_hz or RATE, wishes.sighting_over(RANGE, BEARING)
+    rate, sighting = wishes.rate_hz or DEFAULT_RATE_HZ, wishes.sighting_over(RANGE, BEARING)
     robots = [_number(robot) for robot in wishes.robots]
     subjects = _subjects(folder)
     landmarks = _landmarks(folder)
@@ -98,7 +98,7 @@ def convert_mrclam(folder: Path, wishes: Wishes, output: Output) -> Iterator[flo
             sightings=each.sightings,
             identities=[str(seen.name) for seen in each.sightings],
             truth=each.truth,
-            gap=GAP,
+            gap=MAX_TRUTH_GAP,
         )
         for name, each in files.items()
     }
@@ -174,7 +174,9 @@ def _read_robot(
     if len(behind := np.flatnonzero(np.cos(seen[:, 3]) < 1e-3)):
         raise UsageError(f"'{path}': a bearing is {seen[behind[0], 3]:g} rad; the camera looks ahead")
     covariance = np.diag(np.square(deviations))
-    named = [subject for subject in subjects.values() if subject > ROBOTS] if landmarks is None else landmarks
+    named = (
+        [subject for subject in subjects.values() if subject > MAX_ROBOT_SUBJECT] if landmarks is None else landmarks
+    )
     sightings = [
         Sighting(stamp, f"landmark{subjects[code]}", depth / math.cos(bearing), bearing, covariance)
         for code, (stamp, _, depth, bearing) in zip(codes, seen.tolist(), strict=True)
@@ -205,12 +207,12 @@ def _world(
         for number, (x, y) in landmarks.items()
     ]
     camera = (
-        f"     sensors: [{{beacons: camera, range: [0.1, {FARTHEST}], fov_deg: 65, rate_hz: {rate_hz!r},\n"
+        f"     sensors: [{{beacons: camera, range: [0.1, {MAX_RANGE}], fov_deg: 65, rate_hz: {rate_hz!r},\n"
         f"                noise: {{range: {sighting[0]!r}, bearing_deg: {math.degrees(sighting[1])!r}}}}}]}}"
     )
     robots = []
     for row, (name, each) in enumerate(files.items()):
-        x, y, heading = 0.0, LATERAL * row, 0.0
+        x, y, heading = 0.0, UNKNOWN_START_SPACING * row, 0.0
         if each.truth is not None:
             x, y, heading = places_at(np.array([span[0]]), each.truth, gap=math.inf)[0].tolist()
         at = f"at: [{x!r}, {y!r}], heading_deg: {math.degrees(heading)!r}"

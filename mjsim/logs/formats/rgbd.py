@@ -67,7 +67,7 @@ CALIBRATIONS = {
     3: (535.4, 539.2, 320.1, 247.6),
 }
 """Camera -> fx, fy, cx, cy [px] and Brown's model, of 640 x 480 pixels."""
-USUAL = (525.0, 525.0, 319.5, 239.5)
+DEFAULT_INTRINSICS = (525.0, 525.0, 319.5, 239.5)
 """Default of the data set's tools, for 640 x 480 pixels."""
 
 
@@ -171,7 +171,7 @@ def _intrinsics(path: Path, width: int, height: int, notes: dict[str, str]) -> I
         notes["calibration"] = f"of freiburg{known[1]}, as published"
         return _calibrated(CALIBRATIONS[int(known[1])], width, height)
     notes["calibration"] = "not in the folder; a default is assumed"
-    fx, fy, cx, cy = USUAL
+    fx, fy, cx, cy = DEFAULT_INTRINSICS
     return _calibrated(
         (fx * width / 640, fy * height / 480, (cx + 0.5) * width / 640 - 0.5, (cy + 0.5) * height / 480 - 0.5),
         width,

@@ -43,11 +43,11 @@ from mjsim.logs.resampling import (
 )
 from mjsim.world import World
 
-WHEELBASE, ENCODER = 2.83, 0.76
+WHEELBASE, ENCODER_OFFSET = 2.83, 0.76
 """Distance between the axles, and from the middle of the rear axle to the measured wheel [m]."""
-SCANNER = (3.78, 0.50)
+SCANNER_POSITION = (3.78, 0.50)
 """Ahead of the middle of the rear axle, and to its left [m]."""
-ANTENNA = SCANNER
+ANTENNA = SCANNER_POSITION
 """Assumed position of the antenna, ahead of the middle of the rear axle and to its left [m]."""
 MOTION = MotionNoise(distance=0.08, turn=0.0, veer=0.03)
 """Twice the noise that results over one metre at 3 m/s from variances of 0.2 (m/s)^2 and 0.025 rad^2 of each input at
@@ -55,9 +55,9 @@ MOTION = MotionNoise(distance=0.08, turn=0.0, veer=0.03)
 at 300 s."""
 RANGE, BEARING = math.sqrt(0.025), math.sqrt(0.000025)
 """Standard deviations of a sighting by the scanner [m, rad]."""
-RATE = 25.0
+DEFAULT_RATE_HZ = 25.0
 """Default tick rate [Hz]."""
-GAP = 0.5
+MAX_TRUTH_GAP = 0.5
 """Maximum time between two fixes to interpolate; normally there is one every 0.2 s [s]."""
 NAME = "car"
 
@@ -69,7 +69,7 @@ def convert_victoria_park(folder: Path, wishes: Wishes, output: Output) -> Itera
         UsageError: A file does not exist or is invalid (the message has file and line).
         RecordingError: The recording cannot be written.
     """
-    rate, sighting = wishes.rate_hz or RATE, wishes.sighting_over(RANGE, BEARING)
+    rate, sighting = wishes.rate_hz or DEFAULT_RATE_HZ, wishes.sighting_over(RANGE, BEARING)
     cuts: dict[str, str] = {}
     inputs = read_table(folder / "inputs.dat", (TIME, "velocity", "steering"), notes=cuts)
     columns = (TIME, "range", "bearing", "diameter")
@@ -83,7 +83,7 @@ def convert_victoria_park(folder: Path, wishes: Wishes, output: Output) -> Itera
         twists=twists,
         sightings=[sighting_of(row, np.diag(np.square(sighting))) for row in seen],
         truth=truth if truth is not None and len(truth) else None,
-        gap=GAP,
+        gap=MAX_TRUTH_GAP,
     )
     world = _world(folder, _first(truth, span[0]), span, rate_hz=rate, sighting=sighting)
     metadata = {"log": "victoria park", "log folder": str(folder), "truth is of": "the middle of the rear axle", **cuts}
@@ -110,7 +110,7 @@ def twists_of(inputs: Array) -> Array:
         Guivant, Nebot (2001), the equations of the car: v = v_wheel / (1 - tan(steering) H / L).
     """
     curvature = np.tan(inputs[:, 2]) / WHEELBASE
-    forward = inputs[:, 1] / (1.0 - curvature * ENCODER)
+    forward = inputs[:, 1] / (1.0 - curvature * ENCODER_OFFSET)
     return np.stack([inputs[:, 0], forward, forward * curvature], axis=-1)
 
 
@@ -123,7 +123,7 @@ def sighting_of(row: Array, covariance: Array) -> Sighting:
     """
     stamp, distance, bearing = row[:3].tolist()
     c, s = math.cos(bearing - math.pi / 2), math.sin(bearing - math.pi / 2)
-    x, y = SCANNER[0] + distance * c, SCANNER[1] + distance * s
+    x, y = SCANNER_POSITION[0] + distance * c, SCANNER_POSITION[1] + distance * s
     away = math.hypot(x, y)
     polar = np.array([[x / away, y / away], [-y / away**2, x / away**2]])
     J = polar @ np.array([[c, -distance * s], [s, distance * c]])
@@ -157,10 +157,11 @@ def _world(
         f"mjsim: 1\nname: {name_from(folder)}\n"
         f"robots:\n  - name: {NAME}\n    at: [{first.x!r}, {first.y!r}]\n"
         f"    heading_deg: {math.degrees(first.heading)!r}\n"
-        f"    drive: {{type: ackermann, wheel_radius: 0.35, track: {2 * ENCODER}, wheelbase: {WHEELBASE},\n"
+        f"    drive: {{type: ackermann, wheel_radius: 0.35, track: {2 * ENCODER_OFFSET}, wheelbase: {WHEELBASE},\n"
         "            max_speed: 8, max_acceleration: 3, max_steer_deg: 35}\n"
         "    body: {radius: 1.0, height: 1.2, mass: 1200}  # for the eye; nothing depends on it\n"
-        f"    sensors: [{{beacons: laser, at: [{SCANNER[0]}, {SCANNER[1]}, 0.6], range: [0.5, 80], fov_deg: 180,\n"
+        f"    sensors: [{{beacons: laser, at: [{SCANNER_POSITION[0]}, {SCANNER_POSITION[1]}, 0.6], "
+        "range: [0.5, 80], fov_deg: 180,\n"
         f"               rate_hz: {rate_hz!r}, anonymous: true, noise: {noise}}}]\n"
         f"run: {{seconds: {span[1] - span[0]!r}, rate_hz: {rate_hz!r}}}\n"
     )

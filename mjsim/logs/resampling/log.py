@@ -25,15 +25,15 @@ MOTION = MotionNoise(distance=0.05, turn=0.1, veer=0.02)
 """Noise of odometry for logs that do not give it. A guess for small robots on hard floors."""
 RANGE, BEARING = 0.1, math.radians(2.0)
 """Standard deviations of a sighting for logs that do not give them [m, rad]. A guess."""
-LONGEST = 1e6
+MAX_SECONDS = 1e6
 """Maximum duration of a recording, as in world files [s]."""
-EMPTY, TICKS = 100_000, 1000
+MIN_TICK_LIMIT, MAX_TICKS_PER_READING = 100_000, 1000
 """Maximum number of ticks of a recording: so many, and so many for each reading of its log."""
-RATES = (10.0, 12.5, 25.0, 50.0, 125.0)
+TICK_RATES = (10.0, 12.5, 25.0, 50.0, 125.0)
 """Tick rates to choose from by default [Hz]; ticks are whole numbers of physics steps."""
-SPARE = 1.5
+MIN_TICKS_PER_SCAN = 1.5
 """Minimum number of ticks per scan at the chosen rate."""
-STEEPEST = 89.0
+MAX_PITCH = 89.0
 """Maximum pitch of a camera in a world file, up and down [deg]."""
 
 
@@ -126,7 +126,7 @@ def record_logs(
         raise UsageError(f"all readings in '{source}' have the same time; a recording needs at least two ticks")
     span = cut(min(firsts), last, begin=wishes.begin, seconds=wishes.seconds, rate_hz=rate)
     readings = sum(log.readings() for log in logs)
-    longest = min(LONGEST, (EMPTY + TICKS * readings) / rate)
+    longest = min(MAX_SECONDS, (MIN_TICK_LIMIT + MAX_TICKS_PER_READING * readings) / rate)
     if span[1] - span[0] > longest:
         raise UsageError(
             f"'{source}' lasts {span[1] - span[0]:.0f} s and has {readings} readings; a recording of them lasts at most"
@@ -253,7 +253,7 @@ def _camera_text(name: str, camera: LoggedCamera, rate_hz: float) -> str:
     ahead = place[:3, 2]
     yaw, pitch = math.atan2(ahead[1], ahead[0]), math.asin(min(max(float(ahead[2]), -1.0), 1.0))
     fov = math.degrees(2.0 * math.atan(intrinsics.width / 2.0 / intrinsics.fx))
-    pitch_deg = min(max(math.degrees(pitch), -STEEPEST), STEEPEST)
+    pitch_deg = min(max(math.degrees(pitch), -MAX_PITCH), MAX_PITCH)
     return (
         f"{{camera: {name}, at: {place[:3, 3].tolist()}, yaw_deg: {math.degrees(yaw)!r},"
         f" pitch_deg: {pitch_deg!r}, width: {intrinsics.width}, height: {intrinsics.height},"
@@ -302,9 +302,9 @@ def _start(robot: RobotLog, time: float) -> Pose:
 
 
 def _rate_of(log: Log) -> float:
-    """Return the lowest rate of `RATES` with at least `SPARE` ticks per reading of each lidar and camera."""
+    """Return the lowest of `TICK_RATES` with `MIN_TICKS_PER_SCAN` ticks or more per reading of lidars and cameras."""
     first, last = log.times()
     robot = log.robot
     counts = [len(each) for part in (robot.scans, robot.cameras, robot.clouds) for each in part.values()]
     frequency = max(counts, default=0) / max(last - first, 1e-3)
-    return next((rate for rate in RATES if rate >= SPARE * frequency), RATES[-1])
+    return next((rate for rate in TICK_RATES if rate >= MIN_TICKS_PER_SCAN * frequency), TICK_RATES[-1])

@@ -19,7 +19,7 @@ from mjsim.geometry import Array
 from mjsim.interface import Odometry, Sighting
 from mjsim.world import Model, read_described
 
-NEAREST = 1e-3
+MIN_RANGE = 1e-3
 """Minimum range of a sighting after subtraction of the bias [m]."""
 
 Deviation = Annotated[float, Field(ge=0, le=10)]
@@ -76,7 +76,7 @@ class Bias(Model):
 
     def corrected_sighting(self, seen: Sighting) -> Sighting:
         """Return a sighting without the errors of range and bearing."""
-        away, bearing = max(seen.range - self.range, NEAREST), seen.bearing - math.radians(self.bearing_deg)
+        away, bearing = max(seen.range - self.range, MIN_RANGE), seen.bearing - math.radians(self.bearing_deg)
         return replace(seen, range=away, bearing=math.remainder(bearing, 2.0 * math.pi))
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.logs.resampling.robot_log import RobotLog
 
-FARTHEST = 1e4
+MAX_COORDINATE = 1e4
 """Maximum coordinate in a world [m]."""
-ROUND = 100.0
+ORIGIN_STEP = 100.0
 """New origins are multiples of this, so that both coordinates of a place are easily compared [m]."""
 Marks = Mapping[str, tuple[float, float]]
 
@@ -32,9 +32,9 @@ def near_origin(
     known += [np.array(list(each.values())) for each in marks if each]
     places = np.concatenate(known) if known else np.zeros((0, 2))
     places = places[np.isfinite(places).all(axis=1)]
-    if not len(places) or np.abs(places).max() <= FARTHEST:
+    if not len(places) or np.abs(places).max() <= MAX_COORDINATE:
         return list(robots), [dict(each) for each in marks], ""
-    x, y = (math.floor(value / ROUND) * ROUND for value in places[0].tolist())
+    x, y = (math.floor(value / ORIGIN_STEP) * ORIGIN_STEP for value in places[0].tolist())
     away = np.array([x, y])
     moved = [
         replace(

@@ -10,20 +10,20 @@ from mjsim.geometry import Array, Pose, places_at, wrap_angles
 from mjsim.interface import Odometry
 from mjsim.sim import arc_end, arc_end_slopes
 
-PIVOT = 1e-3
+PIVOT_DEVIATION = 1e-3
 """Standard deviation of the position of a robot that turns on the spot by one radian: the centre of rotation is not
 exact, and estimators that invert the covariance need it to be regular [m/sqrt(rad)]."""
 
 UNKNOWN = np.array([1.0, 1.0, 1.0])
 """Motion of a robot without odometry, as a random walk: that of walking pace [m/sqrt(s), m/sqrt(s), rad/sqrt(s)]."""
 
-LEAST_JUMP, FASTEST, TIMES_USUAL = (0.5, 0.5), (5.0, 2.0 * math.pi), 10.0
+MIN_JUMP, FASTEST, TIMES_USUAL = (0.5, 0.5), (5.0, 2.0 * math.pi), 10.0
 """Steps of odometry that exceed the first, faster than the second and than this many times its usual speed, are jumps;
 of position and of heading [m, rad], [m/s, rad/s], [1]."""
 AT_START = 0.1
 """After a restart, odometry is within this of its start [m, rad]."""
 
-GAP, STEPS = 0.1, 1.5
+MAX_TRUTH_GAP, MAX_TRUTH_STEPS = 0.1, 1.5
 """The truth is unknown between two poses farther apart than both of these [s, usual steps of the truth]."""
 
 
@@ -136,7 +136,7 @@ def _covariance(distance: float, turned: float, heading: float, noise: MotionNoi
 
 def _least(distance: float, turned: float, noise: MotionNoise) -> Array:
     """Return the covariance added to every arc: tyres slip sideways, and a turn shifts the robot a little."""
-    pivot = PIVOT**2 * turned
+    pivot = PIVOT_DEVIATION**2 * turned
     return np.diag([pivot, noise.aside**2 * distance + pivot, 0.0])
 
 
@@ -154,7 +154,7 @@ def restarts_of(track: Array) -> NDArray[np.intp]:
     lasting = np.maximum(steps[:, 0], float(steps[:, 0].mean()) or 1e-3)
     jumped = np.zeros(len(steps), dtype=bool)
     amounts = np.hypot(steps[:, 1], steps[:, 2]), np.abs(wrap_angles(steps[:, 3]))
-    for amount, least, fastest in zip(amounts, LEAST_JUMP, FASTEST, strict=True):
+    for amount, least, fastest in zip(amounts, MIN_JUMP, FASTEST, strict=True):
         rates = amount / lasting
         # Most robots are seldom fast: what is usual is taken from the steps in which they move at all.
         usual = float(np.quantile(rates[rates > 0.0], 0.9)) if rates.any() else 0.0
@@ -200,4 +200,4 @@ def longest_gap(truth: Array | None) -> float:
         truth: Rows that begin with the time [s], in order of time, shape (N, ...); None for no truth.
     """
     steps = np.diff(truth[:, 0]) if truth is not None else np.zeros(0)
-    return max(GAP, STEPS * float(np.median(steps))) if len(steps) else GAP
+    return max(MAX_TRUTH_GAP, MAX_TRUTH_STEPS * float(np.median(steps))) if len(steps) else MAX_TRUTH_GAP

@@ -6,15 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array, wrap_angles
-from mjsim.logs.resampling.resample import LEAST_JUMP, joined
+from mjsim.logs.resampling.resample import MIN_JUMP, joined
 
-LEAST, PAUSE = 2.0, 3600.0
+MAX_MESSAGE_DELAY, MAX_PAUSE = 2.0, 3600.0
 """Times of one log may go back by up to this, as its messages are delayed by different amounts, and on by this [s]."""
-AGREE = 5
+AGREEING_MESSAGES = 5
 """Number of messages before and after, whose median decides."""
-LATE, SHORTEST = 200, 1.0
+MAX_LATE_MESSAGES, MIN_LATE_SECONDS = 200, 1.0
 """Messages that were only written late: times return within this number of them, or they last less than this [s]."""
-BETWEEN = 0.1
+ASSUMED_GAP = 0.1
 """Time between the last message before and the first after, which nothing tells [s]."""
 
 
@@ -29,13 +29,15 @@ class ForwardClock:
         """
         times, rows = np.array(stamps), []
         steps = np.diff(times)
-        for row in (np.flatnonzero((steps < -LEAST) | (steps > PAUSE)) + 1).tolist():
-            before, after = times[max(row - AGREE, 0) : row], times[row : row + AGREE]
-            is_back = after.max() < before.min() and not _is_late(times[row : row + LATE], before.max())
-            if (is_back and np.median(after) < np.median(before) - LEAST) or after.min() > before.max() + PAUSE:
+        for row in (np.flatnonzero((steps < -MAX_MESSAGE_DELAY) | (steps > MAX_PAUSE)) + 1).tolist():
+            before, after = times[max(row - AGREEING_MESSAGES, 0) : row], times[row : row + AGREEING_MESSAGES]
+            is_back = after.max() < before.min() and not _is_late(times[row : row + MAX_LATE_MESSAGES], before.max())
+            if (
+                is_back and np.median(after) < np.median(before) - MAX_MESSAGE_DELAY
+            ) or after.min() > before.max() + MAX_PAUSE:
                 rows.append(row)
         back = sum(steps[row - 1] < 0.0 for row in rows)
-        self.about = f"set back {back} times and ahead by more than {PAUSE:g} s {len(rows) - back} times"
+        self.about = f"set back {back} times and ahead by more than {MAX_PAUSE:g} s {len(rows) - back} times"
         """What was found."""
         self._rows: NDArray[np.intp] = np.array(rows, dtype=np.intp)
         self._shifts = [0.0]
@@ -44,8 +46,8 @@ class ForwardClock:
         parts = np.split(times, self._rows)
         for row, part in enumerate(parts[1:]):
             end = float(parts[row].max()) + self._shifts[-1]
-            self.begins.append(end + BETWEEN)
-            self._shifts.append(end + BETWEEN - float(part.min()))
+            self.begins.append(end + ASSUMED_GAP)
+            self._shifts.append(end + ASSUMED_GAP - float(part.min()))
 
     def time(self, number: int, stamp: float) -> float:
         """Return the time of a message, counted from 0 in the order of the file [s]."""
@@ -60,10 +62,10 @@ class ForwardClock:
         rows = np.searchsorted(track[:, 0], self.begins)
         rows = rows[(rows > 0) & (rows < len(track))]
         steps = track[rows, 1:] - track[rows - 1, 1:]
-        far = (np.hypot(steps[:, 0], steps[:, 1]) > LEAST_JUMP[0]) | (np.abs(wrap_angles(steps[:, 2])) > LEAST_JUMP[1])
+        far = (np.hypot(steps[:, 0], steps[:, 1]) > MIN_JUMP[0]) | (np.abs(wrap_angles(steps[:, 2])) > MIN_JUMP[1])
         return joined(track, rows[far]) if far.any() else track
 
 
 def _is_late(part: Array, newest: float) -> bool:
     """Return whether messages were only written late, in which case the clock was not set back [s]."""
-    return bool(part.max() > newest or np.ptp(part) < SHORTEST)
+    return bool(part.max() > newest or np.ptp(part) < MIN_LATE_SECONDS)

@@ -6,7 +6,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 
-LONGEST, SPARE = 1.0, 1.2
+MAX_SCAN_SECONDS, MAX_SCAN_INTERVALS = 1.0, 1.2
 """Maximum duration of a scan, in itself and as a multiple of the interval of scans [s, 1]; other values are wrong."""
 
 
@@ -18,7 +18,11 @@ def last_beam(message: Any, stamps: Array) -> float:
         stamps: Of all of its scans, ascending, shape (N,) [s].
     """
     last = float(beam_times(message, len(message.ranges), reverse=False)[-1])
-    longest = min(LONGEST, SPARE * float(np.median(np.diff(stamps)))) if len(stamps) > 1 else LONGEST
+    longest = (
+        min(MAX_SCAN_SECONDS, MAX_SCAN_INTERVALS * float(np.median(np.diff(stamps))))
+        if len(stamps) > 1
+        else MAX_SCAN_SECONDS
+    )
     return last if abs(last) <= longest else 0.0
 
 

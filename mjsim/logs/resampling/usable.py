@@ -6,16 +6,17 @@ from pathlib import Path
 from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.logs.resampling.log import Log
 
-SMALLEST, LARGEST = 16, 4096
+MIN_PICTURE_SIDE, MAX_PICTURE_SIDE = 16, 4096
 """Limits of width and height of pictures in a recording [px]."""
 
 
 def usable(log: Log) -> Log:
     """Return a log without the cameras whose pictures are too small or too large, which its notes name."""
+    limits = f"{MIN_PICTURE_SIDE} to {MAX_PICTURE_SIDE}"
     wrong = {
-        name: f"pictures of {size.width} x {size.height} pixels; a camera has {SMALLEST} to {LARGEST} to each side"
+        name: f"pictures of {size.width} x {size.height} pixels; a camera has {limits} to each side"
         for name, size in ((name, camera.intrinsics) for name, camera in log.cameras.items())
-        if not all(SMALLEST <= side <= LARGEST for side in (size.width, size.height))
+        if not all(MIN_PICTURE_SIDE <= side <= MAX_PICTURE_SIDE for side in (size.width, size.height))
     }
     if not wrong:
         return log

@@ -13,19 +13,19 @@ from pathlib import Path
 from mjsim.closing import Closes
 from mjsim.modules.foreign.module_output import ShownOutput
 
-GRACE = 0.5
+EXIT_SECONDS = 0.5
 """Time for a process to end by itself after the last request [s]."""
 MAX_BYTES = 1 << 28
 """Maximum size of one answer."""
-_PIPE = 1 << 20
+_PIPE_BYTES = 1 << 20
 """Capacity of a pipe, if the system allows it [bytes]; enough for a picture."""
-_POLL = 0.05
+_POLL_SECONDS = 0.05
 """Interval for checking a process that does not answer [s]."""
 _MARK = "MJSIM_MODULE"
 """Environment variable by which children are found that left the process group."""
 _SIGNALS = tuple(getattr(signal, f"SIG{name}") for name in ("HUP", "INT", "QUIT", "PIPE", "TERM", "CHLD", "XFSZ"))
 """A process begins with these at their defaults, even if this one was started with some ignored, as by nohup."""
-_ROUNDS = 20
+_MAX_KILL_ROUNDS = 20
 """How often these are looked for at most: while they are killed they may start others."""
 _KEEP = (
     "{ exec 0<&3 3<&- 1>/dev/null 2>&1; read -r _; read -r me _ </proc/self/stat; "
@@ -93,7 +93,7 @@ class Process(Closes):
             os.set_blocking(fd, False)
         for fd in self._ours[:2]:
             with suppress(OSError, AttributeError):  # Only Linux has it, and it limits the total.
-                fcntl.fcntl(fd, fcntl.F_SETPIPE_SZ, _PIPE)
+                fcntl.fcntl(fd, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
         self._poll = select.poll()
         self._poll.register(self._answer, select.POLLIN)
         self._poll.register(self._log, select.POLLIN)
@@ -138,7 +138,7 @@ class Process(Closes):
         """Wait for the next data, or for the end of the process."""
         if writes:
             self._poll.register(self._request, select.POLLOUT)
-        came = self._take(min(_POLL, deadline - time.monotonic()))
+        came = self._take(min(_POLL_SECONDS, deadline - time.monotonic()))
         if writes:
             self._poll.unregister(self._request)
         if len(self._rest) > MAX_BYTES:
@@ -196,7 +196,7 @@ class Process(Closes):
         if self._open:
             os.close(self._request)
             self._ours = self._ours[1:]
-            until = time.monotonic() + GRACE
+            until = time.monotonic() + EXIT_SECONDS
             while not self._has_ended() and time.monotonic() < until:
                 self._take(0.005)
             self._take(0.0)
@@ -220,7 +220,7 @@ class Process(Closes):
 
 def _kill_marked(mark: str) -> None:
     """Kill the processes with a variable in their environment, as Linux shows it: daemons have a group of their own."""
-    for _ in range(_ROUNDS):
+    for _ in range(_MAX_KILL_ROUNDS):
         found = list(_marked(mark.encode()))
         for pid in found:
             with suppress(ProcessLookupError, PermissionError):

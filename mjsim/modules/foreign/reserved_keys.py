@@ -9,7 +9,7 @@ from mjsim.errors import UsageError
 from mjsim.modules.hosts import MAX_BYTES, Defect, beside, folder_of
 from mjsim.world import Source, Use, holds_file, read_regular
 
-PATIENCE = 10.0
+DEFAULT_TIMEOUT = 10.0
 """Default time limit for a module to start, or to answer [s]."""
 OWN_KEYS = ("patience", "paths")
 """Keys beside `use` that are not for the module."""
@@ -28,7 +28,7 @@ def patience_of(use: Use) -> float:
     Raises:
         ValueError: It is invalid.
     """
-    patience = use.arguments().get("patience", PATIENCE)
+    patience = use.arguments().get("patience", DEFAULT_TIMEOUT)
     if isinstance(patience, bool) or not isinstance(patience, (int, float)) or not 0 < patience <= 1e5:
         raise ValueError(f"patience is {patience!r}; it must be a time above 0 [s]")
     return float(patience)

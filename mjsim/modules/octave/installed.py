@@ -10,7 +10,7 @@ from mjsim.errors import UsageError
 INSTALL = "sudo apt-get install --no-install-recommends octave"
 TOOLBOX = Path(__file__).parent / "toolbox"
 """Folder with functions for arms, with the names of the old robotics toolbox."""
-PATIENCE = 20.0
+VERSION_TIMEOUT = 20.0
 """Time limit for Octave to print its version [s]."""
 _VERSION = re.compile(r"^GNU Octave, version (\S{1,40})", re.MULTILINE)
 
@@ -34,10 +34,14 @@ def octave_found() -> str:
         return f"not found; modules in .m files need it; type: {INSTALL}"
     try:
         done = subprocess.run(
-            [program, "--version"], stdin=subprocess.DEVNULL, capture_output=True, timeout=PATIENCE, check=False
+            [program, "--version"], stdin=subprocess.DEVNULL, capture_output=True, timeout=VERSION_TIMEOUT, check=False
         )
     except (OSError, subprocess.TimeoutExpired) as error:
-        why = f"said nothing for {PATIENCE:g} s" if isinstance(error, subprocess.TimeoutExpired) else error.strerror
+        why = (
+            f"said nothing for {VERSION_TIMEOUT:g} s"
+            if isinstance(error, subprocess.TimeoutExpired)
+            else error.strerror
+        )
         return f"{program} does not start: {why}; type: {INSTALL.replace('install', 'install --reinstall', 1)}"
     version = _VERSION.search(done.stdout.decode(errors="replace"))
     if version is None:

@@ -16,19 +16,19 @@ from mjsim.modules.octave.m_files import read_function
 
 DRIVER = Path(__file__).parent / "driver"
 FLAGS = ("--norc", "--no-history", "--no-line-editing", "--no-window-system", "--quiet")
-_QUIET = ("possible-matlab-short-circuit-operator", "function-name-clash")
+_SILENCED_WARNINGS = ("possible-matlab-short-circuit-operator", "function-name-clash")
 """Warnings about valid MATLAB code; the first would be printed at every call."""
 _SHADOWING = "warning('{}','Octave:shadowed-function');".format
 """Warnings about functions that replace Octave's: those of the toolbox do so on purpose, a user's own may not."""
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 """Small matrices are faster with one thread, and sums are the same on every machine."""
-STARTING = 30.0
+MIN_START_TIMEOUT = 30.0
 """Minimum time limit for the start of Octave, which reads its own files first: seconds on a busy machine [s]."""
 LONGEST_TEXT = 240
 """Maximum length of an error text [characters]."""
 _MAX_LAYOUTS = 250
 """Maximum number of layouts that Octave caches."""
-_SEEDS = 16
+_SEED_COUNT = 16
 """Number of values that seed each random generator."""
 _PARSE = re.compile(r"parse error(?: near line (\d+) of file ([^\n]*))?:?\s*([^\n]+)(?:\s+>>> *([^\n]*))?")
 _COLUMN = re.compile(r" near line \d+, column \d+$")
@@ -66,7 +66,7 @@ class OctaveEngine(Engine):
         self._layouts, self._fields = {}, fields
         words = [self._octave, *FLAGS, "--eval", self._begin()]
         self._process = Process(words, self._folder, shell=ON_3_AND_4, output=ShownOutput(self._who), more=ONE_THREAD)
-        seeds = rng.integers(2**32, size=(_SEEDS, 5)).astype(float)
+        seeds = rng.integers(2**32, size=(_SEED_COUNT, 5)).astype(float)
         self._send(1, {"robot": robot, "fields": list(fields), "seeds": seeds})
         return _names_pictures(self._folder, [self._file.parent, *self._paths])
 
@@ -84,7 +84,7 @@ class OctaveEngine(Engine):
     def _begin(self) -> str:
         """Return the code that Octave evaluates at its start."""
         own = [self._folder / path for path in (*self._paths, self._file.parent)]
-        adds = "".join(f"warning('off','Octave:{name}');" for name in _QUIET)
+        adds = "".join(f"warning('off','Octave:{name}');" for name in _SILENCED_WARNINGS)
         adds += f"{_SHADOWING('off')}{_added([TOOLBOX, DRIVER])}{_SHADOWING('on')}{_added(own)}"
         file = quoted(str(self._folder / self._file))
         return f"{adds}mjsim_serve({quoted(self._file.stem)},{file},'/dev/fd/3','/dev/fd/4')"
@@ -94,7 +94,7 @@ class OctaveEngine(Engine):
         if self._process is None:
             raise Failed("is asked after its run has ended; start another run")
         try:
-            patience = max(self._patience, STARTING) if kind == 1 else self._patience
+            patience = max(self._patience, MIN_START_TIMEOUT) if kind == 1 else self._patience
             answer = self._process.exchange(self._request(kind, tree), _whole, patience=patience)
         except Ended as ended:
             raise Failed(f"{ended}{self._blame(str(ended))}") from ended

@@ -28,7 +28,7 @@ HEADS: Mapping[str, tuple[str, Sequence[str]]] = {
 """Role -> what its function returns in addition to the state, and its arguments."""
 _READINGS = dict.fromkeys(("z", "id", "R"), "sightings")
 """Fields of `obs` that are called otherwise in `Observation`."""
-_CODE = (".m", ".oct", ".mex", ".mexa64", ".mexmaci64", ".mexmaca64", ".mexw64", ".p")
+_CODE_SUFFIXES = (".m", ".oct", ".mex", ".mexa64", ".mexmaci64", ".mexmaca64", ".mexw64", ".p")
 _TEXT = re.compile(rb"['\"]([\w./ -]+\.\w+)['\"]")
 _MAX_OFFERED = 1_000_000
 
@@ -50,7 +50,7 @@ class OctaveHost(Host):
 
     def runs(self, file: str) -> bool:
         """Return whether a file is a function, or compiled."""
-        return file.endswith(_CODE)
+        return file.endswith(_CODE_SUFFIXES)
 
     def defects(self, use: Use, role: str, source: Source) -> Iterator[Defect]:
         """Yield what does not exist, and why the function does not fit its role."""
@@ -178,7 +178,7 @@ def _functions(folder: Path, home: Path) -> Iterator[Path]:
         for path in sorted(place.iterdir()):
             if path.is_dir() and (path.name == "private" or path.name[:1] in "+@"):
                 waiting.append(path)
-            elif path.suffix in _CODE and holds_file(home, path):
+            elif path.suffix in _CODE_SUFFIXES and holds_file(home, path):
                 yield path
 
 

@@ -17,7 +17,7 @@ from mjsim.modules.hosts import Failed
 VERSION = 1
 """Version of the protocol in docs/programs.md."""
 
-SIMILARITY = 0.75
+MIN_SIMILARITY = 0.75
 """Minimum similarity of two keys for one to be taken for a misspelling [1]."""
 MAY_BE_TRUE = ("joined",)
 """Keys of answers whose values are true or false."""
@@ -66,7 +66,7 @@ class ProgramEngine(Engine):
         known = ("tau",) if method == "torques" else self._fields
         for key in answer:
             # Other keys are the program's own; one that is nearly right is a mistake, and would change nothing.
-            meant = [] if key in known else difflib.get_close_matches(key, known, n=1, cutoff=SIMILARITY)
+            meant = [] if key in known else difflib.get_close_matches(key, known, n=1, cutoff=MIN_SIMILARITY)
             if meant and meant[0] not in answer:
                 raise Failed(f"answered with the key '{key[:40]}'; did you mean '{meant[0]}'?")
         known_fields = {key: value for key, value in answer.items() if key in known}

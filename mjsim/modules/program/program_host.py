@@ -21,7 +21,7 @@ from mjsim.modules.hosts import Defect, Host, Offer, Provenance, beside, folder_
 from mjsim.world import Source, Use
 
 _MARK = "exec:"
-_FIRST = 256
+_SHEBANG_BYTES = 256
 """Length of what Linux reads of a first line [bytes]."""
 _INTERPRETERS = {
     ".py": "python3",
@@ -141,7 +141,7 @@ def _unstartable(path: Path, folders: Sequence[Path]) -> str:
     if not os.access(path, os.R_OK):
         return ""  # A compiled program starts all the same.
     with path.open("rb") as file:
-        first, end, _ = file.read(_FIRST).partition(b"\n")
+        first, end, _ = file.read(_SHEBANG_BYTES).partition(b"\n")
     if not first.startswith(b"#!"):
         needed = _INTERPRETERS.get(path.suffix)
         if needed is None or b"\0" in first:

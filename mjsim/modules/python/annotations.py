@@ -20,7 +20,7 @@ _KINDS: Mapping[str, tuple[str, tuple[type, ...]]] = {
 _ROWS = ("Sequence", "list", "Iterable", "Collection")
 _NAMED = re.compile(r"[\[(](x, y, z|x, y|minimum, maximum)[\])]")
 """The numbers of a point or a range, as a docstring names them."""
-_DEEPEST = 4
+_MAX_DEPTH = 4
 
 
 def schema_of(annotation: ast.expr | None, about: str, names: Mapping[str, ast.expr]) -> Schema:
@@ -33,7 +33,7 @@ def schema_of(annotation: ast.expr | None, about: str, names: Mapping[str, ast.e
     """
     found = _NAMED.search(about)
     count = None if found is None else found[1].count(",") + 1
-    forms = list(_merged(_forms(annotation, names, count, _DEEPEST)))
+    forms = list(_merged(_forms(annotation, names, count, _MAX_DEPTH)))
     if not forms or {} in forms:
         return {}
     return forms[0] if len(forms) == 1 else {"anyOf": forms}

@@ -18,7 +18,7 @@ FORMS = {b"\xff\xd8": "jpeg", b"\x89P": "png"}
 """First bytes of files that are stored unchanged -> name of the format."""
 QUICK_PNG = [cv2.IMWRITE_PNG_COMPRESSION, 1]
 """Low compression level: for noisy pictures, higher levels hardly reduce the size."""
-MILLIMETRES = 1000.0
+MM_PER_METRE = 1000.0
 """Millimetres per metre: the unit of 16-bit depth (ROS REP 118), where 0 means no depth."""
 
 
@@ -135,7 +135,7 @@ def depth_values(frame: CameraFrame) -> NDArray[Any]:
         Shape (height, width): uint16 [mm], 0 for no depth, too near, and farther than 65.535 m; or float32 [m].
     """
     metres = np.asarray(frame.depth, dtype=np.float32)
-    counts = np.rint(metres * np.float32(MILLIMETRES))
+    counts = np.rint(metres * np.float32(MM_PER_METRE))
     counts[~((counts > 0.0) & (counts < 1 << 16))] = 0.0
     pixels = counts.astype("<u2")
     exact = not isinstance(frame, LoggedFrame) or np.array_equal(_metres_of(pixels), metres)
@@ -174,4 +174,4 @@ def depth_pixels(data: bytes) -> NDArray[Any]:
 
 def _metres_of(pixels: NDArray[np.uint16]) -> NDArray[np.float32]:
     """Return millimetres as metres, 0 as +inf."""
-    return np.where(pixels == 0, np.float32(np.inf), pixels / np.float32(MILLIMETRES))
+    return np.where(pixels == 0, np.float32(np.inf), pixels / np.float32(MM_PER_METRE))

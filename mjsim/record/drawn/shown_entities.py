@@ -16,7 +16,7 @@ from mjsim.record.json_schema import STAMP, boolean, integer, keyed, listed, num
 from mjsim.record.numbers import Message, stamp_json, unpacked
 from mjsim.record.numbers import packed as packed_numbers
 
-LEVELS = 254
+OCCUPANCY_LEVELS = 254
 """Number of levels of a cell from free to occupied; one more value means unknown."""
 TEXT_HEIGHT = 12.0
 """On the screen [px]."""
@@ -161,7 +161,7 @@ def shown_of(message: Message) -> tuple[Shown, ...]:
 
 def grid_png(grid: ShownGrid) -> bytes:
     """Return the cells of a grid as a grey PNG: the first row has the largest y, unknown cells are 255."""
-    levels = np.where(np.isnan(grid.cells), LEVELS + 1, np.rint(LEVELS * (1.0 - grid.cells)))
+    levels = np.where(np.isnan(grid.cells), OCCUPANCY_LEVELS + 1, np.rint(OCCUPANCY_LEVELS * (1.0 - grid.cells)))
     return _png(levels.astype(np.uint8)[::-1])
 
 
@@ -225,7 +225,7 @@ def _cells(png: bytes) -> Array:
     if levels is None:
         raise ValueError("a grid whose picture is broken")
     flipped = levels[::-1].astype(float)
-    return np.where(flipped > LEVELS, np.nan, 1.0 - np.minimum(flipped, LEVELS) / LEVELS)
+    return np.where(flipped > OCCUPANCY_LEVELS, np.nan, 1.0 - np.minimum(flipped, OCCUPANCY_LEVELS) / OCCUPANCY_LEVELS)
 
 
 def _model(grid: ShownGrid) -> bytes:

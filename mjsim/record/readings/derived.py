@@ -13,9 +13,9 @@ from mjsim.record.readings.codec import Box, Codec, Given, SensorTable, by_name
 from mjsim.record.readings.reading_json import wire_of
 from mjsim.world import SENSOR_KINDS, AnySensor, World, name_of
 
-REQUIRED = ("odometry", "sightings", "proximity", "bump", "cameras")
+REQUIRED_KEYS = ("odometry", "sightings", "proximity", "bump", "cameras")
 """Keys of every observation in a recording, first."""
-WRITTEN = (*REQUIRED, "scans", "imu", "messages")
+WRITTEN = (*REQUIRED_KEYS, "scans", "imu", "messages")
 """Keys that are written even without readings; the oldest recordings lack the last of them."""
 ORDER = (*WRITTEN, "encoders", "ranges")
 """Keys in the order of recordings; all others follow in that of `Observation`."""
@@ -34,7 +34,7 @@ def derived(field: str) -> Codec:
         encode=wire.encode,
         decode=wire.decode,
         is_read=is_read,
-        optional=field not in REQUIRED,
+        optional=field not in REQUIRED_KEYS,
         sparse=field not in WRITTEN,
         sensor=sensor,
         tables=partial(_tables, sensor, kind) if sensor is not None and has_names else None,

@@ -9,7 +9,7 @@ from numpy.random import Generator
 from mjsim.interface import Command, WheelCommand
 from mjsim.sim.bases.differential import DifferentialKinematics
 from mjsim.sim.bases.gear import RunningGear, motion_of, running_gear
-from mjsim.sim.bases.profile import STANDSTILL, scaled, within
+from mjsim.sim.bases.profile import MIN_STEERING_SPEED, scaled, within
 from mjsim.sim.bases.steered import SteeredProfile
 from mjsim.sim.streams import stream
 from mjsim.world import AckermannDrive, Robot
@@ -61,7 +61,7 @@ class CarProfile(SteeredProfile):
         else:
             twist = command.forward, 0.0, command.turn
         speed, _, turn = scaled(twist, self._limits)
-        if abs(speed) < STANDSTILL:
+        if abs(speed) < MIN_STEERING_SPEED:
             self._target = 0.0, self._target[1]
         else:
             self._target = speed, self._steer(turn / speed)
@@ -75,7 +75,7 @@ class CarProfile(SteeredProfile):
         chance = self._stream.standard_normal(2).tolist()
         noisy_speed = speed + self._reach * faster + self._noise[0] * chance[0]
         angle = within(steer + self._reach * sharper, self._max_steer)
-        if abs(speed) >= STANDSTILL:
+        if abs(speed) >= MIN_STEERING_SPEED:
             angle = self._steer(math.tan(angle) / self._wheelbase + self._noise[1] * chance[1] / speed)
         wheels = self._wheels.wheels_from_twist(noisy_speed, 0.0, noisy_speed * math.tan(angle) / self._wheelbase)
         return *wheels, *self._steering.angles(angle)

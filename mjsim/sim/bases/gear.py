@@ -9,7 +9,7 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.interface import Command
 from mjsim.sim.bases.profile import VelocityProfile
-from mjsim.sim.odometry import STRAIGHT, Steering, Twist, WheelMotion, WheelOdometer
+from mjsim.sim.odometry import NO_MOTION, Steering, Twist, WheelMotion, WheelOdometer
 from mjsim.sim.streams import stream
 from mjsim.world import Robot
 
@@ -43,7 +43,7 @@ class RunningGear:
     def twist_from_wheels(self) -> Array:
         """Return the twist (forward, left, turn) of wheel speeds, steering straight ahead, shape (3, wheels)."""
         count = len(self.wheels)
-        columns = [self.motion([float(k == wheel) for k in range(count)], STRAIGHT) for wheel in range(count)]
+        columns = [self.motion([float(k == wheel) for k in range(count)], NO_MOTION) for wheel in range(count)]
         return np.array(columns, dtype=float).reshape(count, 3).T
 
 

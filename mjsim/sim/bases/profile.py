@@ -8,7 +8,7 @@ from mjsim.interface import Command, WheelCommand
 from mjsim.sim.odometry import Twist
 from mjsim.world import DriveNoise
 
-STANDSTILL = 1e-3
+MIN_STEERING_SPEED = 1e-3
 """A car slower than this keeps its steering angle [m/s]."""
 
 

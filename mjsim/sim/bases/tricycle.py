@@ -8,7 +8,7 @@ from numpy.random import Generator
 
 from mjsim.interface import Command, WheelCommand
 from mjsim.sim.bases.gear import RunningGear, running_gear
-from mjsim.sim.bases.profile import STANDSTILL, scaled, within
+from mjsim.sim.bases.profile import MIN_STEERING_SPEED, scaled, within
 from mjsim.sim.bases.steered import SteeredProfile
 from mjsim.sim.odometry import Steering, Twist
 from mjsim.sim.streams import stream
@@ -91,7 +91,7 @@ class TricycleProfile(SteeredProfile):
         chance = self._stream.standard_normal(2).tolist()
         noisy_speed = rim + self._reach * faster + self._noise[0] * chance[0]
         angle = steer + self._reach * sharper
-        if abs(rim) >= STANDSTILL:
+        if abs(rim) >= MIN_STEERING_SPEED:
             angle += self._noise[1] * chance[1] * self._kinematics.place / rim
         return noisy_speed / self._kinematics.wheel_radius, within(angle, self._max_steer)
 

@@ -21,7 +21,7 @@ from mjsim.errors import OpenGLError, how_to_install
 from mjsim.gl_request import requested_backend
 from mjsim.sim.gl import native
 from mjsim.sim.gl.egl import Egl, EglContext
-from mjsim.sim.gl.osmesa import PACKAGE, VERSION, OsmesaContext, has_package, packaged_osmesa, system_osmesa
+from mjsim.sim.gl.osmesa import OSMESA_PACKAGE, VERSION, OsmesaContext, has_package, packaged_osmesa, system_osmesa
 
 APT_LINE = "sudo apt install libegl1 libgl1-mesa-dri"
 CHECKOUT = Path(__file__).resolve().parents[3]
@@ -120,7 +120,7 @@ def _remedy() -> str:
     if setup.is_file():
         return str(setup)
     # Its last wheels are for Python 3.13.
-    return how_to_install("--no-deps", f"{PACKAGE}=={VERSION}") if sys.version_info < (3, 14) else APT_LINE
+    return how_to_install("--no-deps", f"{OSMESA_PACKAGE}=={VERSION}") if sys.version_info < (3, 14) else APT_LINE
 
 
 def _open_egl() -> ContextMaker:

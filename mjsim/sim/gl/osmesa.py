@@ -17,7 +17,7 @@ from mjsim.sim.gl.native import function, open_library, renderer_name
 
 RGBA, UNSIGNED_BYTE = 0x1908, 0x1401
 DEPTH_BITS, STENCIL_BITS = 24, 8
-PACKAGE, VERSION = "lavavu-osmesa", "1.9.10"
+OSMESA_PACKAGE, VERSION = "lavavu-osmesa", "1.9.10"
 NEEDED_FIRST = ("tinfo", "ffi", "zstd", "pcre2", "selinux", "drm", "glapi", "LLVM")
 """Libraries of the package, each after its dependencies, as they have no search path."""
 
@@ -30,8 +30,8 @@ def system_osmesa() -> ctypes.CDLL:
 def packaged_osmesa() -> ctypes.CDLL:
     """Return the OSMesa of the package lavavu-osmesa."""
     if not has_package():
-        raise OpenGLError(f"the package {PACKAGE} is not installed")
-    folder = Path(str(metadata.distribution(PACKAGE).locate_file("lavavu_osmesa.libs")))
+        raise OpenGLError(f"the package {OSMESA_PACKAGE} is not installed")
+    folder = Path(str(metadata.distribution(OSMESA_PACKAGE).locate_file("lavavu_osmesa.libs")))
     for name in NEEDED_FIRST:
         open_library(*map(str, folder.glob(f"lib{name}-*")))
     return open_library(*map(str, folder.glob("libOSMesa-*")))
@@ -39,7 +39,7 @@ def packaged_osmesa() -> ctypes.CDLL:
 
 def has_package() -> bool:
     """Return whether the package lavavu-osmesa is installed."""
-    return any(metadata.distributions(name=PACKAGE))
+    return any(metadata.distributions(name=OSMESA_PACKAGE))
 
 
 class OsmesaContext:

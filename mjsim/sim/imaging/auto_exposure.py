@@ -15,7 +15,7 @@ MIDDLE_GREY, MAX_GAIN = 118.0, 8.0
 """Target of automatic exposure for the mean of a picture, on a 0 to 255 scale, and its largest factor."""
 AUTOMATIC_GAIN = 16.0
 """Largest gain of the read-out of automatic exposure, unless given."""
-BALANCE = 2.0
+MAX_WHITE_BALANCE = 2.0
 """Largest factor of automatic white balance, and the inverse of its smallest."""
 
 
@@ -69,7 +69,7 @@ class AutoExposure:
         """Return logarithms of the exposure and of the balance that suit a picture, shape (4,)."""
         balance = np.zeros(3)
         if self._balance == "auto":
-            limit = math.log(BALANCE)
+            limit = math.log(MAX_WHITE_BALANCE)
             balance = np.clip(2.0 * np.log(roots[1] / roots), -limit, limit)
         elif isinstance(self._balance, tuple):
             balance = np.log(self._balance)

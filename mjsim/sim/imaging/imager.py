@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.sim.imaging.auto_exposure import MAX_GAIN, MIDDLE_GREY, AutoExposure, Memory
-from mjsim.sim.imaging.light_response import ROOT_OF_WHITE, ROOTS, coded, srgb_light, with_electrons
+from mjsim.sim.imaging.light_response import ROOT_LEVELS, ROOT_OF_WHITE, coded, srgb_light, with_electrons
 from mjsim.sim.imaging.pixel_noise import PixelNoise
 from mjsim.world import Camera, Photons
 
-LUMINANCE = (0.2126, 0.7152, 0.0722)
+LUMINANCE_WEIGHTS = (0.2126, 0.7152, 0.0722)
 """Shares of red, green and blue in the luminance of linear light (ITU-R BT.709)."""
-SPECKS, SMALLEST, LARGEST = 40, 0.006, 0.05
+SPECK_COUNT, MIN_SPECK_RADIUS, MAX_SPECK_RADIUS = 40, 0.006, 0.05
 """Number of specks on a dirty lens, and their radii in widths of the picture; out of focus they are soft."""
-SHARP = 3
+SHARPENING_SIDE = 3
 """Side of the blur that an unsharp mask subtracts, binomial [px]."""
 SAME_GAIN = 0.01
 """Relative change of the gain below which its tables are kept."""
@@ -130,7 +130,7 @@ class Imager:
         self._take_roots(seen)
         roots = self._roots
         if self._fall_off is not None:
-            cv2.multiply(roots, self._fall_off, dst=roots, scale=1.0 / ROOTS)
+            cv2.multiply(roots, self._fall_off, dst=roots, scale=1.0 / ROOT_LEVELS)
         self._expose(stamp)
         words = roots.view(np.uint16).reshape(len(roots), -1)
         if self._noise is not None and self._photons is not None:
@@ -154,7 +154,7 @@ class Imager:
             return
         light: Any = self.light(seen) if seen.dtype == np.uint8 else seen
         if camera.monochrome:
-            light = cv2.transform(light, np.array([LUMINANCE], dtype=np.float32))
+            light = cv2.transform(light, np.array([LUMINANCE_WEIGHTS], dtype=np.float32))
         if camera.blur:
             light = cv2.GaussianBlur(light, (0, 0), camera.blur)
         root = cv2.sqrt(light).reshape(self._roots.shape)
@@ -187,7 +187,7 @@ class Imager:
         """Return a picture after sharpening and compression, in colour."""
         camera = self._camera
         if camera.sharpening:
-            blurred = cv2.GaussianBlur(image, (SHARP, SHARP), 0)
+            blurred = cv2.GaussianBlur(image, (SHARPENING_SIDE, SHARPENING_SIDE), 0)
             cv2.addWeighted(image, 1.0 + camera.sharpening, blurred, -camera.sharpening, 0.0, dst=image)
         if camera.jpeg is not None:
             image = _compressed(image, camera.jpeg)
@@ -212,7 +212,7 @@ def _fall_off(camera: Camera, dirt: Generator) -> NDArray[np.int16] | None:
     if not camera.vignetting and not camera.dirt:
         return None
     share = vignette(camera) * (1.0 - specks(camera, dirt))
-    root = np.minimum(np.rint(np.sqrt(share) * ROOTS), ROOTS - 1).astype(np.int16)
+    root = np.minimum(np.rint(np.sqrt(share) * ROOT_LEVELS), ROOT_LEVELS - 1).astype(np.int16)
     return root if camera.monochrome else np.repeat(root[..., None], 3, axis=2)
 
 
@@ -234,8 +234,10 @@ def specks(camera: Camera, dirt: Generator) -> Array:
     if not camera.dirt:
         return loss
     y, x = np.mgrid[: camera.height, : camera.width]
-    places = dirt.uniform(0.0, 1.0, (SPECKS, 2)) * [camera.width, camera.height]
-    radii = camera.width * SMALLEST * (LARGEST / SMALLEST) ** dirt.uniform(0.0, 1.0, SPECKS)
-    for (u, v), radius, depth in zip(places, radii, dirt.uniform(0.2, 1.0, SPECKS), strict=True):
+    places = dirt.uniform(0.0, 1.0, (SPECK_COUNT, 2)) * [camera.width, camera.height]
+    radii = (
+        camera.width * MIN_SPECK_RADIUS * (MAX_SPECK_RADIUS / MIN_SPECK_RADIUS) ** dirt.uniform(0.0, 1.0, SPECK_COUNT)
+    )
+    for (u, v), radius, depth in zip(places, radii, dirt.uniform(0.2, 1.0, SPECK_COUNT), strict=True):
         loss += depth * np.exp(-((((x - u) ** 2 + (y - v) ** 2) / radius**2) ** 2))
     return np.asarray(np.minimum(loss * camera.dirt / loss.mean(), 0.95), dtype=float)

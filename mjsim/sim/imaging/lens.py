@@ -23,9 +23,9 @@ LONGEST_SIDE = 3072
 """Maximum side of an undistorted picture [px]."""
 TILTS_DEG = (25.0, 30.0, 35.0, 40.0, 45.0, 50.0, 60.0)
 """Angles between the axes of a lens and of a plane that are tried."""
-FIXED = 100_000
+FIXED_COST_PIXELS = 100_000
 """Number of pixels that take as long as what a picture takes of any size: a third of 640 x 480."""
-SPARSE = 17
+RAY_STRIDE = 17
 """Every so many rays tell which planes are best."""
 
 
@@ -90,9 +90,11 @@ def _cheapest(rays: Array, focal: float) -> _Planes:
     """Return the planes that are drawn fastest for a focal length [px]."""
 
     def cost(turned: Sequence[Array]) -> float:
-        found = _planes(turned, rays[::SPARSE])
+        found = _planes(turned, rays[::RAY_STRIDE])
         sides = 2.0 * focal * found.half
-        return len(turned) * (FIXED + float(sides.prod())) if found.ahead.min(initial=1.0) > 0.0 else math.inf
+        return (
+            len(turned) * (FIXED_COST_PIXELS + float(sides.prod())) if found.ahead.min(initial=1.0) > 0.0 else math.inf
+        )
 
     return _planes(min(_layouts(), key=cost), rays)
 

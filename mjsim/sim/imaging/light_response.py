@@ -10,7 +10,7 @@ from mjsim.geometry import Array
 K = TypeVar("K", np.uint8, np.uint16)
 ROOT_OF_WHITE = 1 << 14
 """Square root of the light of white, as integers count it: 14 bits resolve the darkest pixel values as well."""
-ROOTS = 1 << 15
+ROOT_LEVELS = 1 << 15
 """Number of roots of light that are told apart; beyond white there is room for four times its light."""
 
 
@@ -37,17 +37,17 @@ def with_electrons(variance: float) -> NDArray[np.uint16]:
     Args:
         variance: What is added, in squared units of the roots.
     """
-    roots = np.arange(ROOTS, dtype=float)
+    roots = np.arange(ROOT_LEVELS, dtype=float)
     return _whole_table(np.rint(np.sqrt(roots * roots + variance)), np.uint16)
 
 
 def coded(response: str | tuple[float, ...], variance: float) -> NDArray[np.uint8]:
     """Return the table from roots of light, with a constant added to their squares, to the nearest pixel values."""
     ends = np.sqrt(light_for(np.arange(255) + 0.5, response) * ROOT_OF_WHITE**2 + max(variance, 0.0))
-    starts = np.concatenate([[0], np.clip(np.ceil(ends), 0, ROOTS), [ROOTS]]).astype(int)
+    starts = np.concatenate([[0], np.clip(np.ceil(ends), 0, ROOT_LEVELS), [ROOT_LEVELS]]).astype(int)
     return _whole_table(np.repeat(np.arange(256), np.diff(starts)), np.uint8)
 
 
 def _whole_table(values: NDArray[Any], kind: type[K]) -> NDArray[K]:
     """Return a table of all 16-bit numbers for OpenCV; those that are negative if signed get the first value."""
-    return np.concatenate([values, np.full(ROOTS, values[0])]).clip(0, ROOTS - 1).astype(kind)
+    return np.concatenate([values, np.full(ROOT_LEVELS, values[0])]).clip(0, ROOT_LEVELS - 1).astype(kind)

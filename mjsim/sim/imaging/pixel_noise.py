@@ -8,7 +8,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-WORD = 8
+WORD_BYTES = 8
 """Bytes that a generator makes at a time."""
 
 
@@ -46,8 +46,8 @@ class PixelNoise:
     def draw(self, shape: tuple[int, ...]) -> NDArray[np.uint16]:
         """Return the random numbers for a picture's values."""
         count = 2 * math.prod(shape)
-        if count % WORD:
+        if count % WORD_BYTES:
             drawn = np.frombuffer(self._stream.bytes(count), dtype=np.uint16)
         else:  # the same bytes, in half the time
-            drawn = self._stream.bit_generator.random_raw(count // WORD).view(np.uint16)
+            drawn = self._stream.bit_generator.random_raw(count // WORD_BYTES).view(np.uint16)
         return drawn.reshape(shape)

@@ -15,7 +15,7 @@ from mjsim.world import Camera
 
 MAX_EXPOSURES = 24
 """Maximum number of images averaged into one."""
-DISTANCE = 1.0
+MIN_OBJECT_DISTANCE = 1.0
 """Least distance of objects assumed for their motion in the image [m]."""
 
 V = TypeVar("V", bound=np.generic)
@@ -84,7 +84,11 @@ class Shutter:
     def _instants(self, data: mujoco.MjData) -> Array:
         """Return as many instants about the stamp as the image moves by pixels during exposure, shape (n,) [s]."""
         velocity, turn = self._velocities(data)
-        pixels = self._focal * self._window * (float(np.linalg.norm(turn)) + float(np.linalg.norm(velocity)) / DISTANCE)
+        pixels = (
+            self._focal
+            * self._window
+            * (float(np.linalg.norm(turn)) + float(np.linalg.norm(velocity)) / MIN_OBJECT_DISTANCE)
+        )
         count = min(max(math.ceil(pixels), 1), MAX_EXPOSURES)
         return np.asarray(self._window * ((np.arange(count) + 0.5) / count - 0.5), dtype=float)
 

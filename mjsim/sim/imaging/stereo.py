@@ -12,9 +12,9 @@ from mjsim.interface import Intrinsics, Picture
 from mjsim.sim.imaging.pixel_noise import PixelNoise
 from mjsim.world import Stereo
 
-JUMP = 1.0
+MIN_EDGE_SLOPE = 1.0
 """Change of the slope of disparities from pixel to pixel that is an edge, not a surface [px]."""
-FINE = 4096.0
+UNITS_PER_SIGMA = 4096.0
 """Units of whole numbers in which errors of disparities are drawn, per standard deviation."""
 
 
@@ -45,8 +45,8 @@ class StereoDepth:
         self._scale = intrinsics.fx * stereo.baseline
         self._focal = intrinsics.fx
         # The mean of n x n independent errors has 1 / n of their deviation.
-        self._noise = PixelNoise(FINE, stream)
-        self._error_scale = stereo.subpixel * stereo.window / FINE
+        self._noise = PixelNoise(UNITS_PER_SIGMA, stream)
+        self._error_scale = stereo.subpixel * stereo.window / UNITS_PER_SIGMA
         columns = (np.arange(intrinsics.width) - intrinsics.cx) / intrinsics.fx
         rows = (np.arange(intrinsics.height) - intrinsics.cy) / intrinsics.fy
         self._x, self._y = (each.astype(np.float32) for each in (columns[None, :], rows[:, None]))
@@ -100,7 +100,7 @@ class StereoDepth:
 
     def _at_edges(self, disparity: NDArray[np.float32]) -> NDArray[np.bool_]:
         """Return where a window shows two surfaces: on a plane, disparities have the same slope everywhere."""
-        bends = np.abs(cv2.Laplacian(disparity, cv2.CV_32F, ksize=1)) > JUMP
+        bends = np.abs(cv2.Laplacian(disparity, cv2.CV_32F, ksize=1)) > MIN_EDGE_SLOPE
         around = np.ones((self._stereo.window // 2 * 2 + 1,) * 2, dtype=np.uint8)
         return np.asarray(cv2.dilate(bends.view(np.uint8), around), dtype=np.uint8).view(np.bool_)
 

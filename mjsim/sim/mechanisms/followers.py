@@ -13,13 +13,13 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.world import Motion
 
-FASTEST = 1.0
+MAX_JOINT_SPEED = 1.0
 """Largest speed of a joint on its way to a goal, unless it is faster already [rad/s, m/s]."""
-QUICKEST = 0.4
+MIN_DURATION = 0.4
 """Least duration of a motion to a goal [s]."""
 STRETCHES = tuple(1.1**k for k in range(20))
 """Factors on the duration from rest that are tried if a joint moves away from its goal."""
-ROUNDED = 1.0 + 1e-6
+SPEED_TOLERANCE = 1.0 + 1e-6
 """Tolerance factor of speeds against rounding."""
 
 
@@ -41,14 +41,14 @@ class Blend:
         `far` is the change of another value that it moves, which has the same largest speed [rad, m].
         """
         # The maximum speed of such a motion from rest is 15/8 of its mean.
-        seconds = max(QUICKEST, 15.0 / 8.0 * max(abs(goal - value), far) / FASTEST)
+        seconds = max(MIN_DURATION, 15.0 / 8.0 * max(abs(goal - value), far) / MAX_JOINT_SPEED)
         # A motion that first reverses has farther to go than from rest.
         stretches = STRETCHES if speed * (goal - value) < 0.0 else STRETCHES[:1]
         blends = [
             cls._within(seconds * stretch, goal, begin=begin, value=value, speed=speed, change=change)
             for stretch in stretches
         ]
-        limit = ROUNDED * max(FASTEST, abs(speed))
+        limit = SPEED_TOLERANCE * max(MAX_JOINT_SPEED, abs(speed))
         # If it accelerates at first, no duration may satisfy the limit.
         return next((each for each in blends if each.fastest() <= limit), min(blends, key=cls.fastest))
 

@@ -19,13 +19,13 @@ from mjsim.sim.mechanisms.grasps import Grasp, grasp_of, shorter, yielding
 from mjsim.sim.mechanisms.mechanism_state import Places, placed_bodies
 from mjsim.world import Mechanism
 
-STRONGEST = 300.0
+MAX_FORCE = 300.0
 """Maximum force of a hand at the lever [N]."""
 STIFFNESS = 6000.0
 """Stiffness of a hand at the lever [N/m]."""
-SHORTEST = 0.1
+MIN_LEVER = 0.1
 """Minimum lever [m]; otherwise it is the distance of the body's farthest point from the axis, or from a ball."""
-IMMOBILE = 1e-9
+IMMOBILE_RATIO = 1e-9
 """A direction of a ball is immobile if a torque moves it less than the most mobile one by this factor."""
 
 
@@ -167,7 +167,7 @@ class Holds:
             damping = _damping(stiffness, per_pull[own, own])
             goal, changes, _ = hold.course((step + 1) * self._h)
             spring = stiffness * hold.grasp.missing(scratch, goal, speeds[own], self._h)
-            limited = _bounded(spring, STRONGEST * hold.lever)
+            limited = _bounded(spring, MAX_FORCE * hold.lever)
             # A hand at its limit waits: its spring does not grow, and its damper slows the joint down.
             follows = limited is spring
             growing = stiffness if follows else 0.0
@@ -176,7 +176,7 @@ class Holds:
             by_change[own, own] = self._h * damping + self._h**2 * growing * np.eye(hold.grasp.size)
         pull = np.linalg.solve(np.eye(len(pull)) + by_change @ per_pull, pull - by_change @ others)
         for (column, hold), own in zip(self._held.items(), parts, strict=True):
-            self._pulls[column] = slopes[own].T @ _bounded(pull[own], STRONGEST * hold.lever)
+            self._pulls[column] = slopes[own].T @ _bounded(pull[own], MAX_FORCE * hold.lever)
 
     def _lever(self, columns: tuple[int, ...]) -> float:
         """Return the distance of the farthest point of the moved body from the axis or the ball [m]; 1 for a slide."""
@@ -187,18 +187,18 @@ class Holds:
         placed, number = found.linkage.place(found.start), found.moved_body(joint)
         own = next((body for body in self._mechanism.bodies if body.name == found.bodies[number]), None)
         if own is None:
-            return SHORTEST
+            return MIN_LEVER
         pose = placed.poses[number]
         away = own.hull()[0] @ pose[:3, :3].T + pose[:3, 3] - placed.anchors[column]
         if len(columns) == 1:
             away = np.cross(away, placed.axes[column])
-        return max(float(np.linalg.norm(away, axis=1).max()), SHORTEST)
+        return max(float(np.linalg.norm(away, axis=1).max()), MIN_LEVER)
 
 
 def _damping(stiffness: float, per_pull: Array) -> Array:
     """Return the critical damping of a spring, shape (n, n), for the acceleration per unit pull, of that shape."""
     mobility, vectors = np.linalg.eigh((per_pull + per_pull.T) / 2.0)
-    mobility = np.maximum(mobility, IMMOBILE * max(float(mobility.max()), np.finfo(float).tiny))
+    mobility = np.maximum(mobility, IMMOBILE_RATIO * max(float(mobility.max()), np.finfo(float).tiny))
     return np.asarray((vectors * (2.0 * np.sqrt(stiffness / mobility))) @ vectors.T)
 
 

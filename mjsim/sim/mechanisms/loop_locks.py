@@ -10,9 +10,9 @@ from mjsim.mechanics import Apart, Linear, Rows, close, rates, residual
 from mjsim.sim.mechanisms.followers import Follower
 from mjsim.world import Mechanism
 
-BACK = 1e-12
+MAX_STEP_BACK = 1e-12
 """Change of a distance, squared, by which it may go back through rounding [m^2]."""
-TRIED = 9
+TRIED_POSITIONS = 9
 """Number of positions along the path of a led joint at which closing of the loops is tested."""
 
 
@@ -57,7 +57,7 @@ class Locks:
         """Return how loops prevent a motion from reaching its own value [rad, m], as `barred` does for a joint."""
         if own.drive.ends is None:
             return self.barred(self._assembly.names[own.drive.column], goal, step, values)
-        path = np.linspace(own.goal(step), goal, TRIED)[1:].tolist()
+        path = np.linspace(own.goal(step), goal, TRIED_POSITIONS)[1:].tolist()
         closed = self._closed(own, [(Apart(own.drive.ends, value), value) for value in path], step, values)
         return "" if closed[1] is None else self._missed(self._described(own, closed[1]), closed[0])
 
@@ -73,14 +73,14 @@ class Locks:
         column = self._assembly.names.index(joint)
         own = self.moves_most(joint, step, values)
         begin = own.goal(step) if own.drive.column == column else float(values[column])
-        path = np.linspace(begin, goal, TRIED)[1:].tolist()
+        path = np.linspace(begin, goal, TRIED_POSITIONS)[1:].tolist()
         end, way = self._value(own, values), 0.0
         for value in path:
             closed, wrong = self._closed(own, [(Linear({column: 1.0}, value), value)], step, values)
             if wrong is not None:
                 return end, self._missed(self._shown(joint, column, value), closed)
             reached = self._value(own, closed)
-            if own.drive.ends is not None and (reached - end) * way < -BACK:
+            if own.drive.ends is not None and (reached - end) * way < -MAX_STEP_BACK:
                 shown = self._shown(joint, column, value)
                 return end, f"{self._locks} before {shown}: '{own.drive.name}' would have to reverse"
             way, values, end = reached - end, closed, reached

@@ -33,13 +33,13 @@ from mjsim.sim.mechanisms.pushes import Push, around, effort_signal
 from mjsim.sim.streams import stream
 from mjsim.world import ForceActuator, Mechanism, TorqueActuator
 
-UNYIELDING = 1e-5
+SOFTNESS_RATIO = 1e-5
 """Factor on the softness R of constraints in the readings, against that in the physics."""
-TORN = 0.05
+MAX_LOOP_GAP = 0.05
 """Gap between the sides of a loop above which it counts as torn, relative to the mechanism's size."""
-WIDEST_TURN = 0.2
+MAX_TURN = 0.2
 """Largest rotation of joints of loops in one step [rad]: up to this, energy stays within a tenth for a while."""
-SLIP = 1e-6
+DIFFERENCE_STEP = 1e-6
 """Step of the finite difference for the change of a constraint's speed [s]."""
 
 
@@ -84,7 +84,7 @@ class MechanismAtWork:
         self._closures = Closures(model, self._places.equalities)
         kinds = model.eq_type[self._places.equalities]
         self._loops = self._places.equalities[np.isin(kinds, (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD))]
-        self._max_gap = TORN * float(np.ptp(mechanism.spanned(), axis=0).max())
+        self._max_gap = MAX_LOOP_GAP * float(np.ptp(mechanism.spanned(), axis=0).max())
         self._tracks = Tracks(model, mechanism)
         self._cut_values = self._assembly.start.copy()
         self._probes: tuple[Probe, ...] = probes_of(model, mechanism)
@@ -229,7 +229,7 @@ class MechanismAtWork:
         rows = np.flatnonzero(np.isin(data.efc_id[: data.ne], self._loops))
         if np.abs(data.efc_pos[rows]).max(initial=0.0) > self._max_gap:
             return f"a loop of mechanism '{name}' is torn"
-        if self._widest <= WIDEST_TURN:
+        if self._widest <= MAX_TURN:
             return ""
         return (
             f"mechanism '{name}' turns by {math.degrees(self._widest):.0f} degrees in one step of the physics, too far"
@@ -329,7 +329,7 @@ class MechanismAtWork:
             equality = int(scratch.efc_id[row])
             scratch.efc_aref[row] = accelerations.get(equality, 0.0) - bends.get(equality, changes[row])
             # Constraints that are soft in the physics, for stability, are rigid here.
-            scratch.efc_R[row] *= UNYIELDING
+            scratch.efc_R[row] *= SOFTNESS_RATIO
             scratch.efc_D[row] = 1.0 / scratch.efc_R[row]
         mujoco.mj_fwdActuation(model, scratch)
         mujoco.mj_fwdAcceleration(model, scratch)
@@ -345,12 +345,12 @@ class MechanismAtWork:
         ends = []
         for sign in (1.0, -1.0):
             places = self._data.qpos.copy()
-            mujoco.mj_integratePos(self._model, places, speeds, sign * SLIP)
+            mujoco.mj_integratePos(self._model, places, speeds, sign * DIFFERENCE_STEP)
             copy_state(self._data, self._scratch, places, speeds)
             mujoco.mj_fwdPosition(self._model, self._scratch)
             mujoco.mj_fwdVelocity(self._model, self._scratch)
             ends.append(self._scratch.efc_vel[: self._scratch.ne].copy())
-        return np.asarray((ends[0] - ends[1]) / (2.0 * SLIP))
+        return np.asarray((ends[0] - ends[1]) / (2.0 * DIFFERENCE_STEP))
 
     def _values(self) -> tuple[Array, Array, Array]:
         """Return values, speeds and accelerations of all joints, those at cuts too, each of shape (values,)."""

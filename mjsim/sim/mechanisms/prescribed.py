@@ -15,7 +15,7 @@ from mjsim.sim.mechanisms.mechanism_sensors import MechanismState
 from mjsim.world import Mechanism
 
 LED_MODES = ("inverse", "kinematics")
-MISSED = 1e-6
+MAX_LOOP_ERROR = 1e-6
 """Maximum error of prescribed loops [rad, m]."""
 
 
@@ -78,7 +78,7 @@ class LedMechanism(MechanismAtWork):
         slopes = [follower.slope(step * self._h)[0] for follower in self._followers]
         rates_of_rows = [np.zeros(self._held), np.array(slopes)]
         self._now = tracked(linkage, rows, self._now, columns=range(linkage.size))
-        if np.abs(residual(linkage, rows, self._now)).max(initial=0.0) > MISSED and (line := self.locked(step)):
+        if np.abs(residual(linkage, rows, self._now)).max(initial=0.0) > MAX_LOOP_ERROR and (line := self.locked(step)):
             raise PhysicsFault(f"physics failed at {step * self._h:.2f} s: {line}")
         speeds, _ = rates(linkage, rows, self._now, held={}, targets=np.concatenate(rates_of_rows))
         self._places.write(self._data, self._assembly, self._now, speeds)

@@ -10,7 +10,7 @@ from mjsim.geometry import Array
 from mjsim.sim.rays.embree import Standing, has_embree, is_clear
 from mjsim.sim.rays.ray_fan import SOLID, RayHits, Rays
 
-TINY = 1e-12
+MIN_COMPONENT = 1e-12
 """Least component of a ray perpendicular to a face that it runs along."""
 
 
@@ -157,7 +157,7 @@ class BatchRays:
     def _movers_in_reach(self, moving: NDArray[np.intp], limit: float) -> list[list[int]]:
         """Return for each batch the movers whose bounding sphere intersects the cone around its rays."""
         to, radii = self._places[:, moving] - self._eyes[:, None], self._model.geom_rbound[self._movers[moving]]
-        away = np.maximum(np.linalg.norm(to, axis=2), TINY)
+        away = np.maximum(np.linalg.norm(to, axis=2), MIN_COMPONENT)
         angles = np.arccos(np.clip(np.einsum("bmi,bi->bm", to, self._ahead) / away, -1.0, 1.0))
         gap = angles - np.arcsin(np.clip(radii / away, 0.0, 1.0))
         widest = np.array([widest for _, widest in self._cones])[:, None]
@@ -186,7 +186,7 @@ class BatchRays:
 def _cone(beams: Array) -> tuple[Array, float]:
     """Return the axis of a cone around beams, shape (3,), and its half angle [rad]; -inf for no beams."""
     axis = beams.sum(axis=0)
-    axis /= max(float(np.linalg.norm(axis)), TINY)
+    axis /= max(float(np.linalg.norm(axis)), MIN_COMPONENT)
     return axis, float(np.arccos(np.clip((beams @ axis).min(), -1.0, 1.0))) if len(beams) else -np.inf
 
 
@@ -204,7 +204,7 @@ def box_hits(start: Array, directions: Array, half: Array) -> tuple[Array, Array
     References:
         Kay and Kajiya, Ray Tracing Complex Scenes, SIGGRAPH 1986: a box is three slabs.
     """
-    slopes = np.where(np.abs(directions) < TINY, TINY, directions)
+    slopes = np.where(np.abs(directions) < MIN_COMPONENT, MIN_COMPONENT, directions)
     ends = np.stack([(-half - start) / slopes, (half - start) / slopes])
     enters, leaves = ends.min(axis=0), ends.max(axis=0).min(axis=1)
     side = enters.argmax(axis=1)[:, None]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 from mjsim.sim.rays.ray_fan import RayHits
 
-WIDE = 2000.0
+HALF_FLOOR_SIDE = 2000.0
 """Half the side of an infinite floor [m]."""
 CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 """Corners of a box of half sizes 1, shape (8, 3)."""
@@ -107,7 +107,7 @@ def _triangles(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Array:
         face, faces = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
         corners = model.mesh_vert[first : first + count][model.mesh_face[face : face + faces]].astype(float)
     elif kind == mujoco.mjtGeom.mjGEOM_PLANE:
-        wide = [half if half > 0.0 else WIDE for half in size[:2].tolist()]
+        wide = [half if half > 0.0 else HALF_FLOOR_SIDE for half in size[:2].tolist()]
         corners = (CORNERS * [*wide, 0.0])[SQUARE]
     else:
         center, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]

@@ -11,11 +11,11 @@ from mjsim.sim.rays.ray_fan import Fan
 from mjsim.world import PROXIMITY_HEIGHT, Robot, rims
 
 RAYS = 16
-PARTS = 6
+RAYS_PER_SENSOR = 6
 """Number of rays per sensor of the ring, for cones: 3.75 degrees apart."""
-CONE = 4
+CONE_RAYS = 4
 """Number of rays to each side within the cone of a sensor: 30 degrees, as for ultrasonic sensors."""
-LOWEST, SPACING = 0.015, 0.15
+MIN_RAY_HEIGHT, MAX_RAY_SPACING = 0.015, 0.15
 """Rows of these rays: height of the lowest, which hits toes, and maximum distance between rows [m]."""
 
 
@@ -74,14 +74,14 @@ class Cones:
             sought: Geoms to detect.
         """
         self._data, self._base = data, model.body(f"{robot.name}/base").id
-        count = PARTS * RAYS
+        count = RAYS_PER_SENSOR * RAYS
         angles = np.asarray(np.arange(count) * (2.0 * np.pi / count), dtype=float)
         self._rims, self._reach = rims(robot.body, angles), robot.proximity_range
         self._rays = np.stack([np.cos(angles), np.sin(angles), np.zeros(count)], axis=-1)
         self._farthest = float(np.max(self._rims)) + self._reach
-        top = max(robot.body.height, LOWEST)
-        self._heights = np.linspace(LOWEST, top, 1 + math.ceil((top - LOWEST) / SPACING))
-        self._cones = (PARTS * np.arange(RAYS)[:, None] + np.arange(-CONE, CONE + 1)) % count
+        top = max(robot.body.height, MIN_RAY_HEIGHT)
+        self._heights = np.linspace(MIN_RAY_HEIGHT, top, 1 + math.ceil((top - MIN_RAY_HEIGHT) / MAX_RAY_SPACING))
+        self._cones = (RAYS_PER_SENSOR * np.arange(RAYS)[:, None] + np.arange(-CONE_RAYS, CONE_RAYS + 1)) % count
         self._is_sought = np.zeros(model.ngeom, dtype=bool)
         self._is_sought[sought] = True
         self._parts = np.flatnonzero(self._is_sought)

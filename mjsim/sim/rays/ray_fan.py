@@ -11,7 +11,7 @@ from mjsim.geometry import Array
 
 SOLID = np.array([1, 0, 0, 1, 0, 0], dtype=np.uint8)
 """Geom groups that rays hit: 0 and 3, so neither beacons nor running gears."""
-STRAIGHT = 1e-12
+COSINE_TOLERANCE = 1e-12
 """Tolerance of the cosine of half a rotation."""
 HIDDEN = 5
 """Geom group of geoms excluded from one cast."""
@@ -72,7 +72,7 @@ class Fan:
         self.normals = np.zeros((capacity, 3)) if normals else None
         """Surface normals of these hits, world frame, shape (most, 3)."""
         bodies = np.unique(model.geom_bodyid[SOLID[model.geom_group].astype(bool)])
-        self._turned = bool((np.abs(model.body_iquat[bodies, 0]) < 1.0 - STRAIGHT).any())
+        self._turned = bool((np.abs(model.body_iquat[bodies, 0]) < 1.0 - COSINE_TOLERANCE).any())
 
     def cast(self, start: Array, directions: Array, *, exclude: int, limit: float) -> None:
         """Cast the first rays of the fan, one for each direction.

@@ -15,9 +15,9 @@ from mjsim.sim.rendering.lit_check import why_not_lit
 from mjsim.sim.rendering.lit_scene import LitScene
 
 Quality = Literal["normal", "high"]
-SHADOW_PIXELS, SAMPLES = 4096, 4
+SHADOW_PIXELS, HIGH_QUALITY = 4096, 4
 """High quality: side of the shadow map [px], and samples per pixel."""
-BACKGROUND = (0.87, 0.91, 0.95)
+BACKGROUND_COLOR = (0.87, 0.91, 0.95)
 """Colour of the background in full light, red, green, blue."""
 _left: list[tuple[GLContext, mujoco.MjrContext]] = []
 """What canvases have left that nobody closed. MuJoCo frees by numbers in the context that is current: if the garbage
@@ -71,7 +71,7 @@ class Canvas:
 
     def paint_background(self, level: float) -> None:
         """Fill the background in the general light; to be called after mjr_render."""
-        red, green, blue = (min(level, 1.0) * value for value in BACKGROUND)
+        red, green, blue = (min(level, 1.0) * value for value in BACKGROUND_COLOR)
         self.gl.paint(self._background, (red, green, blue))
 
     def close(self) -> None:
@@ -92,7 +92,7 @@ class Canvas:
         high = self.quality == "high"
         try:
             quality.shadowsize = SHADOW_PIXELS if high and self._baked is None else 0
-            quality.offsamples = SAMPLES if high else 0
+            quality.offsamples = HIGH_QUALITY if high else 0
             self.mjr = mujoco.MjrContext(self.model, mujoco.mjtFontScale.mjFONTSCALE_50)
         finally:
             quality.shadowsize, quality.offsamples = before

@@ -19,23 +19,23 @@ from mjsim.light import DOOR, GAMMA
 from mjsim.sim.rendering.in_view import Frustum
 from mjsim.sim.rendering.merged_geoms import moving_bodies
 
-SIDE = 64
+SHADOW_SIDE = 64
 """Pixels along a side of a shadow."""
-MARGIN = 0.45
+SHADOW_MARGIN = 0.45
 """Width of a shadow beyond the outline of the thing from above [m]."""
-FADED = 8
+FADE_PIXELS = 8
 """Pixels along the border of a shadow over which it fades away."""
 RINGS, SPOKES = 8, 12
 """Directions of light: rings of equal irradiance, from the zenith to the horizon, and their parts."""
-BITS = 4
+FRACTION_BITS = 4
 """Fractional bits of coordinates of outlines [px]."""
-FAR = 1000.0
+MAX_OUTLINE_DISTANCE = 1000.0
 """Outlines are cut off at this distance [px]."""
-LIFTED = 0.4
+MAX_LIFT = 0.4
 """Height above its initial one at which a thing has no shadow any more [m]."""
-CELLS, MANY = 10, 200
+CELLS_PER_SIDE, MAX_CORNERS = 10, 200
 """Shapes of more corners than this are simplified to cells, this many along their longest side."""
-FREE = 2
+MIN_FREE_DOFS = 2
 """Degrees of freedom from which on a body takes what hangs on it along with its shadow."""
 
 
@@ -96,7 +96,7 @@ class PlacedShadows:
         position = data.xpos[self._bodies]
         lifted = position[:, 2] - self._heights
         position[:, 2] = 0.0
-        strengths = np.clip(1.0 - lifted / LIFTED, 0.0, 1.0)
+        strengths = np.clip(1.0 - lifted / MAX_LIFT, 0.0, 1.0)
         strengths[view.beside(position - view.eye, self._radii)] = 0.0
         return np.asarray(strengths)
 
@@ -115,7 +115,7 @@ def _carriers(model: mujoco.MjModel) -> NDArray[np.intp]:
     found = moving.copy()
     for body in range(1, model.nbody):
         above = int(found[model.body_parentid[body]])
-        free = above > 0 and (model.body_dofnum[above] >= FREE or model.body_mocapid[above] >= 0)
+        free = above > 0 and (model.body_dofnum[above] >= MIN_FREE_DOFS or model.body_mocapid[above] >= 0)
         found[body] = above if free else moving[body]
     return found
 
@@ -126,8 +126,8 @@ def _points(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Array | No
     if shape is None or not len(shape.points):
         return None
     points = shape.points
-    if len(points) > MANY:
-        cell = max(float(np.ptp(points, axis=0).max()) / CELLS, 1e-6)
+    if len(points) > MAX_CORNERS:
+        cell = max(float(np.ptp(points, axis=0).max()) / CELLS_PER_SIDE, 1e-6)
         points = points[np.unique(np.round(points / cell), axis=0, return_index=True)[1]]
     return np.asarray(points @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom])
 
@@ -151,26 +151,26 @@ def _shadow(
         for points in shapes.values()
     ]
     every = np.concatenate(parts)[:, :2]
-    low, high = every.min(axis=0) - MARGIN, every.max(axis=0) + MARGIN
+    low, high = every.min(axis=0) - SHADOW_MARGIN, every.max(axis=0) + SHADOW_MARGIN
     shape = b"".join(np.round(part - [*low, 0.0], 4).tobytes() for part in parts)
     if shape not in known:
-        known[shape] = _opacity(parts, low, (high - low) / SIDE)
+        known[shape] = _opacity(parts, low, (high - low) / SHADOW_SIDE)
     return Shadow(body, next(iter(shapes)), low, high - low, float(data.xpos[body, 2]), known[shape])
 
 
 def _opacity(parts: list[Array], low: Array, pixel: Array) -> NDArray[np.uint8]:
     """Return how much of the light parts take from each pixel, encoded, shape (SIDE, SIDE)."""
-    covered, mask = np.zeros((SIDE, SIDE)), np.empty((SIDE, SIDE), dtype=np.uint8)
+    covered, mask = np.zeros((SHADOW_SIDE, SHADOW_SIDE)), np.empty((SHADOW_SIDE, SHADOW_SIDE), dtype=np.uint8)
     for slope in _slopes():
         mask[:] = 0
         for points in parts:
             flat = (points[:, :2] - points[:, 2:] * slope - low) / pixel - 0.5
-            hull = cv2.convexHull(np.clip(flat, -FAR, FAR).astype(np.float32))
-            cv2.fillConvexPoly(mask, np.rint(hull * (1 << BITS)).astype(np.int32), 1, shift=BITS)
+            hull = cv2.convexHull(np.clip(flat, -MAX_OUTLINE_DISTANCE, MAX_OUTLINE_DISTANCE).astype(np.float32))
+            cv2.fillConvexPoly(mask, np.rint(hull * (1 << FRACTION_BITS)).astype(np.int32), 1, shift=FRACTION_BITS)
         covered += mask
     taken = 1.0 - (1.0 - covered / (RINGS * SPOKES)) ** (1.0 / GAMMA)
     smooth = np.asarray(cv2.GaussianBlur(taken, (0, 0), 1.0), dtype=float)
-    edge = np.minimum(np.arange(SIDE), np.arange(SIDE)[::-1]) / FADED
+    edge = np.minimum(np.arange(SHADOW_SIDE), np.arange(SHADOW_SIDE)[::-1]) / FADE_PIXELS
     smooth *= np.clip(np.minimum.outer(edge, edge), 0.0, 1.0)
     return np.rint(smooth * 255.0).astype(np.uint8)
 

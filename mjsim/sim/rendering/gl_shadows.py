@@ -10,14 +10,14 @@ import mujoco
 import numpy as np
 
 from mjsim.sim.gl import ALL_ATTRIB_BITS, COMPILE, CULL_FACE, FOG, LIGHTING, QUADS, TEXTURE_2D, GlCalls
-from mjsim.sim.rendering.contact_shadows import SIDE, PlacedShadows, Shadow
+from mjsim.sim.rendering.contact_shadows import SHADOW_SIDE, PlacedShadows, Shadow
 from mjsim.sim.rendering.gl_light import FLOAT, TEXTURE_COORD_ARRAY, VERTEX_ARRAY, GlLight
 from mjsim.sim.rendering.in_view import Frustum
 from mjsim.sim.rendering.merged import UNSEEN
 
 COLOR_ARRAY = 0x8076
 BLEND, ZERO, ONE_MINUS_SRC_ALPHA = 0x0BE2, 0, 0x0303
-ABOVE = 0.002
+SHADOW_HEIGHT = 0.002
 """Height of shadows above the floor [m]."""
 
 
@@ -29,17 +29,21 @@ class GlShadows:
         self._model, self._placed = model, PlacedShadows(shadows)
         self._geoms = [shadow.geom for shadow in shadows]
         across = int(np.ceil(np.sqrt(len(shadows))))
-        atlas = np.zeros((across * SIDE, across * SIDE), dtype=np.uint8)
+        atlas = np.zeros((across * SHADOW_SIDE, across * SHADOW_SIDE), dtype=np.uint8)
         count = len(shadows)
-        self._corners = np.full((count, 4, 3), ABOVE, dtype=np.float32)
+        self._corners = np.full((count, 4, 3), SHADOW_HEIGHT, dtype=np.float32)
         self._colors = np.zeros((count, 4, 4), dtype=np.float32)
         self._places, self._chosen_places = (np.empty((count, 4, 2), dtype=np.float32) for _ in range(2))
         # Not to the border of a part, where that of its neighbour would shine through.
-        unit = np.array([[0.5, 0.5], [SIDE - 0.5, 0.5], [SIDE - 0.5, SIDE - 0.5], [0.5, SIDE - 0.5]])
+        unit = np.array(
+            [[0.5, 0.5], [SHADOW_SIDE - 0.5, 0.5], [SHADOW_SIDE - 0.5, SHADOW_SIDE - 0.5], [0.5, SHADOW_SIDE - 0.5]]
+        )
         for number, shadow in enumerate(shadows):
             row, column = divmod(number, across)
-            atlas[row * SIDE : (row + 1) * SIDE, column * SIDE : (column + 1) * SIDE] = shadow.opacity
-            self._places[number] = (unit + np.array([column, row]) * SIDE) / len(atlas)
+            atlas[row * SHADOW_SIDE : (row + 1) * SHADOW_SIDE, column * SHADOW_SIDE : (column + 1) * SHADOW_SIDE] = (
+                shadow.opacity
+            )
+            self._places[number] = (unit + np.array([column, row]) * SHADOW_SIDE) / len(atlas)
         self._look_up(gl)
         self._texture = light.texture(atlas)
         self._list_states(gl)

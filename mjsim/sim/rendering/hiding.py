@@ -17,17 +17,17 @@ from numpy.typing import NDArray
 from mjsim.compile import wall_lines
 from mjsim.geometry import Array
 
-LEAST_GEOMS = 16
+MIN_GEOMS = 16
 """With fewer geoms in front of a camera, drawing them is faster than this test."""
 MAX_WALLS = 100
 """Maximum number of walls tested, the nearest ones in all directions."""
-LEVEL = 0.02
+MAX_LEVEL_RISE = 0.02
 """A camera whose axes rise by more than this sees several directions along one column."""
-NEAREST = 0.01
+NEAR_PLANE = 0.01
 """Points closer in front of the eye than this count as behind it [m]."""
-ROUNDED = 1e-4
+HEIGHT_TOLERANCE = 1e-4
 """Tolerance on heights, because meshes are stored in single precision [m]."""
-SHARED = 1e-9
+WALL_EXTENSION = 1e-9
 """Extension of a wall beyond its ends in the picture, so that no column falls between two adjoining walls [m at 1 m].
 """
 CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
@@ -52,7 +52,7 @@ class Hiding:
         self._reach = ((self._x_end - self._x) ** 2 + (self._y_end - self._y) ** 2) / 4
         fixed = np.flatnonzero(model.geom_bodyid[drawn] == 0) if len(hides) else np.empty(0, dtype=np.intp)
         boxes = np.array([_box(model, int(geom)) for geom in drawn[fixed]]).reshape(-1, 2, 3)
-        low = boxes[:, 1, 2] <= self._top + ROUNDED
+        low = boxes[:, 1, 2] <= self._top + HEIGHT_TOLERANCE
         self._places = fixed[low]
         (x, y), (x_far, y_far) = boxes[low, 0, :2].T, boxes[low, 1, :2].T
         self._corners = np.stack([np.stack([x, x, x_far, x_far], axis=1), np.stack([y, y_far, y, y_far], axis=1)])
@@ -70,16 +70,16 @@ class Hiding:
             half_width: Tangent of half its horizontal field of view.
             columns: Number of columns of the picture.
         """
-        if eye[2] >= self._top or abs(ahead[2]) > LEVEL or abs(right[2]) > LEVEL:
+        if eye[2] >= self._top or abs(ahead[2]) > MAX_LEVEL_RISE or abs(right[2]) > MAX_LEVEL_RISE:
             return
         candidates = np.flatnonzero(~unseen[self._places])
-        if len(candidates) < LEAST_GEOMS:
+        if len(candidates) < MIN_GEOMS:
             return
         view = np.stack([right[:2] / np.hypot(*right[:2]), ahead[:2] / np.hypot(*ahead[:2])])
         x, y = self._corners[0, candidates] - eye[0], self._corners[1, candidates] - eye[1]
         lateral, far = view[0, 0] * x + view[0, 1] * y, view[1, 0] * x + view[1, 1] * y
         nearest = far.min(axis=1)
-        before = nearest > NEAREST
+        before = nearest > NEAR_PLANE
         candidates, nearest = candidates[before], nearest[before]
         columns_at = (lateral[before] / far[before]) / half_width
         # One more column on each side, against rounding.
@@ -96,7 +96,7 @@ class Hiding:
         x_end, z_end = _clipped(x_end, z_end, x, z)
         tangent, tangent_end = x / z, x_end / z_end
         in_view = (np.maximum(tangent, tangent_end) > -half_width) & (np.minimum(tangent, tangent_end) < half_width)
-        in_view &= np.abs(tangent - tangent_end) > SHARED
+        in_view &= np.abs(tangent - tangent_end) > WALL_EXTENSION
         tangent, tangent_end, inverse, inverse_end = (
             tangent[in_view],
             tangent_end[in_view],
@@ -108,8 +108,8 @@ class Hiding:
         slope = (inverse_end - inverse) / (tangent_end - tangent)
         nearness = np.outer(slope, at)
         nearness += (inverse - slope * tangent)[:, None]
-        nearness[at < np.minimum(tangent, tangent_end)[:, None] - SHARED] = 0.0
-        nearness[at > np.maximum(tangent, tangent_end)[:, None] + SHARED] = 0.0
+        nearness[at < np.minimum(tangent, tangent_end)[:, None] - WALL_EXTENSION] = 0.0
+        nearness[at > np.maximum(tangent, tangent_end)[:, None] + WALL_EXTENSION] = 0.0
         return np.asarray(nearness.max(axis=0, initial=0.0), dtype=float)
 
     def _nearest(self, view: Array, eye: Array) -> tuple[Array, Array, Array, Array]:
@@ -121,14 +121,14 @@ class Hiding:
             x, y, x_end, y_end = x[nearest], y[nearest], x_end[nearest], y_end[nearest]
         lateral, far = view @ np.stack([x - eye[0], y - eye[1]])
         lateral_end, far_end = view @ np.stack([x_end - eye[0], y_end - eye[1]])
-        before = np.maximum(far, far_end) > NEAREST
+        before = np.maximum(far, far_end) > NEAR_PLANE
         return lateral[before], far[before], lateral_end[before], far_end[before]
 
 
 def _clipped(x: Array, z: Array, x_end: Array, z_end: Array) -> tuple[Array, Array]:
     """Return the starts of lines; those behind the eye are moved along the line to just in front of it."""
-    share = np.where(z < NEAREST, (NEAREST - z) / np.where(z_end == z, 1.0, z_end - z), 0.0)
-    return x + share * (x_end - x), np.maximum(z, NEAREST)
+    share = np.where(z < NEAR_PLANE, (NEAR_PLANE - z) / np.where(z_end == z, 1.0, z_end - z), 0.0)
+    return x + share * (x_end - x), np.maximum(z, NEAR_PLANE)
 
 
 def _box(model: mujoco.MjModel, geom: int) -> Array:

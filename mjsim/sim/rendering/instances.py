@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from mjsim.compile import merged_into
 
-WHOLE = ("wall", "floor", "ceiling")
+BUILDING_PARTS = ("wall", "floor", "ceiling")
 """Parts of the building that are one instance each."""
 
 
@@ -30,6 +30,6 @@ def _instance(model: mujoco.MjModel, geom: int) -> str:
         return "/".join(name.split("/")[:2])
     root: str = model.body(model.body_rootid[model.geom_bodyid[geom]]).name
     first, _, rest = (root if root.endswith("/base") or not name else name).partition("/")
-    if first in WHOLE or not rest or root.endswith("/base"):
+    if first in BUILDING_PARTS or not rest or root.endswith("/base"):
         return first
     return f"{first}/{rest.partition('/')[0]}"

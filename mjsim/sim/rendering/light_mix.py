@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 from mjsim.light import GAMMA, BakedLight
 
-DITHER = 39
+DITHER_SEED = 39
 """Seed of the noise that is added before values are rounded, so that smooth light has no steps."""
 
 
@@ -20,7 +20,7 @@ class LightMix:
         self._spans = [_rows(each) for each in self._maps]
         self._weights = np.full((len(self._maps), 3), np.nan)
         self._codes = _codes(baked.exposure)
-        noise = np.random.default_rng(DITHER).integers(0, 256, (self.height, self.width, 1), dtype=np.uint16)
+        noise = np.random.default_rng(DITHER_SEED).integers(0, 256, (self.height, self.width, 1), dtype=np.uint16)
         self._noise: NDArray[np.uint16] = noise
 
     def changed(self, weights: Array) -> tuple[int, NDArray[np.uint8]] | None:

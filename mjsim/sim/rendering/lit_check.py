@@ -13,11 +13,13 @@ from mjsim.sim.gl import GlCalls, make_context
 from mjsim.sim.rendering.lit_scene import LitScene
 from mjsim.sim.rendering.scene_geoms import same_layout
 
-SIDE = 8
+SQUARE_SIDE = 8
 """Of each of three squares in a picture, one beside the other [px]."""
 SCENE = f"""
 <mujoco>
-  <visual><global offwidth="{3 * SIDE}" offheight="{SIDE}"/><quality shadowsize="0" offsamples="0"/></visual>
+  <visual>
+    <global offwidth="{3 * SQUARE_SIDE}" offheight="{SQUARE_SIDE}"/><quality shadowsize="0" offsamples="0"/>
+  </visual>
   <worldbody>
     <camera pos="0 0 4" fovy="28.0725"/>
     <geom type="box" size="1 1 1" pos="-2 0 -1" rgba="1 1 1 1"/>
@@ -49,7 +51,7 @@ def _difference() -> str:
     scene = mujoco.MjvScene(model, maxgeom=5)
     if not _fill(model, data, scene):
         return "geoms of a scene are laid out differently"
-    context = make_context(3 * SIDE, SIDE)
+    context = make_context(3 * SQUARE_SIDE, SQUARE_SIDE)
     context.make_current()
     try:
         mjr = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50)
@@ -68,7 +70,7 @@ def _compare(
     model: mujoco.MjModel, data: mujoco.MjData, scene: mujoco.MjvScene, mjr: mujoco.MjrContext, gl: GlCalls
 ) -> str:
     mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, mjr)
-    rect = mujoco.MjrRect(0, 0, 3 * SIDE, SIDE)
+    rect = mujoco.MjrRect(0, 0, 3 * SQUARE_SIDE, SQUARE_SIDE)
     mujoco.mjr_render(rect, scene, mjr)
     scene.nlight = 0
     _, depth = _read(rect, mjr)
@@ -76,7 +78,7 @@ def _compare(
     colors, lit_depth = _read(rect, mjr)
     if np.abs(lit_depth - depth).max() > SAME_DEPTH:
         return "surfaces with a light map are not where they were"
-    middle = colors[SIDE // 2, SIDE // 2 :: SIDE].astype(float)
+    middle = colors[SQUARE_SIDE // 2, SQUARE_SIDE // 2 :: SQUARE_SIDE].astype(float)
     if np.abs(middle[:2] - LIGHT * 255.0).max() > SAME_COLOR:
         return "surfaces do not show their light map"
     return "" if middle[2].min() > 128.0 else "other surfaces are dark"
@@ -92,7 +94,10 @@ def _fill(model: mujoco.MjModel, data: mujoco.MjData, scene: mujoco.MjvScene) ->
 
 
 def _read(rect: mujoco.MjrRect, mjr: mujoco.MjrContext) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-    colors, depth = np.empty((SIDE, 3 * SIDE, 3), np.uint8), np.empty((SIDE, 3 * SIDE), np.float32)
+    colors, depth = (
+        np.empty((SQUARE_SIDE, 3 * SQUARE_SIDE, 3), np.uint8),
+        np.empty((SQUARE_SIDE, 3 * SQUARE_SIDE), np.float32),
+    )
     mujoco.mjr_readPixels(colors, depth, rect, mjr)
     return colors, depth
 

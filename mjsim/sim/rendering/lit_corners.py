@@ -8,9 +8,9 @@ from mjsim.compile import PICTURES, Triangles, divided
 from mjsim.geometry import Array
 from mjsim.light import GAMMA, BakedLight, LitSurface
 
-LONGEST = 0.4
+MAX_EDGE = 0.4
 """Longest edge of a triangle whose corners have the light [m]."""
-TURNED = 0.2
+TURN_DISTANCE = 0.2
 """Distance that counts as much as a surface turned by a right angle [m]."""
 
 
@@ -38,7 +38,7 @@ class LitCorners:
             shape: In the world frame.
         """
         columns, corners = divided(
-            np.hstack([shape.points, shape.normals, shape.places]), shape.corners.astype(np.int32), LONGEST
+            np.hstack([shape.points, shape.normals, shape.places]), shape.corners.astype(np.int32), MAX_EDGE
         )
         points, normals = columns[:, :3], columns[:, 3:6]
         _, nearest = self._tree.query(_places(points, normals))
@@ -57,7 +57,7 @@ def _samples(surface: LitSurface, image: NDArray[np.float32]) -> tuple[Array, Ar
     """Return places and light of a surface, shapes (n, 6) and (n, 3)."""
     from scipy.ndimage import map_coordinates
 
-    columns, _ = divided(np.hstack([surface.points, surface.normals, surface.lightcoords]), surface.triangles, LONGEST)
+    columns, _ = divided(np.hstack([surface.points, surface.normals, surface.lightcoords]), surface.triangles, MAX_EDGE)
     height, width = image.shape[:2]
     at = (columns[:, :5:-1] * [height, width] - 0.5).T
     light = np.stack([map_coordinates(image[:, :, k], at, order=1, mode="nearest") for k in range(3)], axis=1)
@@ -65,4 +65,4 @@ def _samples(surface: LitSurface, image: NDArray[np.float32]) -> tuple[Array, Ar
 
 
 def _places(points: Array, normals: Array) -> Array:
-    return np.hstack([points, TURNED / np.sqrt(2.0) * normals])
+    return np.hstack([points, TURN_DISTANCE / np.sqrt(2.0) * normals])

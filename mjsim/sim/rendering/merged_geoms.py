@@ -15,9 +15,9 @@ from mjsim.sim.person_segments import is_segment, is_upper
 from mjsim.sim.rendering.lit_corners import LitCorners, shown_color
 from mjsim.sim.rendering.merged import visible_parts
 
-CROWD = 60_000
+MAX_CROWD_TRIANGLES = 60_000
 """Total triangles of people above which they are simplified."""
-CELLS, LEAST = 10, 0.004
+CELLS_PER_SIDE, MIN_CELL = 10, 0.004
 """Cells along the longest side of a simplified part of a body, and their least size [m]."""
 
 Material = tuple[int | None, bool, bool]
@@ -100,11 +100,11 @@ def solid_bodies(
 
 
 def crowded(model: mujoco.MjModel) -> frozenset[int]:
-    """Return the geoms of people where they have more than `CROWD` triangles together; none otherwise."""
+    """Return the geoms of people where they have more than `MAX_CROWD_TRIANGLES` triangles together; none otherwise."""
     meshes = np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_MESH).tolist()
     own = [geom for geom in meshes if is_segment(model, int(model.geom_bodyid[geom]))]
     count = int(model.mesh_facenum[model.geom_dataid[own]].sum()) if own else 0
-    return frozenset(own) if count > CROWD else frozenset()
+    return frozenset(own) if count > MAX_CROWD_TRIANGLES else frozenset()
 
 
 def _merged(
@@ -121,7 +121,7 @@ def _merged(
     for geom in geoms:
         shape = triangles_of(model, geom)
         if shape is not None and geom in crowd:
-            shape = coarser(shape, max(float(np.ptp(shape.points, axis=0).max()) / CELLS, LEAST))
+            shape = coarser(shape, max(float(np.ptp(shape.points, axis=0).max()) / CELLS_PER_SIDE, MIN_CELL))
         if shape is not None and len(shape.corners):
             shape, color = _placed(shape, model, data, geom=geom, body=body), _color(model, geom)
             values = np.ones((len(shape.points), 3))

@@ -2,7 +2,7 @@
 
 import mujoco
 
-CHANGED = (
+CHANGED_FIELDS = (
     "body_conaffinity",
     "body_contype",
     "body_quat",
@@ -19,7 +19,7 @@ CHANGED = (
 )
 """Fields of a model that a run changes: removed objects, hands of people, locks of doors, lamps and light, targets of
 constraints."""
-HEADLIGHT = ("ambient", "diffuse")
+HEADLIGHT_FIELDS = ("ambient", "diffuse")
 
 
 class Snapshot:
@@ -27,8 +27,8 @@ class Snapshot:
 
     def __init__(self, model: mujoco.MjModel) -> None:
         """Copy the fields."""
-        self._values = {name: getattr(model, name).copy() for name in CHANGED}
-        self._headlight = {name: getattr(model.vis.headlight, name).copy() for name in HEADLIGHT}
+        self._values = {name: getattr(model, name).copy() for name in CHANGED_FIELDS}
+        self._headlight = {name: getattr(model.vis.headlight, name).copy() for name in HEADLIGHT_FIELDS}
 
     def restore(self, model: mujoco.MjModel) -> None:
         """Restore the fields."""

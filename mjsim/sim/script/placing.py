@@ -8,7 +8,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 
-DEEP = 1e-3
+MAX_OVERLAP = 1e-3
 """Allowed overlap of a placed object with others [m]."""
 
 
@@ -18,7 +18,7 @@ def held_by(model: mujoco.MjModel, data: mujoco.MjData, own: int, *, but: Collec
     Root bodies of `but` do not count.
     """
     for contact in data.contact[: data.ncon]:
-        if contact.dist < -DEEP:
+        if contact.dist < -MAX_OVERLAP:
             roots = model.body_rootid[model.geom_bodyid[contact.geom]].tolist()
             for geom, root in zip(contact.geom.tolist(), roots, strict=True):
                 if own in roots and root not in (own, *but) and (name := _called(model, geom, root)):

@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from mjsim.mechanics import TimeSignal
     from mjsim.sim.arm_motion import ArmAtWork
 
-EARLY = 1e-9
+EVENT_TOLERANCE = 1e-9
 """Tolerance by which a tick may precede the time of its event [s]."""
 
 ArmOf = Callable[[str, str], "ArmAtWork"]
@@ -155,7 +155,7 @@ class WorldScript:
 
     def let_happen(self, time: float) -> None:
         """Execute all scripted events that are due at a time [s]."""
-        while self._due and self._due[-1].time <= time + EARLY:
+        while self._due and self._due[-1].time <= time + EVENT_TOLERANCE:
             self.happen(self._due.pop(), time)
         if self._scenery.looks.reached:
             self._scenery.show(replace(self._scenery.looks, time=time))
@@ -333,7 +333,7 @@ class WorldScript:
     def _check_swing(self, event: OpenEvent) -> None:
         leaf = self._doors[event.open]
         joint, angle = leaf.joint(), math.radians(event.angle_deg)
-        if not joint.lower - EARLY <= angle <= joint.upper + EARLY:
+        if not joint.lower - EVENT_TOLERANCE <= angle <= joint.upper + EVENT_TOLERANCE:
             limit = leaf.door.limit_deg
             raise UsageError(
                 f"the angle is {event.angle_deg:.6g} degrees; door '{event.open}' swings to {limit:.6g} at most"
@@ -367,7 +367,7 @@ class WorldScript:
         trial = mujoco.MjData(model)
         mujoco.mj_copyData(trial, model, self._data)
         for due in reversed(self._due):
-            if isinstance(due, MoveEvent) and due.time <= event.time + EARLY:
+            if isinstance(due, MoveEvent) and due.time <= event.time + EVENT_TOLERANCE:
                 self._put_down(due, trial)
         own = self._put_down(event, trial)
         mujoco.mj_fwdPosition(model, trial)

@@ -14,7 +14,7 @@ from mjsim.sim.rays import HIDDEN, Rays
 from mjsim.sim.sensors.device import Mounting, Sensed
 from mjsim.world import sensors
 
-DEPTH = 0.005
+MAX_OCCLUDER_DEPTH = 0.005
 """Objects this close in front of a beacon do not occlude it: the wall or post that it is fixed to [m]."""
 FINEST_RANGE, FINEST_BEARING = 1e-3, 1e-4
 """Minimum standard deviations in data sheets [m, rad]."""
@@ -126,7 +126,7 @@ class BeaconDevice:
             directions = offsets[candidates]
             lengths = np.sqrt(np.einsum("ij,ij->i", directions, directions))
             free = self._rays.cast(start, directions / lengths[:, None], limit=float(lengths.max()))
-            in_sight[candidates] = free >= lengths - DEPTH
+            in_sight[candidates] = free >= lengths - MAX_OCCLUDER_DEPTH
         return polar, in_sight
 
     def _chances(self) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_], Array]:

@@ -10,7 +10,7 @@ from mjsim.interface import CompassReading, SensorInfo
 from mjsim.sim.sensors.device import Mounting, Sensed
 from mjsim.world import sensors
 
-WAVES = 128
+WAVE_COUNT = 128
 """Number of plane waves whose sum is the field of a bias; its values are nearly normal."""
 FINEST = math.radians(0.1)
 """Minimum standard deviation in a data sheet [rad]."""
@@ -31,11 +31,14 @@ class SmoothField:
             length: Correlation length: exp(-d^2 / (2 length^2)) at the distance d [m].
         """
         rng = np.random.default_rng([seed, *b"compass/field"])
-        self._numbers, self._phases = rng.standard_normal((WAVES, 2)) / length, rng.uniform(0.0, math.tau, WAVES)
+        self._numbers, self._phases = (
+            rng.standard_normal((WAVE_COUNT, 2)) / length,
+            rng.uniform(0.0, math.tau, WAVE_COUNT),
+        )
 
     def at(self, places: Array) -> Array:
         """Return the values at places, shape (..., 2) [m]."""
-        return np.asarray(math.sqrt(2.0 / WAVES) * np.cos(places @ self._numbers.T + self._phases).sum(axis=-1))
+        return np.asarray(math.sqrt(2.0 / WAVE_COUNT) * np.cos(places @ self._numbers.T + self._phases).sum(axis=-1))
 
 
 class CompassDevice:

@@ -11,7 +11,7 @@ from mjsim.interface import ImuReading, SensorInfo
 from mjsim.sim.sensors.device import Mounting, Sensed
 from mjsim.world import sensors
 
-ROW = 10
+STATE_LENGTH = 10
 """Length of the state of the carrier (the base, or a link of an arm) at one step: orientation as a quaternion (w, x, y,
 z), velocity in the world frame [m/s], angular velocity in its own frame [rad/s]."""
 

@@ -10,7 +10,7 @@ from mjsim.sim.rays import Rays
 from mjsim.sim.sensors.device import CarriedSensor, Mounting, Sensed
 from mjsim.world import sensors
 
-EDGE = 0.1
+MAX_RANGE_RATIO = 0.1
 """Both sides of a spot are on one surface if their ranges differ by less than this ratio to the nearer one; a wall hit
 at a grazing angle is not an edge."""
 BRIGHT = np.array([0.2126, 0.7152, 0.0722])
@@ -155,6 +155,6 @@ def _mix(ranges: Array, right: Array, left: Array, chance: Array, lidar: sensors
         lidar: Gives the probability.
     """
     nearer, farther = np.minimum(right, left), np.maximum(right, left)
-    on_edge = np.isfinite(farther) & (farther > (1.0 + EDGE) * nearer) & (chance[0] < lidar.mixed_pixels)
+    on_edge = np.isfinite(farther) & (farther > (1.0 + MAX_RANGE_RATIO) * nearer) & (chance[0] < lidar.mixed_pixels)
     nearer, farther = nearer[on_edge], farther[on_edge]
     ranges[on_edge] = nearer + chance[1, on_edge] * (farther - nearer)

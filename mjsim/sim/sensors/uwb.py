@@ -10,9 +10,9 @@ from mjsim.sim.rays import HIDDEN, Rays
 from mjsim.sim.sensors.device import Mounting, Sensed
 from mjsim.world import sensors
 
-DEPTH = 0.005
+MAX_OCCLUDER_DEPTH = 0.005
 """Objects this close in front of an anchor do not block it: the wall that it is fixed to [m]."""
-FINEST = 1e-3
+MIN_DEVIATION = 1e-3
 """Minimum standard deviation in a data sheet [m]."""
 
 
@@ -75,7 +75,7 @@ class UwbDevice:
         return AnchorRanges(
             stamp=stamp,
             ranges={self._names[index]: float(measured[index]) for index in np.flatnonzero(received).tolist()},
-            variance=max(self._uwb.noise.range, FINEST) ** 2,
+            variance=max(self._uwb.noise.range, MIN_DEVIATION) ** 2,
         )
 
     def pass_over(self) -> None:
@@ -96,11 +96,11 @@ class UwbDevice:
         # A removed anchor stays in place, but in an invisible group.
         in_reach = inside & (self._model.geom_group[self._geoms] != HIDDEN)
         blocked = np.zeros(len(distances), dtype=bool)
-        candidates = np.flatnonzero(in_reach & (distances > DEPTH))
+        candidates = np.flatnonzero(in_reach & (distances > MAX_OCCLUDER_DEPTH))
         if candidates.size:
             far = distances[candidates]
             free = self._rays.cast(start, offsets[candidates] / far[:, None], limit=float(far.max()))
-            blocked[candidates] = free < far - DEPTH
+            blocked[candidates] = free < far - MAX_OCCLUDER_DEPTH
         return distances, in_reach, blocked
 
     def _chances(self) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_]]:

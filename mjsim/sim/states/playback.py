@@ -15,9 +15,9 @@ from mjsim.sim.rendering import SEEN, Quality, Renderer
 from mjsim.sim.states.static_scene import StillScene
 from mjsim.world import World, WorldEvent, looks_after
 
-ABOVE = 0.5
+SIGHT_HEIGHT = 0.5
 """Height above the floor of the line of sight that must be free [m]."""
-BEFORE = 0.1
+CAMERA_DISTANCE = 0.1
 """Distance of a camera in front of an object that would hide its robot [m]."""
 SOLID = np.array([1, 0, 0, 1, 0, 0], dtype=np.uint8)
 """Geom groups of solids: objects, and the invisible collision shapes of walls."""
@@ -92,9 +92,9 @@ def avoid_walls(model: mujoco.MjModel, data: mujoco.MjData, camera: str) -> None
     if index < 0:
         return
     body = model.cam_bodyid[index]
-    start = data.xpos[body] + (0.0, 0.0, ABOVE)
+    start = data.xpos[body] + (0.0, 0.0, SIGHT_HEIGHT)
     offset = data.cam_xpos[index] - start
     length = float(np.linalg.norm(offset))
     free = mujoco.mj_ray(model, data, start, offset / length, SOLID, 1, body, np.empty(1, np.int32))
     if 0.0 <= free < length:
-        data.cam_xpos[index] = start + offset * max(free - BEFORE, 0.0) / length
+        data.cam_xpos[index] = start + offset * max(free - CAMERA_DISTANCE, 0.0) / length

@@ -15,7 +15,7 @@ from mjsim.world import Looks, ReachEvent, World, WorldEvent, first_looks, item_
 if TYPE_CHECKING:
     from mjsim.sim.person_hands import LedHands
 
-FREE = 6
+FREE_BODY_DOFS = 6
 """Degrees of freedom of a free body."""
 
 
@@ -70,7 +70,7 @@ class Scenery:
         solid = geoms[(model.geom_contype[geoms] | model.geom_conaffinity[geoms]) != 0]
         model.geom_contype[solid] = model.geom_conaffinity[solid] = 0
         bodies = model.geom_bodyid[solid]
-        falls = model.body_dofnum[model.body_rootid[bodies]] == FREE
+        falls = model.body_dofnum[model.body_rootid[bodies]] == FREE_BODY_DOFS
         model.geom_contype[solid[falls]] = GHOST
         # MuJoCo also tests whole bodies for possible contact.
         model.body_contype[bodies[falls]] |= GHOST

@@ -19,7 +19,7 @@ from mjsim.sim.states.static_scene import StillScene
 from mjsim.sim.streams import streams_of
 from mjsim.world import Camera, Looks, World
 
-PORTRAYED = (215.0, -22.0)
+PORTRAIT_DIRECTION = (215.0, -22.0)
 """Azimuth and elevation of portraits: from the front left [deg]."""
 EYE_LEVEL = 0.4
 """Height above the floor of the point that a view from outside looks at [m]."""
@@ -119,7 +119,7 @@ class Onlooker(Closes):
         camera.type = mujoco.mjtCamera.mjCAMERA_FREE
         camera.lookat[:] = (low + high) / 2.0
         camera.distance = float(np.linalg.norm(high - low)) / 2.0 / math.sin(half * min(1.0, width / height))
-        camera.azimuth, camera.elevation = PORTRAYED
+        camera.azimuth, camera.elevation = PORTRAIT_DIRECTION
         renderer = Renderer(model, width=width, height=height, canvas=self._canvas(quality), groups=SEEN_FROM_OUTSIDE)
         return renderer.render(scene.data, camera)
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mjsim.world.check.overlaps import SPARE, Finding, Solids, pair
+from mjsim.world.check.overlaps import MAX_OVERLAP, Finding, Solids, pair
 from mjsim.world.items import World
 
 
@@ -14,8 +14,8 @@ def hidden_lamps(world: World) -> Iterator[Finding]:
         return
     solids, ceiling = Solids(world), _ceiling(world)
     for index, lamp in enumerate(world.lamps):
-        level = lamp.height - SPARE
-        found = solids.reached(np.array([lamp.at]), depth=SPARE, low=level, high=lamp.height)
+        level = lamp.height - MAX_OVERLAP
+        found = solids.reached(np.array([lamp.at]), depth=MAX_OVERLAP, low=level, high=lamp.height)
         name = f"lamp '{lamp.name}'" if lamp.name else f"lamps[{index}]"
         if found:
             yield f"{name} at {pair(lamp.at)} is inside {found} and lights nothing; move it out", ("lamps", index, "at")

@@ -7,7 +7,7 @@ from mjsim.errors import did_you_mean
 from mjsim.world.check.overlaps import Finding
 from mjsim.world.items import LeadEvent, Mechanism, ReleaseEvent, World, single_targets
 
-ROUNDED = 1e-6
+RANGE_TOLERANCE = 1e-6
 """Tolerance for values beyond the range, because a world file rounds them [rad, m]."""
 Led = tuple[bool, float, float]
 """Of a value that can be led: whether it is a length, and the limits of its range [rad, m]."""
@@ -44,7 +44,7 @@ def led_goals(world: World, event: LeadEvent) -> dict[str, float]:
     for (name, (slides, lower, upper)), written in zip(led.items(), asked, strict=True):
         scale = 1.0 if slides else math.pi / 180.0
         value = written * scale
-        if not lower - ROUNDED <= value <= upper + ROUNDED:
+        if not lower - RANGE_TOLERANCE <= value <= upper + RANGE_TOLERANCE:
             raise ValueError(
                 f"joint '{name}' of mechanism '{event.lead}' cannot go to {written:g}; its range is"
                 f" {lower / scale:g} to {upper / scale:g}"

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.world.check.overlaps import SPARE, Finding, Solids, called, disc, pair
+from mjsim.world.check.overlaps import MAX_OVERLAP, Finding, Solids, called, disc, pair
 from mjsim.world.items import MoveEvent, Obstacle, RemoveEvent, World
 from mjsim.world.plan import prisms, stays
 
@@ -30,7 +30,9 @@ def _through_things(obstacle: Obstacle, number: int, solids: Solids, loose: Coll
         for outline, low, high in prisms(obstacle):
             # On a straight path, a convex shape sweeps the convex hull of its start and end positions.
             moved = [outline + np.subtract(place, obstacle.at) for place in stretch]
-            found = solids.reached(np.concatenate(moved), depth=SPARE, low=low + SPARE, high=high - SPARE, but=loose)
+            found = solids.reached(
+                np.concatenate(moved), depth=MAX_OVERLAP, low=low + MAX_OVERLAP, high=high - MAX_OVERLAP, but=loose
+            )
             if found:
                 point = min(index, len(obstacle.path.points) - 1)
                 message = f"{called(obstacle, number)} goes through {found} on its way to {pair(stretch[1])}"
@@ -69,7 +71,7 @@ def _put_into_things(world: World, solids: Solids, loose: Collection[str]) -> It
 def _inside(world: World, event: MoveEvent, solids: Solids, loose: Collection[str]) -> str | None:
     """Return the message for an event that places a robot or an obstacle in something static; None if it does not."""
     for shape, low, high in _put_down(world, event):
-        found = solids.reached(shape, depth=SPARE, low=low, high=high, but=loose)
+        found = solids.reached(shape, depth=MAX_OVERLAP, low=low, high=high, but=loose)
         if found:
             return f"'{event.move}' is placed at {pair(event.to)} inside {found}; move it to a free place"
     return None
@@ -83,4 +85,4 @@ def _put_down(world: World, event: MoveEvent) -> list[tuple[Array, float, float]
     thing = next(item for item in world.obstacles if item.movable and item.name == event.move)
     turned = {} if event.heading_deg is None else {"heading_deg": event.heading_deg}
     moved = thing.model_copy(update={"at": event.to, **turned})
-    return [(outline, low + SPARE, high) for outline, low, high in prisms(moved)]
+    return [(outline, low + MAX_OVERLAP, high) for outline, low, high in prisms(moved)]

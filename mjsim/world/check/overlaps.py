@@ -11,11 +11,11 @@ from mjsim.world.plan import prisms, wall_pieces
 Finding = tuple[str, tuple[str | int, ...]]
 """A message, and the path of the value to which it refers."""
 
-SPARE = 1e-3
+MAX_OVERLAP = 1e-3
 """Allowed overlap of a beacon or a robot with something [m]: coordinates are written to the millimetre."""
 
 
-ROUNDING = 1e-9
+OUTLINE_TOLERANCE = 1e-9
 """Tolerance for computed outlines [m]."""
 _Prism = tuple[str, Array, float, float]
 """Name, convex outline, counter-clockwise, shape (n, 2) [m], lower and upper height [m]."""
@@ -80,7 +80,7 @@ def _meet(outline: Array, shape: Array, depth: float) -> bool:
     sides = np.roll(outline, -1, axis=0) - outline
     ahead = shape[:, None, :] - outline
     inside = sides[:, 0] * ahead[..., 1] - sides[:, 1] * ahead[..., 0]
-    if (inside.max(axis=0) < (depth - ROUNDING) * np.hypot(*sides.T)).any():
+    if (inside.max(axis=0) < (depth - OUTLINE_TOLERANCE) * np.hypot(*sides.T)).any():
         return False
     from shapely import MultiPoint, polygons
 

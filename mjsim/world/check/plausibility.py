@@ -11,13 +11,13 @@ from mjsim.errors import Problem, UsageError
 from mjsim.world.check.lamps import hidden_lamps
 from mjsim.world.check.lead_checks import misled_joints
 from mjsim.world.check.mover_checks import misled
-from mjsim.world.check.overlaps import SPARE, Finding, Solids, called, disc, pair
+from mjsim.world.check.overlaps import MAX_OVERLAP, Finding, Solids, called, disc, pair
 from mjsim.world.check.reach_checks import beyond_reach
 from mjsim.world.items import NoiseEvent, Robot, Wall, World, sensors, with_noise
 from mjsim.world.plan import Hung, hung
 from mjsim.world.yaml import problems_at
 
-SOFT = 0.02
+MAX_SOFT_OVERLAP = 0.02
 """Depth to which objects and people may overlap a person, whose body is soft [m]."""
 IN_FRONT = 0.05
 """A picture is hidden if something is closer than this in front of its centre [m]."""
@@ -62,21 +62,21 @@ def _openings_of(wall: Wall) -> Iterator[Finding]:
     for index, opening in enumerate(wall.openings):
         length = math.dist(*segments[opening.segment])
         end = opening.at + opening.width
-        if end > length + SPARE:
+        if end > length + MAX_OVERLAP:
             yield (
                 f"this opening goes from {opening.at:g} to {end:g} m;"
                 f" segment {opening.segment} is {length:g} m long, keep it within",
                 (index, "at" if opening.at >= length else "width"),
             )
         # A door cuts a low wall over its full height; only an explicitly written height is a mistake.
-        if opening.head > wall.height + SPARE and "head" in opening.model_fields_set:
+        if opening.head > wall.height + MAX_OVERLAP and "head" in opening.model_fields_set:
             yield f"head is {opening.head:g} m; the wall is {wall.height:g} m high, keep it below", (index, "head")
         if opening.sill >= wall.height:
             yield f"sill is {opening.sill:g} m; the wall is {wall.height:g} m high, keep it below", (index, "sill")
         for other_index, other in enumerate(wall.openings[:index]):
-            beside = other.segment != opening.segment or opening.at >= other.at + other.width - SPARE
+            beside = other.segment != opening.segment or opening.at >= other.at + other.width - MAX_OVERLAP
             above = opening.sill >= other.head or other.sill >= opening.head
-            if not (beside or above or other.at >= end - SPARE):
+            if not (beside or above or other.at >= end - MAX_OVERLAP):
                 yield f"this opening overlaps openings[{other_index}] of its wall; move or narrow it", (index,)
 
 
@@ -95,9 +95,9 @@ def _crowded(world: World) -> Iterator[Finding]:
 def _robots_in_things(world: World, solids: Solids) -> Iterator[Finding]:
     for index, robot in enumerate(world.robots):
         radius = robot.body.radius
-        found = solids.reached(disc(robot.at, radius - SPARE), depth=0.0, low=0.0, high=robot.body.height)
+        found = solids.reached(disc(robot.at, radius - MAX_OVERLAP), depth=0.0, low=0.0, high=robot.body.height)
         for other in world.robots[:index]:
-            if math.dist(robot.at, other.at) < radius + other.body.radius - SPARE:
+            if math.dist(robot.at, other.at) < radius + other.body.radius - MAX_OVERLAP:
                 found = found or f"robot '{other.name}'"
         if found:
             yield (
@@ -115,7 +115,7 @@ def _people_in_things(world: World, solids: Solids) -> Iterator[Finding]:
         stood_on = (called(thing, number) for number, thing in enumerate(world.obstacles) if thing in below)
         own = f"person '{person.name}'", *stood_on
         inside = (
-            solids.reached(outline, depth=SOFT, low=low + SOFT, high=high, but=own)
+            solids.reached(outline, depth=MAX_SOFT_OVERLAP, low=low + MAX_SOFT_OVERLAP, high=high, but=own)
             for outline, low, high in person.prisms.values()
         )
         found = next(filter(None, inside), None)
@@ -149,7 +149,7 @@ def _hidden(item: Hung, solids: Solids) -> Iterator[str]:
     for probe, level, word in probes:
         if not word and not beacon.has_face:
             return  # others have no side to face
-        found = solids.reached(np.array([probe]), depth=SPARE, low=level - SPARE, high=level + SPARE)
+        found = solids.reached(np.array([probe]), depth=MAX_OVERLAP, low=level - MAX_OVERLAP, high=level + MAX_OVERLAP)
         if found:
             right = "move it to a face" if word else "turn it around or move it"
             place = f"at {pair(beacon.at)}" + (f" on '{beacon.on}'" if beacon.on is not None else "")
@@ -159,10 +159,10 @@ def _hidden(item: Hung, solids: Solids) -> Iterator[str]:
 
 def _hidden_in_robot(item: Hung) -> Iterator[str]:
     beacon, robot = item.beacon, item.carrier
-    if isinstance(robot, Robot) and item.center < robot.body.height - SPARE:
+    if isinstance(robot, Robot) and item.center < robot.body.height - MAX_OVERLAP:
         from shapely import Point, Polygon
 
-        inner = Polygon(robot.body.outline()).buffer(-SPARE)
+        inner = Polygon(robot.body.outline()).buffer(-MAX_OVERLAP)
         if inner.intersects(Point(beacon.at)):
             yield (
                 f"beacon '{beacon.name}' at {pair(beacon.at)} on '{robot.name}' hangs inside this robot,"

@@ -10,7 +10,7 @@ from mjsim.mechanics import Apart, Linear, Rows, jacobian
 from mjsim.world.check.overlaps import Finding
 from mjsim.world.items import Assembly, Mechanism, World, mass_matrix
 
-GROWTH = 1.001
+MAX_GROWTH = 1.001
 """Growth of a motion in a step of the physics above which it diverges within seconds."""
 NO_RANK = 1e-9
 """Singular values below this, relative to the largest, count as zero."""
@@ -25,10 +25,10 @@ def diverging_springs(world: World) -> Iterator[Finding]:
         if not parts or mechanism.mode in ("inverse", "kinematics"):
             continue
         swing = _Swing(mechanism, parts)
-        if swing.growth(world.run.step) <= GROWTH:
+        if swing.growth(world.run.step) <= MAX_GROWTH:
             continue
         worst = swing.stiffest(world.run.step)
-        good = [ms for ms in SHORTER_MS if ms < 1e3 * world.run.step and swing.growth(ms / 1e3) <= GROWTH]
+        good = [ms for ms in SHORTER_MS if ms < 1e3 * world.run.step and swing.growth(ms / 1e3) <= MAX_GROWTH]
         remedy = f"use run: {{step_ms: {good[0]}}}, or make it" if good else "make it"
         yield (
             f"{worst.name} is too stiff for the mass that it moves in steps of {1e3 * world.run.step:g} ms, and the"

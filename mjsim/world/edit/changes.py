@@ -18,9 +18,9 @@ from mjsim.world.yaml import Node
 
 __all__ = ["Change", "UnwritableError", "edit_text", "edited", "shown_path"]
 
-DEEPEST = 20
+MAX_DEPTH = 20
 """Maximum nesting of a value to set."""
-LARGEST = 10**18
+MAX_INTEGER = 10**18
 """Maximum absolute value of an integer."""
 
 
@@ -223,7 +223,7 @@ def _joined(changes: Iterable[Change]) -> list[tuple[str, Path, Any]]:
     """Return changes with shortened values; consecutive additions to one list become one change."""
     joined: list[tuple[str, Path, Any]] = []
     for change in changes:
-        if not change.path or not _is_writable(change.value, DEEPEST):
+        if not change.path or not _is_writable(change.value, MAX_DEPTH):
             raise UnwritableError(change.path, "cannot be written; give finite numbers, texts, lists and keys")
         value = rounded(change.value)
         step, behind = ("add", change.path), isinstance(change.path[-1], str)
@@ -256,5 +256,5 @@ def _is_writable(value: Any, deepest: int) -> bool:
     if isinstance(value, float):
         return math.isfinite(value)
     if isinstance(value, int):
-        return abs(value) < LARGEST
+        return abs(value) < MAX_INTEGER
     return value is None or isinstance(value, str)

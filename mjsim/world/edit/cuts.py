@@ -15,9 +15,9 @@ _BLANK = re.compile(r"(?:\s|#[^\n]*)*")
 _REST = re.compile(r"[ \t]*(?:#[^\n]*)?(?=\r?\n|\Z)")
 """The end of a line that contains only a comment."""
 _COMMENT_LINE = re.compile(r"([ \t]*)#[^\n]*(?:\n|\Z)")
-_FAR = WIDTH // 2
+_MAX_BREAK_COLUMN = WIDTH // 2
 """Column beyond which no new lines are started: they would be too short."""
-_DEEPER = 6
+_CONTINUATION_INDENT = 6
 """Indentation of continuation lines relative to the line with the opening bracket [columns]."""
 _EMPTY_LINE = re.compile(r"\n[ \t]*\r?\n")
 
@@ -170,7 +170,7 @@ def _into_brackets(text: str, parent: Span, index: int, line: str) -> list[Cut]:
     indent = _indent(text, entries[0]) + 2 if entries else 0
     if not entries:
         inner, begin = text[parent.start + 1 : parent.end - 1], line_start(text, parent.start)
-        line = _fold(text, line, column=parent.start + 1 - begin, indent=_margin(text, begin) + _DEEPER)
+        line = _fold(text, line, column=parent.start + 1 - begin, indent=_margin(text, begin) + _CONTINUATION_INDENT)
         return [
             (parent.start + 1, parent.start + 1, f"{line} ")
             if inner.strip()
@@ -208,9 +208,9 @@ def _indent(text: str, first: Entry) -> int:
     """Return the indentation of entries in brackets on new lines: that of the first, unless it is far to the right."""
     begin = line_start(text, first.start)
     column = first.start - begin
-    if column <= _FAR:
+    if column <= _MAX_BREAK_COLUMN:
         return column
-    return _margin(text, begin) + _DEEPER
+    return _margin(text, begin) + _CONTINUATION_INDENT
 
 
 def _margin(text: str, begin: int) -> int:

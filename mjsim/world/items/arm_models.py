@@ -12,7 +12,7 @@ if TYPE_CHECKING:  # Imported again where it is used, so that worlds that do not
 
 POSTURES = 4
 """Number of postures at which each joint is checked for mass that it moves."""
-LEAST_INERTIA = 1e-12
+MIN_INERTIA = 1e-12
 """Smallest inertia or mass that a joint must move [kg m^2, kg]."""
 THIN, THINNEST = 0.04, 0.01
 """Radius of a link that is drawn as a line or has no mass: as a fraction of the arm's length, and the minimum [m]."""
@@ -32,7 +32,7 @@ def faulty_joint(arm: "Arm") -> int | None:
     """Return the index of a joint that moves no mass, from 0; None if there is none."""
     q = np.random.default_rng(0).uniform(-1.0, 1.0, (POSTURES, arm.n))
     moved = np.diagonal(arm.inertia(q), axis1=-2, axis2=-1).max(axis=0)
-    return next((number for number, inertia in enumerate(moved.tolist()) if inertia < LEAST_INERTIA), None)
+    return next((number for number, inertia in enumerate(moved.tolist()) if inertia < MIN_INERTIA), None)
 
 
 def _link(file: "FileArm", number: int, radius: float) -> "Link":

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 GRID = 1e-6
 """Points closer than this coincide [m]."""
-LEAST_AREA = 0.5
+MIN_AREA = 0.5
 """Smaller gaps between walls are no rooms [m^2]."""
 
 
@@ -30,7 +30,7 @@ def room_polygons(walls: Sequence[Wall]) -> "list[Polygon]":
     solid = shapely.union_all(shapely.polygons(np.array(outlines)), grid_size=GRID)
     holes = [ring for part in shapely.get_parts(solid) for ring in shapely.get_rings(part)[1:]]
     inside = shapely.difference(shapely.union_all(shapely.polygons(np.array(holes, dtype=object))), solid)
-    rooms = [part for part in shapely.get_parts(inside) if part.area >= LEAST_AREA]
+    rooms = [part for part in shapely.get_parts(inside) if part.area >= MIN_AREA]
     return sorted(rooms, key=lambda room: room.bounds)
 
 

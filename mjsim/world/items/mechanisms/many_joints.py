@@ -11,7 +11,7 @@ from mjsim.world.items.mechanisms.points import Axis, PartName
 if TYPE_CHECKING:  # Imported where it is used: worlds without mechanisms load faster.
     from mjsim.mechanics import Primitive
 
-LEAST_SINE = 1e-3
+MIN_SINE = 1e-3
 """Smallest sine of the angle between two distinct axes."""
 
 
@@ -28,7 +28,7 @@ class _TurnAxes(MechanismJoint):
             raise fault(f"axes holds {len(self.axes)}; this joint turns about {count}", "axes")
         for place, (one, other) in enumerate(zip(self.axes, self.axes[1:], strict=False), start=1):
             cosine = sum(a * b for a, b in zip(unit(one), unit(other), strict=True))
-            if 1.0 - cosine**2 < LEAST_SINE**2:
+            if 1.0 - cosine**2 < MIN_SINE**2:
                 raise fault("this axis is parallel to the one before; turn it", "axes", place)
         return self
 
