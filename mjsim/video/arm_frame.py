@@ -13,7 +13,7 @@ from mjsim.video.ink import INK, PAGE, PAPER, SEMIBOLD, Letters
 from mjsim.video.moment import Moment
 from mjsim.video.oblique import ObliqueView, StandingArm, standing_arms
 from mjsim.video.paper import Paper
-from mjsim.video.picture_layout import COLUMN, GAP, HEAD, HEIGHT, MARGIN, WIDTH
+from mjsim.video.picture_layout import COLUMN_WIDTH, GAP, HEAD, HEIGHT, MARGIN, WIDTH
 from mjsim.video.plan_parts import draw_scale_bar
 from mjsim.video.view import PlanView
 
@@ -30,14 +30,14 @@ class ArmFrame:
         self._page = np.full((HEIGHT, WIDTH, 3), PAGE, np.uint8)
         arms = standing_arms(recording)
         self._view = ObliqueView(recording, arms)
-        left = WIDTH - 2 * MARGIN - GAP - COLUMN
+        left = WIDTH - 2 * MARGIN - GAP - COLUMN_WIDTH
         self._seen = self._page[HEAD : HEIGHT - MARGIN, MARGIN : MARGIN + left]
         self._plan = PlanView.fit(self._view.bounds, left, self._seen.shape[0], margin=14)
         self._letters.write(self._page, recording.world.name, (MARGIN, 31), 22, weight=SEMIBOLD)
         shown = arms[:CHARTED]
         rows = (HEIGHT - MARGIN - HEAD + GAP) // (2 * len(shown)) - GAP
         self._charts = [
-            (self._page[y : y + rows, -MARGIN - COLUMN : -MARGIN], chart)
+            (self._page[y : y + rows, -MARGIN - COLUMN_WIDTH : -MARGIN], chart)
             for y, chart in zip(range(HEAD, HEIGHT, rows + GAP), self._made(recording, shown, rows), strict=False)
         ]
 
@@ -66,4 +66,4 @@ class ArmFrame:
             ]
             tool = [(name, parse_color(GROUPS[k]), arm.tool[:, k]) for k, name in enumerate("xyz")]
             for title, curves in ((f"{arm.name}: joints [{unit}]", joints), (f"{arm.name}: tool [m]", tool)):
-                yield CurveChart(title, recording.time, curves, self._letters, width=COLUMN, height=height)
+                yield CurveChart(title, recording.time, curves, self._letters, width=COLUMN_WIDTH, height=height)
