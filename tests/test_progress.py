@@ -31,6 +31,8 @@ def test_where_nobody_watches_one_plain_line_says_how_it_ended():
     assert done.stdout == ""
     assert done.stderr.startswith("mjsim: run room: 4 of 4 s in ")
     assert done.stderr.count("\n") == 1
+    done = completed([sys.executable, "-c", PROGRAM.replace("4.0", "0.25")])
+    assert done.stderr.startswith("mjsim: run room: 0.25 of 0.25 s in ")
 
 
 def test_what_takes_long_is_counted_in_one_line_where_nobody_watches():

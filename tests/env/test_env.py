@@ -295,6 +295,7 @@ def test_what_the_functions_of_a_task_raise_is_one_line_and_so_is_an_odd_value()
         ({"robots": []}, r"robots is \[\]; name each controlled robot once"),
         ({"observations": ["scn"]}, "robot 'scout' observes no 'scn'; did you mean 'scan'"),
         ({"actions": "legs"}, "actions is 'legs'; it must be 'twist' or 'wheels'"),
+        ({"seconds": math.inf}, "seconds is inf; an episode has at least one tick of 0.04 s, and at most"),
         ({"seconds": 0.001}, "seconds is 0.001; an episode has at least one tick of 0.04 s"),
         ({"world": room(robots=())}, "no robot in world 'learning'; an environment needs one to control"),
     ],

@@ -14,7 +14,7 @@ import mjsim
 from mjsim.cli import main
 from mjsim.errors import UsageError
 from mjsim.exchange import TEMPLATES, maze_world, template_text
-from mjsim.world import World, check_world, load_world, parse_world, solid
+from mjsim.world import World, check_world, load_world, parse_world, solid, world_notes
 
 needs_labmaze = pytest.mark.skipif(find_spec("labmaze") is None, reason="labmaze is there for Python 3.11 and 3.12")
 WORLDS = Path(__file__).parents[2] / "worlds"
@@ -155,6 +155,7 @@ def test_a_robot_of_a_map_gets_a_lidar_and_an_estimator_or_one_line_says_why_not
     assert typed(*start, "--lidar", "lds-02", "--estimator", "monte_carlo{particles: 500}") == 0
     made = load_world(world)
     assert not check_world(made)
+    assert not world_notes(made)
     assert made.run.map == "known"
     assert made.run.drivers["scout"].estimator.model_dump()["particles"] == 500
     assert [sensor.kind for sensor in made.robots[0].sensors] == ["lidar"]

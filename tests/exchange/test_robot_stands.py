@@ -83,6 +83,13 @@ def test_missing_meshes_are_named_where_wheels_have_no_shape(tmp_path):
             bring_robot(tmp_path / "r.urdf", name="r", options=RobotOptions(), packages={}, arguments={})
 
 
+def test_a_missing_include_is_named_where_no_wheels_are_found(tmp_path):
+    text = '<robot xmlns:xacro="https://github.com/ros/xacro" name="r"><xacro:include filename="wheels.xacro"/>'
+    (tmp_path / "r.xacro").write_text(text + '<link name="base"/></robot>')
+    with pytest.raises(UsageError, match=r"; an include that may declare them is missing: no file '.*wheels.xacro'"):
+        bring_robot(tmp_path / "r.xacro", name="r", options=RobotOptions(), packages={}, arguments={})
+
+
 def test_a_package_that_a_xacro_file_includes_and_is_missing_is_named_without_more(tmp_path):
     include = '<xacro:include filename="$(find my_bot)/a.xacro"/>'
     text = f'<robot xmlns:xacro="https://github.com/ros/xacro" name="r">{include}</robot>'

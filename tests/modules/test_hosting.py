@@ -77,6 +77,22 @@ def test_a_module_that_closes_the_recording_is_named_with_its_robot_and_time(tmp
     assert made.stderr.splitlines() == [line]
 
 
+def test_what_would_end_the_process_as_if_the_run_were_complete_is_an_error_and_copies_end_by_it():
+    usual = os._exit
+    with hosting():
+        for ends, name in [
+            (lambda: os._exit(0), "_exit"),
+            (lambda: os.execv("/bin/true", ["true"]), "execv"),
+            (lambda: os.execlp("true", "true"), "execv"),
+            (lambda: os.execle("/bin/true", "true", {}), "execve"),
+        ]:
+            with pytest.raises(RuntimeError, match=rf"^os.{name} ends the whole program; return, or raise an error$"):
+                ends()
+        copy = os.fork() or os._exit(3)
+        assert os.waitstatus_to_exitcode(os.waitpid(copy, 0)[1]) == 3
+    assert os._exit is usual
+
+
 def test_what_a_block_changes_is_put_back(tmp_path):
     def state():
         mask = os.umask(0o022)

@@ -108,6 +108,14 @@ def test_a_covariance_in_other_precision_or_with_rounding_is_an_array_of_doubles
     np.testing.assert_array_equal(checked, P)
 
 
+def test_masked_numbers_are_refused_and_a_mask_without_any_is_not():
+    masked = np.ma.masked_less(np.diag([1.0, 2.0, 3.0]), 0.0)
+    assert not checked_estimate(mjsim.Estimate(ORIGIN, masked)).covariance[0, 1]
+    masked[0, 0] = np.ma.masked
+    with pytest.raises(Unfit, match=r"^returned the covariance of the pose with masked numbers; fill them$"):
+        checked_estimate(mjsim.Estimate(ORIGIN, masked))
+
+
 def test_an_estimate_that_is_right_stays_the_same_object():
     belief = WithReport(
         ORIGIN, EYE, {"lion": (np.zeros(2), np.eye(2))}, (("lion", np.zeros(2), np.eye(2)),), report="r"
@@ -186,9 +194,11 @@ def test_a_sealed_observation_is_read_only_and_a_copy_of_it_is_not():
         with pytest.raises(TypeError, match="copy them first"):
             change(seen.scans)
     assert list(seen.scans) == ["scan"]
+    with pytest.raises(TypeError, match="copy them first"):
+        seen.ranges["x"] = 1  # Nothing is due: it is as read-only.
     assert set(_READINGS) >= {"cameras", "scans", "ranges", "encoders"}
     for mine in (copy.deepcopy(seen), pickle.loads(pickle.dumps(seen))):
-        mine.scans["other"] = mine.scans["scan"]
+        mine.scans["other"] = mine.ranges["x"] = mine.scans["scan"]
         mine.scans["scan"].ranges[0] = 2.0
         mine.odometry.covariance[0, 0] = 2.0
     assert seen.scans["scan"].ranges[0] == 1.0

@@ -1,6 +1,7 @@
 """What a sweep keeps, what its processes reset, and its jobs, without starting a process."""
 
 import json
+import math
 import os
 import random
 import sys
@@ -178,6 +179,8 @@ def test_without_jobs_no_process_is_started(tmp_path):
         ({"formats": ("gif",)}, "no format 'gif'"),
         ({"robot": "scuot"}, "no robot 'scuot' in this world; did you mean 'scout'"),
         ({"seconds": 0.001}, r"seconds is 0\.001; a run has at least one tick of 0\.04 s"),
+        ({"seconds": math.nan}, r"seconds is nan; a run has at least one tick of 0\.04 s"),
+        ({"seconds": math.inf}, r"seconds is inf; .* and at most 1e\+06 s"),
         ({"settings": {TURN: "0.1,0.2"}}, "the values of .* are the text '0.1,0.2'; give them as a list"),
     ],
 )
