@@ -66,7 +66,7 @@ def _line_in_notebook(label: str, total: float, unit: str) -> Iterator[Callable[
         now = time.perf_counter()
         if now - shown >= 0.2 or done >= total - 1e-9:
             shown = now
-            text = f"{label}: {done:.0f} of {total:.0f} {unit}{_pace(done, now - began, unit)}"
+            text = f"{label}: {_amount(done, total)} of {_amount(total, total)} {unit}{_pace(done, now - began, unit)}"
             handle.update({"text/plain": text}, raw=True)
 
     yield advance
@@ -110,11 +110,17 @@ def _lines(label: str, total: float, unit: str) -> Iterator[Callable[[float], No
         now = time.perf_counter()
         if now - shown >= MIN_LINE_INTERVAL:
             shown = now
-            say(f"{label}: {done:.0f} of {total:.0f} {unit}{_pace(done, now - began, unit)}")
+            say(f"{label}: {_amount(done, total)} of {_amount(total, total)} {unit}{_pace(done, now - began, unit)}")
 
     yield advance
     seconds = time.perf_counter() - began
-    say(f"{label}: {reached:.0f} of {total:.0f} {unit} in {seconds:.1f} s{_pace(reached, seconds, unit)}")
+    amount = f"{_amount(reached, total)} of {_amount(total, total)} {unit}"
+    say(f"{label}: {amount} in {seconds:.1f} s{_pace(reached, seconds, unit)}")
+
+
+def _amount(done: float, total: float) -> str:
+    """Return how much of a total is done; of a small one with its decimals, so that 0.2 s are not 0 s."""
+    return f"{done:.0f}" if total >= 10.0 else f"{done:.2g}"
 
 
 def _pace(done: float, seconds: float, unit: str) -> str:

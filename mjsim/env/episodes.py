@@ -62,11 +62,8 @@ class Episodes:
         self.actions = {name: Actions(infos[name], task.actions) for name in self.robots}
         self.channels = {n: channels_of(robots[n], infos[n], world, task.observations) for n in self.robots}
         self._places = {name: Starts(world, robots[name]) for name in self.robots} if task.random_starts else {}
-        seconds = world.run.seconds if task.seconds is None else task.seconds
-        self.length = round(seconds / self.sim.dt)
+        self.length = world.run.ticks(task.seconds, of="an episode")
         """Length of an episode [ticks]."""
-        if self.length < 1:
-            raise UsageError(f"seconds is {seconds:g}; an episode has at least one tick of {self.sim.dt:g} s")
         self._agents = {name: ByAction() for name in self.robots}
         self._pilots: dict[str, Pilot] = {}
         self._held = ExitStack()

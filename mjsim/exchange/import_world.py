@@ -41,8 +41,8 @@ def bring_map(path: Path, *, robot: Newcomer | None, resolution: float | None = 
         f"{path}: {columns} x {rows} cells of {grid.resolution:g} m; {_counted(world)}",
         f"they explain {found.explained} of {found.occupied} occupied cells ({100 * found.share:.1f} %), those that"
         f" are at most one cell from something solid; {noise} cells are specks, left out"
-        f" ({100 * found.explained / max(1, found.occupied - noise):.1f} % of the others);"
-        f" {found.covered} cells that the map calls free are in something solid",
+        + (f" ({100 * found.explained / (found.occupied - noise):.1f} % of the others are explained)" if noise else "")
+        + f"; {found.covered} cells that the map calls free are in something solid",
     ]
     if found.false_walls >= 0.001:
         report.append(f"{100 * found.false_walls:.1f} % of the length of the walls closes gaps of the map")

@@ -132,6 +132,8 @@ def _tolerance(value: ArrayLike) -> float:
 
 
 def _array(label: str, value: ArrayLike) -> NDArray[Any]:
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise Unfit(f"returned {label} with masked numbers; fill them")
     try:
         return np.asarray(value)
     except ValueError:

@@ -29,11 +29,15 @@ class Sealed(dict[K, V]):
         return dict, (dict(self),)
 
 
+_EMPTY: Sealed[str, Any] = Sealed()
+
+
 def sealed_observation(seen: Observation) -> Observation:
     """Return a read-only observation: its arrays are made read-only in place, its dicts are read-only copies."""
     seal(seen)
+    readings = {name: getattr(seen, name) for name in _READINGS}
     sealed: dict[str, Any] = {
-        name: Sealed(items) for name in _READINGS if (items := getattr(seen, name)) and type(items) is dict
+        name: Sealed(items) if items else _EMPTY for name, items in readings.items() if type(items) is dict
     }
     return replace(seen, **sealed) if sealed else seen
 

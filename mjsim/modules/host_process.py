@@ -5,10 +5,10 @@ import os
 import signal
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import TextIO
+from typing import Any, NoReturn, TextIO
 
 import numpy as np
 
@@ -31,9 +31,33 @@ def hosting() -> Iterator[None]:
 
     Errors in their threads end the block with a ModuleFault. At its end, the working directory, standard output and
     error, signal handlers, umask, locale, recursion limit and NumPy's error handling are restored, and processes that
-    the modules left behind are killed, with all their descendants (Linux).
+    the modules left behind are killed, with all their descendants (Linux). `os._exit` and `os.exec*` are errors.
     """
-    with _children_ended(), _process_kept(), thread_faults():
+    with _children_ended(), _process_kept(), thread_faults(), exit_refused():
+        yield
+
+
+@contextmanager
+def exit_refused() -> Iterator[None]:
+    """Make `os._exit` and `os.exec*` errors in a block: they would end a run in silence, as if it were complete.
+
+    In copies of the process, such as `os.fork` makes, they keep their meaning.
+    """
+    process = os.getpid()
+
+    def refusing(usual: Callable[..., NoReturn]) -> Callable[..., NoReturn]:
+        def refuse(*arguments: Any) -> NoReturn:
+            if os.getpid() != process:
+                usual(*arguments)
+            raise RuntimeError(f"os.{usual.__name__} ends the whole program; return, or raise an error")
+
+        return refuse
+
+    with ExitStack() as stack:
+        for name in ("_exit", "execv", "execve"):
+            usual = getattr(os, name)
+            stack.callback(setattr, os, name, usual)
+            setattr(os, name, refusing(usual))
         yield
 
 

@@ -3,7 +3,6 @@ from .loop import one_blas_thread as one_blas_thread
 from .loop import record_paths as record_paths
 from .loop import recorder_of as recorder_of
 from .loop import run as run
-from .loop import tick_count as tick_count
 from .loop import ticks as ticks
 from .pilot import Driver as Driver
 from .pilot import Noticed as Noticed

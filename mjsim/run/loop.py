@@ -200,7 +200,7 @@ def run(
         weakref.finalize(recording, shutil.rmtree, path.parent, ignore_errors=True)
         return recording
     with _simulated(sim, seed) as made:
-        count = tick_count(made, seconds)
+        count = made.world.run.ticks(seconds)
         drivers = drivers_of(made.world) if drivers is None else drivers
         shown = watched(f"run {made.world.name}", total=count * made.dt, unit="s") if progress else nullcontext()
         with (
@@ -225,19 +225,6 @@ def _simulated(sim: "Simulation | World | str | Path", seed: int | None) -> "Abs
     if seed is not None:
         raise UsageError("a simulation has its seed; write Simulation(world, seed=...), or give the world to run")
     return nullcontext(sim)
-
-
-def tick_count(sim: "Simulation", seconds: float | None) -> int:
-    """Return the number of ticks of a run; default: the duration given in the world.
-
-    Raises:
-        UsageError: It would have none.
-    """
-    seconds = sim.world.run.seconds if seconds is None else seconds
-    count = round(seconds / sim.dt)
-    if count < 1:
-        raise UsageError(f"seconds is {seconds:g}; a run has at least one tick of {sim.dt:g} s")
-    return count
 
 
 def one_blas_thread() -> threadpool_limits:

@@ -18,7 +18,6 @@ from mjsim.run import (
     record_paths,
     recorder_of,
     require_takes_goals,
-    tick_count,
     ticks,
 )
 from mjsim.session.by_hand import ByHand
@@ -301,7 +300,7 @@ class Session(ByHand, Closes):
     def _run(self, sim: "Simulation") -> None:
         """Take all ticks of a run, or those until it must end."""
         drivers = self._driven = drivers_of(sim.world) if self._drivers is None else self._drivers
-        count = tick_count(sim, self.seconds)
+        count = sim.world.run.ticks(self.seconds)
         place = self._next_place()
         recording = nullcontext() if place is None else recorder_of(sim, drivers, count, place)
         with one_blas_thread(), recording as recorder:

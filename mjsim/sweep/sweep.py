@@ -131,7 +131,5 @@ def _cases(world: World, plan: SweepPlan) -> Iterator[World]:
     """Yield the world of each case, checked."""
     for case in plan.cases():
         changed = with_settings(world, case) if case else world
-        seconds = changed.run.seconds if plan.seconds is None else plan.seconds
-        if round(seconds * changed.run.rate_hz) < 1:
-            raise UsageError(f"seconds is {seconds:g}; a run has at least one tick of {1 / changed.run.rate_hz:g} s")
+        changed.run.ticks(plan.seconds)
         yield changed

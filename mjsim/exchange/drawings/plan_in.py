@@ -386,9 +386,15 @@ def _count_openings(walls: Sequence[Wall], counts: Counter[str]) -> None:
 
 def _counts_listed(counts: Counter[str]) -> list[str]:
     """Return what was made and what was left out, one line each."""
-    made = ("doorways", "windows", "columns", "pieces of furniture", "walls drawn by one line")
+    made = {
+        "doorways": "doorway",
+        "windows": "window",
+        "columns": "column",
+        "pieces of furniture": "piece of furniture",
+        "walls drawn by one line": "wall drawn by one line",
+    }
     lines = []
-    if listed := [f"{counts[kind]} {kind}" for kind in made if counts[kind]]:
+    if listed := [f"{counts[many]} {one if counts[many] == 1 else many}" for many, one in made.items() if counts[many]]:
         lines.append(", ".join(listed))
     if left := [f"{count} {kind}" for kind, count in counts.items() if count and kind not in made]:
         lines.append(f"left out: {', '.join(left)}")

@@ -124,12 +124,13 @@ def moved_sideways(gear: Gear, anatomy: Anatomy, robot: RobotFiles, options: Rob
 
 
 def _perhaps_missing(source: RobotSource, robot: RobotFiles) -> str:
-    """Return what to add to an error about the wheels of a robot whose meshes are missing."""
+    """Return what to add to an error about the wheels of a robot whose meshes or included files are missing."""
     if source.missing:
         name = min(source.missing)
         return f"; package '{name}', which may show them, was not found: give --package {name}=DIR"
-    gone = any(item.kind == "missing mesh" for item in robot.items)
-    return "; meshes that may show them are missing" if gone else ""
+    if any(item.kind == "missing mesh" for item in robot.items):
+        return "; meshes that may show them are missing"
+    return f"; an include that may declare them is missing: {source.absent[0][1]}" if source.absent else ""
 
 
 def _check_size(path: Path, stand: Stand) -> None:

@@ -81,6 +81,9 @@ def _keys_of_robot(robot: Robot, source: Source) -> dict[str, Any]:
         given["base"] = robot.base
     base = Robot.model_validate(given, context={"source": source})
     found = {**robot.model_dump(mode="json", include=set(given)), **_differing(robot, base)}
+    if "noise" in robot.odometry.model_fields_set - base.odometry.model_fields_set:
+        # Noise that is the usual one is kept too: a robot that names none has a note.
+        found.setdefault("odometry", {}).setdefault("noise", robot.odometry.noise.model_dump(mode="json"))
     if "arms" in found:
         found["arms"] = [_keys_of_arm(arm) for arm in robot.arms]
     if "sensors" in found:

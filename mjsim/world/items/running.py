@@ -6,8 +6,12 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 
+from mjsim.errors import UsageError
 from mjsim.world.ground import USE_PATTERN, Model, Name, Rate, composed, fault
 from mjsim.world.items.timeline import WorldEvent
+
+LONGEST = 1e6
+"""Maximum duration of a run [s]."""
 
 
 class Use(Model):
@@ -99,7 +103,7 @@ def nearest_divisor(fast_hz: float, requested_hz: float) -> float:
 class Run(Model):
     """Settings of a run of this world."""
 
-    seconds: Annotated[float, Field(gt=0, le=1e6)] = 60.0
+    seconds: Annotated[float, Field(gt=0, le=LONGEST)] = 60.0
     """Duration, in simulated time [s]."""
     rate_hz: Annotated[float, Field(gt=0, le=1000)] = 25.0
     """Ticks per second; a tick is a whole number of physics steps."""
@@ -131,3 +135,15 @@ class Run(Model):
     def steps_per_tick(self) -> int:
         """Physics steps in one tick."""
         return round(1.0 / (self.rate_hz * self.step))
+
+    def ticks(self, seconds: float | None = None, *, of: str = "a run") -> int:
+        """Return the number of ticks in a duration [s], by default that of the run.
+
+        Raises:
+            UsageError: It is shorter than a tick, or too long.
+        """
+        seconds = self.seconds if seconds is None else seconds
+        if not 0.5 < seconds * self.rate_hz <= LONGEST * self.rate_hz:
+            most = "" if seconds < 1.0 else f", and at most {LONGEST:g} s"
+            raise UsageError(f"seconds is {seconds:g}; {of} has at least one tick of {1 / self.rate_hz:g} s{most}")
+        return round(seconds * self.rate_hz)
