@@ -137,6 +137,23 @@ def test_a_plan_shows_all_of_itself_its_mechanisms_and_brought_pictures(sheet, t
     a_webp_picture_is_imported_as_a_png(sheet, tmp_path)
 
 
+def two_views_stand_beside_each_other_and_a_bar_gives_a_panel_its_size(page):
+    large = page.locator("#view-run .run-stage > .run-tile")
+    page.locator("#view-run [data-view='plan']").get_by_role("button", name="Show beside").click()
+    expect(large).to_have_count(2)
+    page.locator("#view-run").get_by_role("separator", name="Size of the panel").press("ArrowRight")
+    expect(page.locator("#view-run .run-side")).to_have_css("width", "304px")
+
+
+def a_chart_fills_the_window_until_escape(page):
+    chart = page.locator("#view-run .run-chart").first
+    before = chart.bounding_box()
+    chart.get_by_role("button", name="Fill the window").click()
+    assert chart.bounding_box()["width"] > 1200 > before["width"]
+    page.keyboard.press("Escape")
+    assert chart.bounding_box() == before
+
+
 def test_beside_a_large_view_it_is_said_whose_run_it_is_and_all_of_a_far_world_is_in_sight(browser, tmp_path):
     (tmp_path / "far.yaml").write_text(FAR)
     (tmp_path / "near.yaml").write_text(ROOM)
@@ -154,11 +171,16 @@ def test_beside_a_large_view_it_is_said_whose_run_it_is_and_all_of_a_far_world_i
         outside.get_by_role("button", name="Show large").click()
         expect(plan).not_to_have_attribute("data-view", before)
         assert holds(plan, [(500, 500), (1500, 1500)])
+        two_views_stand_beside_each_other_and_a_bar_gives_a_panel_its_size(page)
+        a_chart_fills_the_window_until_escape(page)
         page.keyboard.press("Control+o")
         page.get_by_role("dialog").get_by_role("button", name="near.yaml", exact=True).click()
         expect(page.locator(".world .name")).to_have_text("near.yaml")
         # Run stays in front, and says whose it is.
         expect(page.get_by_text("This is a run of far.yaml")).to_be_visible(timeout=PATIENCE)
+        page.reload()
+        expect(page.locator("#view-run .run-side")).to_have_css("width", "304px")
+        expect(page.locator("#view-run .run-stage > .run-tile")).to_have_count(2)
 
 
 def test_a_further_opening_is_written_where_a_person_would(tmp_path):

@@ -1,7 +1,7 @@
 /** uPlot, dressed as the page: colours from the style sheet, bands, marks, a size that follows its box. */
 
 import uPlot from "uplot";
-
+import { enlarger } from "../ui/enlarge";
 import { faded, inLight, readTokens } from "../ui/ink";
 import { themeChanged } from "../ui/theme";
 import { word } from "../words/words";
@@ -92,7 +92,13 @@ export class Chart {
   ) {
     this.element.className = "run-chart unknown";
     const head = document.createElement("figcaption");
-    head.append(heading(settings), legend(settings.lines, this.endings), savingMenu(this), this.reading);
+    head.append(
+      heading(settings),
+      legend(settings.lines, this.endings),
+      savingMenu(this),
+      enlarger(this.element),
+      this.reading,
+    );
     this.box.className = "run-chart-box";
     this.explain(word("charts.noValues"));
     this.element.append(head, this.box);

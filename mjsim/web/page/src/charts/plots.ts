@@ -3,6 +3,7 @@
 import uPlot from "uplot";
 
 import { el, fill } from "../ui/dom";
+import { enlarger } from "../ui/enlarge";
 import { inLight, readTokens } from "../ui/ink";
 import { themeChanged } from "../ui/theme";
 import { word } from "../words/words";
@@ -100,7 +101,15 @@ class XyPlot implements Plot {
     }));
     this.box.setAttribute("aria-label", this.title);
     this.element.append(
-      el("figcaption", {}, el("strong", {}, this.title), legend(lines, this.endings), savingMenu(this), this.reading),
+      el(
+        "figcaption",
+        {},
+        el("strong", {}, this.title),
+        legend(lines, this.endings),
+        savingMenu(this),
+        enlarger(this.element),
+        this.reading,
+      ),
       this.box,
     );
     const sizes = new ResizeObserver(() => this.draw());

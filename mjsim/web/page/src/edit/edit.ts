@@ -164,8 +164,15 @@ class EditView {
     stage.append(this.firstSteps, this.stale, this.solids.element);
     this.tools.strip.append(this.solidsSwitch(stage));
     const side = el("div", { class: "side-column" }, this.outliner.element, this.panel.element);
-    const split = splitter(this.element);
-    fill(this.element, this.tools.bar, stage, split, this.dock, side, emptyState(this.studio));
+    const text = {
+      label: word("edit.sizeOfTheText"),
+      panel: this.dock,
+      height: "--text-height",
+      width: "--text-width",
+    };
+    const split = splitter(this.element, text);
+    const column = splitter(this.element, { label: word("ui.sizeOfThePanel"), panel: side, width: "--panel" });
+    fill(this.element, this.tools.bar, stage, split, this.dock, column, side, emptyState(this.studio));
   }
 
   /** Opens and shuts the view in 3-D beside the plan. */

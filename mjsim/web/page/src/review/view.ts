@@ -14,6 +14,7 @@ import type { RobotTick, TickNews } from "../run/protocol";
 import { RunRecord } from "../run/record";
 import { SolidsTile } from "../scene/tile";
 import type { Studio, View } from "../shell/view";
+import { columns } from "../ui/columns";
 import { button, choice, write } from "../ui/controls";
 import { el, fill } from "../ui/dom";
 import { icon } from "../ui/icons";
@@ -47,7 +48,7 @@ export class ReviewView implements View {
   private readonly record = new RunRecord();
   private readonly whole = new RunRecord();
   private readonly floor = new Floor(this.record);
-  private readonly stage = new Stage();
+  private readonly stage = new Stage("review.stage");
   private readonly pictures = new Pictures(() => this.arrange());
   private readonly solids = new SolidsTile(
     "review.scene",
@@ -181,15 +182,11 @@ export class ReviewView implements View {
   private build(): HTMLElement {
     const bar = this.bar();
     this.pictures.switches.append(this.solids.switch);
-    this.stage.arranged.on((large) => this.floor.lendLayers(large === "scene" ? this.solids.menus : null));
-    const side = el("aside", { class: "run-side" }, this.tabs.element);
-    const body = el(
-      "div",
-      { class: "run-body" },
-      side,
-      this.stage.element,
-      el("div", { class: "run-rail", inert: true }, this.pictures.switches, this.stage.rail),
+    this.stage.arranged.on((large) =>
+      this.floor.lendLayers(large.includes("scene") && !large.includes("plan") ? this.solids.menus : null),
     );
+    const side = el("aside", { class: "run-side" }, this.tabs.element);
+    const rail = el("div", { class: "run-rail", inert: true }, this.pictures.switches, this.stage.rail);
     const chips = chartChips("review.charts", FIRST_CHARTS, this.sheet, () => this.drawCharts());
     const dock = el(
       "div",
@@ -198,9 +195,9 @@ export class ReviewView implements View {
       el("div", { class: "run-dock-head" }, this.robot, chips),
       this.sheet.element,
     );
-    this.element.append(bar, body, dock);
     this.stage.element.append(this.empty);
-    return body;
+    this.element.append(bar);
+    return columns(this.element, { side, large: this.stage.element, rail, dock });
   }
 
   private bar(): HTMLElement {

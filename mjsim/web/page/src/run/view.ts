@@ -6,6 +6,7 @@ import { Plotter } from "../charts/plotter";
 import { type Kind, kindsOf, Sheet } from "../charts/sheet";
 import { SolidsTile } from "../scene/tile";
 import type { Studio, View } from "../shell/view";
+import { columns } from "../ui/columns";
 import { el, fill } from "../ui/dom";
 import { throttled } from "../ui/signal";
 import { Tabs } from "../ui/tabs";
@@ -43,7 +44,7 @@ export class RunView implements View {
     told: () => ({ touch: this.floor.touch, hands: this.newest?.hands ?? {}, toasts: this.studio.toasts }),
   });
   private readonly floor: Floor = new Floor(this.record, this.leader);
-  private readonly stage = new Stage();
+  private readonly stage = new Stage("run.stage");
   private readonly sheet: Sheet;
   private readonly plotter: Plotter;
   private readonly bar: Bar;
@@ -162,7 +163,9 @@ export class RunView implements View {
     this.floor.host.append(this.pad.element);
     this.cameras.switches.append(this.solids.switch);
     this.solids.door.ready.on(() => this.cameras.watch());
-    this.stage.arranged.on((large) => this.floor.lendLayers(large === "scene" ? this.solids.menus : null));
+    this.stage.arranged.on((large) =>
+      this.floor.lendLayers(large.includes("scene") && !large.includes("plan") ? this.solids.menus : null),
+    );
     this.floor.touch.leadIn(this.solids.door);
     this.floor.tools.aimIn(this.solids.door);
     this.solids.door.chosen.on((item) => item?.kind === "robot" && this.chooseRobot(item.name ?? ""));
@@ -176,12 +179,8 @@ export class RunView implements View {
     );
     const rail = el("div", { class: "run-rail" }, this.cameras.switches, this.noPictures, this.stage.rail);
     const middle = el("div", { class: "run-middle" }, this.stage.element, this.advice.element);
-    this.element.append(
-      this.bar.element,
-      this.banner.element,
-      el("div", { class: "run-body" }, side, middle, rail),
-      dock,
-    );
+    this.element.append(this.bar.element, this.banner.element);
+    columns(this.element, { side, large: middle, rail, dock });
   }
 
   private arrange(): void {
