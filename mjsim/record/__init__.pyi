@@ -16,6 +16,7 @@ from .export import export_mat as export_mat
 from .export import export_npz as export_npz
 from .export import export_tum as export_tum
 from .export import recording_tables as recording_tables
+from .file import Head as Head
 from .file import RawMessage as RawMessage
 from .file import numeric_topics as numeric_topics
 from .file import raw_messages as raw_messages

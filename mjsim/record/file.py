@@ -41,6 +41,8 @@ class Head:
     """Attachments by name."""
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     """Records by name."""
+    schemas: dict[str, Schema] = field(default_factory=dict)
+    """Of each topic that has one."""
     whole: bool = False
     """Whether the file is complete; known after its last message."""
 
@@ -61,17 +63,19 @@ def raw_messages(
     """
     head = Head() if head is None else head
     channels: dict[int, tuple[str, str] | None] = {}
-    schemas = {0: ""}
+    schemas: dict[int, Schema] = {}
     for record in records(path):
         if isinstance(record, Message):
             channel = channels.get(record.channel_id)
             if channel is not None:
                 yield RawMessage(channel[0], record.log_time, record.data, channel[1])
         elif isinstance(record, Schema):
-            schemas[record.id] = record.name
+            schemas[record.id] = record
         elif isinstance(record, Channel):
-            selected = topics is None or record.topic in topics
-            channels[record.id] = (record.topic, schemas.get(record.schema_id, "")) if selected else None
+            selected, schema = topics is None or record.topic in topics, schemas.get(record.schema_id)
+            channels[record.id] = (record.topic, "" if schema is None else schema.name) if selected else None
+            if schema is not None:
+                head.schemas[record.topic] = schema
         elif isinstance(record, Attachment):
             head.files[record.name] = record.data
         elif isinstance(record, Metadata):

@@ -2,6 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { goalEvent, measured } from "page/run/aim";
+import { cellsOf, unitOf } from "page/charts/message";
 import { holdsUp } from "page/run/hold_up";
 import { goesOn, letGoOf } from "page/run/joint_grips";
 
@@ -43,4 +44,19 @@ test("what holds a robot up is told with its reason for ten seconds, of that rob
   assert.ok(holdsUp(blocked, "scout", 13.9));
   for (const [event, robot, time] of [[blocked, "scout", 14], [blocked, "scout", 3], [blocked, "other", 5]])
     assert.ok(!holdsUp(event, robot, time));
+});
+
+test("a message is rows of paths and values: lists of plain values are one, things with names are known by them", () => {
+  const message = { time: 0.1, parts: [{ part: "sense", seconds: 1 / 3 }, { x: null }], scan: Array.from({ length: 180 }, (_, k) => k), on: true, empty: [] };
+  assert.deepEqual([...cellsOf(message)], [
+    ["time", "0.1"], ["parts[sense].part", "sense"], ["parts[sense].seconds", "0.333333"], ["parts[1].x", "\u2013"],
+    ["scan", "[0, 1, 2, 3, 4, 5, 6, 7, \u2026] (180)"], ["on", "true"], ["empty", "[]"],
+  ]);
+  assert.deepEqual([...cellsOf(null)], []);
+});
+
+test("a number has its unit, or that of what it is part of", () => {
+  const units = { "pose.position": "m", heading: "rad" };
+  assert.deepEqual(["pose.position.x", "heading", "poses[2].position.x", "pose"].map((name) => unitOf(name, units)), ["m", "rad", "", ""]);
+  assert.equal(unitOf("proximity[3]", { proximity: "m" }), "m");
 });

@@ -146,7 +146,7 @@ def review_is_faultless(page):
     review.get_by_label("Kind of chart 1").select_option("xy")
     for axis in "xy":
         review.get_by_label("Search topics and fields").fill(f"truth position.{axis}")
-        review.locator(".plotter-found button").click()
+        review.locator(".plotter-found li button").click()
     expect(review.locator(".plotter-xy circle")).to_be_visible()
     review.get_by_role("button", name="3-D", exact=True).click()
     expect(review.locator(".scene[data-filled]")).to_be_attached()

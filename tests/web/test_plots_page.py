@@ -101,7 +101,9 @@ def numbers_of_a_live_run_are_drawn_as_they_come(page):
     run.get_by_role("button", name="Start", exact=True).click()
     draw(run, "/scout.truth.x")
     draw(run, "/scout.estimate.x")
+    run.locator(".topic").get_by_role("button", name="Message").click()
     expect(run.locator(".run-state")).to_have_text("Ended")
+    expect(run.get_by_role("row", name="timing.step")).to_contain_text("ms")
     chart = run.locator(".plotter-chart .run-chart")
     expect(chart).to_have_count(1)
     until = time.monotonic() + PATIENCE / 1000

@@ -13,7 +13,7 @@ import mjsim
 from mjsim.geometry import wrap_angle
 from mjsim.record import raw_messages
 from mjsim.web.review import review_api
-from mjsim.web.review.fields import column_json, fields_json, numbers_in
+from mjsim.web.review.fields import column_json, fields_json, message_json, numbers_in
 from mjsim.web.review.review_api import ReviewApi
 from mjsim.web.review.reviewing import default_film, events_json, recording_json, row_at, row_json
 from mjsim.web.run.measured import SensorPast
@@ -171,7 +171,7 @@ def test_a_film_is_named_by_its_recording_its_view_and_its_section(path, view, n
 
 
 def test_each_number_of_a_recording_is_a_field(recording):
-    fields = fields_json(recording)
+    fields = fields_json(recording)["fields"]
     assert fields == sorted(set(fields))
     assert all(len(field) == 2 for field in fields)
     topics = {topic for topic, _ in fields}
@@ -187,6 +187,23 @@ def test_each_number_of_a_recording_is_a_field(recording):
         (pytest.approx(time, abs=1e-6), pytest.approx(value, abs=1e-9)) for time, value in expected
     ]
     assert column_json(recording, topic, "none") == {"time": [], "values": []}
+
+
+def test_a_topic_has_its_type_and_the_units_that_its_schema_names(recording):
+    topics = fields_json(recording)["topics"]
+    estimate, command = topics["/scout/estimate"], topics["/scout/command"]
+    assert (estimate["type"], estimate["units"]["heading"]) == ("foxglove.PoseInFrame", "rad")
+    assert estimate["units"]["pose.position"] == "m"
+    assert command["units"]["command.turn"] == "rad/s"
+    assert command["count"] == len(list(raw_messages(recording.path, topics={"/scout/command"})))
+
+
+def test_the_message_of_a_time_is_the_last_one_until_then(recording):
+    told = [json.loads(message.data) for message in raw_messages(recording.path, topics={"/scout/command"})]
+    found = message_json(recording, "/scout/command", 2.5 * DT)
+    assert (found["time"], found["content"]) == (pytest.approx(2 * DT), told[2])
+    assert message_json(recording, "/scout/command", -1.0) is None
+    assert message_json(recording, "/tf", 0.0)["content"] is None  # Protobuf
 
 
 NESTED = {"a": {"b": {"c": {"d": {"e": {"f": 1}, "n": 2}}}}}
@@ -215,9 +232,11 @@ def test_the_page_asks_for_the_whole_a_tick_fields_and_statistics(ask, recording
     assert whole["scene"] == {"items": ["hand-made"]}
     assert whole["path"] == RUN
     assert ask(f"/api/recording/tick?path={RUN}&time={1.5 * DT}").json()["number"] == 1
-    fields = ask(f"/api/recording/fields?path={RUN}").json()
-    assert [tuple(each) for each in fields] == fields_json(recording)
-    topic, field = fields[0]
+    found = ask(f"/api/recording/fields?path={RUN}").json()
+    assert found == json.loads(json.dumps(fields_json(recording)))
+    topic, field = found["fields"][0]
+    last = ask("/api/recording/message", params={"path": RUN, "topic": topic, "time": "1e6"}).json()
+    assert last == message_json(recording, topic, 1e6)
     asked = ask(f"/api/recording/column?path={RUN}", params={"path": RUN, "topic": topic, "field": field}).json()
     assert asked == column_json(recording, topic, field)
     part = ask(f"/api/recording/statistics?path={RUN}&from={DT}&to={3 * DT}").json()

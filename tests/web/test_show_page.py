@@ -80,6 +80,7 @@ def any_number_is_found_drawn_kept_and_given_away_as_csv(review):
     page.get_by_role("tab", name="Plot", exact=True).click()
     page.get_by_label("Search topics and fields").fill("observation forward")
     page.get_by_role("button", name="/scout/observation.odometry.forward", exact=True).click()
+    the_message_of_a_topic_is_a_table_with_units(page)
     expect(page.locator(".plotter-chart .run-chart")).to_have_count(1, timeout=PATIENCE)
     chart = page.locator(".plotter-chart .run-chart")
     chart.get_by_label("Save as a file").click()
@@ -93,6 +94,13 @@ def any_number_is_found_drawn_kept_and_given_away_as_csv(review):
     page.get_by_role("tab", name="Recordings", exact=True).click()
     page.locator("[data-path='out/run.mcap']").click()
     expect(page.locator(".plotter-chart .run-chart")).to_have_count(1, timeout=PATIENCE)
+
+
+def the_message_of_a_topic_is_a_table_with_units(page):
+    topic = page.locator(".topic", has_text="/scout/observation")
+    expect(topic.locator("summary")).to_contain_text("mjsim.Observation")
+    topic.get_by_role("button", name="Message").click()
+    expect(topic.get_by_role("row", name="odometry.turn")).to_contain_text("rad")
 
 
 def a_list_of_hidden_names_that_cannot_be_read_is_as_if_there_were_none(review):

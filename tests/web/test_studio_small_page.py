@@ -227,7 +227,7 @@ def heads_of_views_and_names_of_axes_are_whole_on_a_phone_and_the_plan_fills_a_l
     review.get_by_label("Kind of chart 1").select_option("xy")
     for axis in "xy":
         review.get_by_label("Search topics and fields").fill(f"truth position.{axis}")
-        review.locator(".plotter-found button").click()
+        review.locator(".plotter-found li button").click()
     drawn = review.locator(".plotter-xy svg")
     expect(drawn).to_be_visible(timeout=PATIENCE)
     expect(drawn.locator("text").last).to_have_text(re.compile(r"\.y$"))  # y was added

@@ -142,7 +142,7 @@ SHOWN = """() => [...document.querySelectorAll("body *")].flatMap((one) => {
   return [...texts, ...["aria-label", "title", "placeholder"].map((name) => one.getAttribute(name) ?? "")];
 })"""
 DATA = re.compile(
-    r"^/\w+[/.][\w./\[\]]+$|^-?[\d.]+ (s|deg|px)$|^(mjsim|NEES)$|^[\w/-]+\.(mcap|yaml|jpg)$|√|sqrt|^sense$"
+    r"^/[\w./\[\]]+$|^mjsim\.\w+$|^-?[\d.]+ (s|deg|px)$|^(mjsim|NEES)$|^[\w/-]+\.(mcap|yaml|jpg)$|√|sqrt|^sense$"
 )
 """Fields of a recording, numbers with units, names of files, and the name of a time that is measured."""
 

@@ -1,11 +1,12 @@
-"""All numbers of a recording by topic and field, and single ones over time."""
+"""What a recording holds by topic: its numbers with their units, single ones over time, and messages as they are."""
 
 import json
 import math
+import re
 from collections.abc import Iterator
 from typing import Any
 
-from mjsim.record import Recording, raw_messages
+from mjsim.record import Head, RawMessage, Recording, raw_messages
 from mjsim.web.run import plain
 
 SAMPLED = 40
@@ -17,19 +18,74 @@ MAX_ROWS = 5000
 LONGEST = 64
 """Entries of longer lists are not offered: they are data such as scans."""
 DEEPEST = 6
+ROUNDING = 1e3
+"""Times that differ by less are equal [ns]."""
+SHOWN_TEXT = 200
+"""Maximum length of a text in a message that is shown [characters]."""
+_UNIT = re.compile(r"\[([^\]]+)\]")
+"""Unit at the end of a description."""
 _SKIPPED = {"timestamp", "time", "shown", "entities", "deletions"}
 
 
-def fields_json(recording: Recording) -> list[tuple[str, str]]:
-    """Return (topic, field) of each number in the recording, sorted by topic."""
+def fields_json(recording: Recording) -> dict[str, Any]:
+    """Return what is in a recording.
+
+    Returns:
+        `fields`: (topic, field) of each number, sorted by topic. `topics`: by name, the type of its messages, what they
+        are `about`, their `count`, and `units` of its numbers by the name of the field without indices.
+    """
     seen: dict[str, int] = {}
     found: dict[tuple[str, str], None] = {}
-    for message in raw_messages(recording.path):
+    head = Head()
+    for message in raw_messages(recording.path, head=head):
         seen[message.topic] = seen.get(message.topic, 0) + 1
         if seen[message.topic] > SAMPLED or not message.data.startswith(b"{") or len(found) >= MAX_FIELDS:
             continue
         found |= dict.fromkeys((message.topic, name) for name, _ in numbers_in(_content(message.data)))
-    return sorted(found)[:MAX_FIELDS]
+    topics = {topic: {**_described(head, topic), "count": count} for topic, count in sorted(seen.items())}
+    return {"fields": sorted(found)[:MAX_FIELDS], "topics": topics}
+
+
+def message_json(recording: Recording, topic: str, time: float) -> dict[str, Any] | None:
+    """Return the last message of a topic until a time [s]: `time`, size in `bytes`, and `content`, None if not JSON."""
+    newest: RawMessage | None = None
+    for message in raw_messages(recording.path, topics={topic}):
+        if message.time > 1e9 * time + ROUNDING:
+            break
+        newest = message
+    if newest is None:
+        return None
+    content = _shortened(_content(newest.data)) if newest.data.startswith(b"{") else None
+    return {"time": newest.time / 1e9, "bytes": len(newest.data), "content": content}
+
+
+def _described(head: Head, topic: str) -> dict[str, Any]:
+    schema = head.schemas.get(topic)
+    if schema is None:
+        return {"type": "", "about": "", "units": {}}
+    content = _content(schema.data) if schema.encoding == "jsonschema" else None
+    about = str(content.get("description", "")) if isinstance(content, dict) else ""
+    return {"type": schema.name, "about": about.partition(". ")[0], "units": dict(_units_in(content))}
+
+
+def _units_in(schema: Any, name: str = "", depth: int = 0) -> Iterator[tuple[str, str]]:
+    """Yield field and unit of what a JSON Schema describes with a unit, also inside of lists and objects."""
+    if not isinstance(schema, dict) or depth > DEEPEST:
+        return
+    if unit := _UNIT.search(str(schema.get("description", ""))):
+        yield name, unit[1]
+    for key, item in dict(schema.get("properties") or {}).items():
+        yield from _units_in(item, f"{name}.{key}" if name else key, depth + 1)
+    yield from _units_in(schema.get("items"), name, depth + 1)
+
+
+def _shortened(value: Any) -> Any:
+    """Return a message without the ends of long texts and lists."""
+    if isinstance(value, str):
+        return value if len(value) <= SHOWN_TEXT else f"{value[:SHOWN_TEXT]}…"
+    if isinstance(value, list):
+        return [_shortened(each) for each in value[:LONGEST]] + ["…"] * (len(value) > LONGEST)
+    return {key: _shortened(each) for key, each in value.items()} if isinstance(value, dict) else value
 
 
 def column_json(recording: Recording, topic: str, field: str) -> dict[str, list[float | None]]:

@@ -20,7 +20,7 @@ from mjsim.record import read_recording
 from mjsim.report import statistics_file
 from mjsim.sim import Orbit
 from mjsim.web.review.comparing import compared, compared_json, first_recording, first_swept_world
-from mjsim.web.review.fields import column_json, fields_json
+from mjsim.web.review.fields import column_json, fields_json, message_json
 from mjsim.web.review.films import Films
 from mjsim.web.review.open_recordings import Opened, Shelf
 from mjsim.web.review.recordings_list import Recorded, plan_of
@@ -61,6 +61,7 @@ class ReviewApi:
             Route("/api/recording/scene", answer_get(self._scene_in_3d), methods=["GET"]),
             Route("/api/recording/poses", answer_get(self._poses), methods=["GET"]),
             Route("/api/recording/fields", answer_get(self._fields), methods=["GET"]),
+            Route("/api/recording/message", answer_get(self._message), methods=["GET"]),
             Route("/api/recording/column", answer_get(self._column), methods=["GET"]),
             Route("/api/recording/statistics", answer_get(self._statistics), methods=["GET"]),
             Route("/api/recording/video", posted(FilmAsk, self._film), methods=["POST"]),
@@ -112,7 +113,11 @@ class ReviewApi:
         data = self._opened(request)[1].poses(_number(request, "time"))
         return Response(data, media_type="application/octet-stream", headers=HEADERS)
 
-    def _fields(self, request: Request) -> list[tuple[str, str]]:
+    def _message(self, request: Request) -> dict[str, Any] | None:
+        topic = request.query_params.get("topic", "")
+        return message_json(self._opened(request)[1].recording, topic, _number(request, "time"))
+
+    def _fields(self, request: Request) -> dict[str, Any]:
         return fields_json(self._opened(request)[1].recording)
 
     def _column(self, request: Request) -> dict[str, list[float | None]]:

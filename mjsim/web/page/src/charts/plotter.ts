@@ -2,7 +2,7 @@
 
 import { button, choice } from "../ui/controls";
 import { ask } from "../ui/dialog";
-import { el, fill, put, refill } from "../ui/dom";
+import { el, fill, refill } from "../ui/dom";
 import { icon } from "../ui/icons";
 import { newestWins } from "../ui/signal";
 import { themeChanged } from "../ui/theme";
@@ -12,17 +12,34 @@ import { colorsOf } from "./colors";
 import { empty, type Field, Layouts, MOST, type PlotChart, type PlotKind, titleOf } from "./layouts";
 import { type Column, makePlot, type Plot } from "./plots";
 import { suggested } from "./suggested";
+import { TopicTree } from "./topics";
 
 export type { Column, Field };
 
-/** Where numbers come from. */
-export interface Source {
-  fields(): Promise<Field[]>;
-  column(field: Field): Promise<Column>;
+/** What a topic holds. */
+export interface Topic {
+  /** Of its messages, as "mjsim.Command". */
+  type: string;
+  about: string;
+  /** Of its numbers, by their names without indices. */
+  units: Record<string, string>;
 }
 
-/** So many are offered for what was typed. */
-const OFFERED = 60;
+export interface Message {
+  time: number;
+  /** null where it is no JSON, but so many bytes. */
+  content: unknown;
+  bytes?: number;
+}
+
+/** Where numbers come from. */
+export interface Source {
+  fields(): Promise<{ fields: Field[]; topics: Record<string, Topic> }>;
+  column(field: Field): Promise<Column>;
+  /** The last message of a topic until a time; live, the newest one. */
+  message(topic: string, time: number | null): Promise<Message | null>;
+}
+
 const KINDS: [PlotKind, string][] = [
   ["time", word("charts.overTime")],
   ["xy", word("charts.xAndY")],
@@ -38,7 +55,10 @@ export class Plotter {
     "aria-label": word("charts.searchTopicsAndFields"),
     oninput: () => this.offer(),
   });
-  private readonly found = el("ul", { class: "plotter-found", "aria-label": word("charts.fields") });
+  private readonly tree = new TopicTree(
+    (topic) => this.source.message(topic, this.marks.now),
+    (field) => this.add(field),
+  );
   private readonly head = el("div", { class: "plotter-layouts" });
   private readonly cards = el("div", { class: "plotter-cards" });
   private readonly note = el("p", { class: "hint", role: "status" });
@@ -46,6 +66,7 @@ export class Plotter {
   /** The chart that takes the next number. */
   private current = 0;
   private all: Field[] = [];
+  private topics: Record<string, Topic> = {};
   private known = new Set<string>();
   private drawn: { plot: Plot; fields: Field[] }[] = [];
   private marks = NO_MARKS;
@@ -71,7 +92,7 @@ export class Plotter {
     private readonly fail: (error: unknown) => void,
   ) {
     this.layouts = new Layouts(`${key}.layouts`);
-    this.element.append(this.head, this.cards, this.search, this.note, this.found);
+    this.element.append(this.head, this.cards, this.search, this.note, this.tree.element);
     themeChanged.on(() => this.list());
     this.list();
   }
@@ -81,15 +102,16 @@ export class Plotter {
     const turn = ++this.turn;
     this.note.textContent = word("charts.readingTheListOf");
     try {
-      const all = await this.source.fields();
+      const { fields, topics } = await this.source.fields();
       if (turn !== this.turn) return;
-      this.take(all);
+      this.tree.clear();
+      this.take(fields, topics);
       this.list();
       await this.draw(turn);
     } catch (error) {
       if (turn !== this.turn) return;
       // What was drawn is of another source.
-      this.take([]);
+      this.take([], {});
       this.list();
       void this.draw(turn);
       this.note.textContent = "";
@@ -99,10 +121,11 @@ export class Plotter {
 
   /** The source goes on: show what it has now. */
   async refresh(): Promise<void> {
-    const all = await this.source.fields();
+    const { fields: all, topics } = await this.source.fields();
+    this.tree.refresh();
     if (all.length !== this.all.length) {
       const before = this.there().map((fields) => fields.length);
-      this.take(all);
+      this.take(all, topics);
       const now = this.there();
       if (now.length !== before.length || now.some((fields, k) => fields.length !== before[k])) {
         this.list();
@@ -119,10 +142,11 @@ export class Plotter {
   mark(marks: Marks): void {
     this.marks = marks;
     for (const { plot } of this.drawn) plot.mark(marks);
+    this.tree.refresh();
   }
 
-  private take(all: Field[]): void {
-    this.all = all;
+  private take(all: Field[], topics: Record<string, Topic>): void {
+    Object.assign(this, { all, topics });
     this.known = new Set(all.map(titleOf));
     this.offer();
   }
@@ -170,26 +194,10 @@ export class Plotter {
   }
 
   private offer(): void {
-    const words = this.search.value.toLowerCase().split(/\s+/);
+    const words = this.search.value.toLowerCase().split(/\s+/).filter(Boolean);
     const fit = this.all.filter((field) => words.every((part) => titleOf(field).toLowerCase().includes(part)));
-    const count = fit.length === 1 ? word("charts.oneNumber") : word("charts.numbers", { count: fit.length });
-    const some = word("charts.theFirstAreListed", { count, offered: OFFERED });
-    this.note.textContent = fit.length > OFFERED ? some : count;
-    // Those that stay are not touched: a new one may come while one of them is pressed.
-    const before = new Map([...this.found.children].map((item) => [item.textContent, item as HTMLElement]));
-    put(
-      this.found,
-      fit.slice(0, OFFERED).map((field) => before.get(titleOf(field)) ?? this.offered(field)),
-    );
-  }
-
-  private offered(field: Field): HTMLElement {
-    const title = titleOf(field);
-    return el(
-      "li",
-      {},
-      button({ class: "quiet", title: word("charts.draw", { title }) }, () => this.add(field), title),
-    );
+    this.note.textContent = fit.length === 1 ? word("charts.oneNumber") : word("charts.numbers", { count: fit.length });
+    this.tree.show(fit, this.topics, words.length > 0);
   }
 
   private add(field: Field): void {

@@ -16,7 +16,6 @@
  * under a pixel. `plan.viewChanged.on(f)` after a pan, zoom or resize. `plan.dispose()` at the end.
  */
 
-import Konva from "konva/lib/Core";
 import type { Bounds, Item, Path, Point } from "../api";
 import { readTokens, type Tokens } from "../ui/ink";
 import { Signal } from "../ui/signal";
@@ -26,6 +25,7 @@ import { Gestures, type Spot, type Tool } from "./gestures";
 import { drawGrid, drawRulers, RULER } from "./grid";
 import { drawItem, inOrder, type Look, outlines, type Stand } from "./items";
 import { drawLabels } from "./labels";
+import { Layer } from "./layer";
 import { PlanView, roundStep } from "./view";
 
 export type Painter = (context: CanvasRenderingContext2D, plan: Plan) => void;
@@ -53,27 +53,24 @@ export class Plan {
   private fitted = false;
   /** Whether all of the world is shown since nobody has moved the paper: then it is still so in another size. */
   private whole = false;
-  private readonly stage: Konva.Stage;
-  private readonly under = new Konva.Layer({ listening: false });
-  private readonly over = new Konva.Layer({ listening: false });
+  private readonly under = new Layer((context) => this.paintUnder(context));
+  private readonly over = new Layer((context) => this.paintOver(context));
   private readonly gestures: Gestures;
   private readonly endings: (() => void)[] = [];
 
   constructor(readonly host: HTMLElement) {
     const paper = document.createElement("div");
     paper.className = "plan-paper";
+    paper.append(this.under.element, this.over.element);
     host.append(paper);
-    this.stage = new Konva.Stage({ container: paper, width: 10, height: 10, listening: false });
-    this.stage.add(this.under, this.over);
-    this.under.add(shape((context) => this.paintUnder(context)));
-    this.over.add(shape((context) => this.paintOver(context)));
     this.gestures = new Gestures(this);
     const sizes = new ResizeObserver(() => this.resize());
     sizes.observe(host);
     this.endings.push(
       () => sizes.disconnect(),
       () => this.gestures.dispose(),
-      () => this.stage.destroy(),
+      () => this.under.close(),
+      () => this.over.close(),
     );
     this.endings.push(themeChanged.on(() => this.recolor()));
   }
@@ -217,13 +214,13 @@ export class Plan {
 
   /** Draw all anew. */
   refresh(): void {
-    this.under.batchDraw();
-    this.over.batchDraw();
+    this.under.drawSoon();
+    this.over.drawSoon();
   }
 
   /** Draw anew what is over the items, and what moves. */
   drawOver(): void {
-    this.over.batchDraw();
+    this.over.drawSoon();
   }
 
   private reaches(item: Item, at: Point, far: number): boolean {
@@ -249,12 +246,12 @@ export class Plan {
     if (width === 0 || height === 0) return;
     const middle = this.view.toWorld([this.view.width / 2, this.view.height / 2]);
     Object.assign(this.view, { width, height });
-    // The browser's zoom changes the pixel ratio, too.
-    for (const layer of [this.under, this.over]) layer.getCanvas().setPixelRatio(window.devicePixelRatio);
-    this.stage.size({ width, height });
-    if (!this.fitted || this.whole) return this.fit();
-    this.view.centre(middle);
-    this.changed();
+    if (!this.fitted || this.whole) this.fit();
+    else {
+      this.view.centre(middle);
+      this.changed();
+    }
+    for (const layer of [this.under, this.over]) layer.resize(width, height);
   }
 
   private recolor(): void {
@@ -314,19 +311,3 @@ export class Plan {
 function given(stand: Stand | undefined): { stand?: Stand } {
   return stand ? { stand } : {};
 }
-
-/** A Konva shape that is painted with the browser's own context, in pixels of the page. */
-function shape(paint: Paint): Konva.Shape {
-  return new Konva.Shape({
-    listening: false,
-    perfectDrawEnabled: false,
-    sceneFunc: (context) => {
-      const native = context._context as CanvasRenderingContext2D;
-      native.save();
-      paint(native);
-      native.restore();
-    },
-  });
-}
-
-type Paint = (context: CanvasRenderingContext2D) => void;

@@ -1,7 +1,7 @@
 /** The numbers of a recording, each asked for once. */
 
 import { titleOf } from "../charts/layouts";
-import type { Column, Field, Source } from "../charts/plotter";
+import type { Column, Field, Message, Source } from "../charts/plotter";
 import { recordings } from "./recording";
 
 export class RecordedNumbers implements Source {
@@ -13,8 +13,12 @@ export class RecordedNumbers implements Source {
     this.asked.clear();
   }
 
-  fields(): Promise<Field[]> {
+  fields(): ReturnType<Source["fields"]> {
     return recordings.fields(this.path);
+  }
+
+  message(topic: string, time: number | null): Promise<Message | null> {
+    return recordings.message(this.path, topic, time ?? 0);
   }
 
   column(field: Field): Promise<Column> {

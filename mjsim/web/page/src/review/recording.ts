@@ -1,7 +1,7 @@
 /** What the server knows of a recording. */
 
 import { type Bounds, getBytes, getJson, type Item, postJson } from "../api";
-import type { Column, Field } from "../charts/plotter";
+import type { Column, Field, Message, Source } from "../charts/plotter";
 import type { EventNews, JointFacts, Outside, RobotFacts, RobotTick, TickNews, TrackHistory } from "../run/protocol";
 import type { RecordingCard } from "./facts";
 
@@ -50,7 +50,9 @@ export const recordings = {
   plan: (path: string, theme: string) => query("/api/recording/plan", { path, theme }),
   open: (path: string) => getJson<Recording>(query("/api/recording", { path })),
   tick: (path: string, time: number) => getJson<TickNews>(query("/api/recording/tick", { path, time })),
-  fields: (path: string) => getJson<Field[]>(query("/api/recording/fields", { path })),
+  fields: (path: string) => getJson<Awaited<ReturnType<Source["fields"]>>>(query("/api/recording/fields", { path })),
+  message: (path: string, topic: string, time: number) =>
+    getJson<Message | null>(query("/api/recording/message", { path, topic, time })),
   column: (path: string, [topic, field]: Field) =>
     getJson<Column>(query("/api/recording/column", { path, topic, field })),
   /** Of a part, or of all where both ends are null. */

@@ -1,7 +1,7 @@
 /** Every number of a run since the page watches it, thinned so that memory stays as it is. */
 
 import { titleOf } from "../charts/layouts";
-import type { Column, Field, Source } from "../charts/plotter";
+import type { Column, Field, Message, Source, Topic } from "../charts/plotter";
 import type { TickNews } from "./protocol";
 
 type Values = (number | null)[];
@@ -20,6 +20,30 @@ const PARTS: Record<string, string[]> = {
   odometry: ["x", "y", "heading"],
   command: ["forward", "left", "turn"],
 };
+/** Units of the numbers of a robot, of joints, and of the run. */
+const PLACE = { x: "m", y: "m", heading: "rad" };
+const UNITS: Record<string, string> = {
+  ...Object.fromEntries(
+    ["truth", "estimate", "odometry"].flatMap((pose) =>
+      Object.entries(PLACE).map(([key, unit]) => [`${pose}.${key}`, unit]),
+    ),
+  ),
+  "command.forward": "m/s",
+  "command.left": "m/s",
+  "command.turn": "rad/s",
+  error: "m",
+  heading_error: "rad",
+  proximity: "m",
+  timing: "ms",
+  bump: "rad",
+  time: "s",
+};
+const TYPES: [RegExp, Topic][] = [
+  [/^\/run$/, { type: "mjsim.Run", about: "", units: UNITS }],
+  [/^\/things$/, { type: "mjsim.Things", about: "", units: {} }],
+  [/\/joints$/, { type: "mjsim.Joints", about: "", units: {} }],
+  [/./, { type: "mjsim.RobotTick", about: "", units: UNITS }],
+];
 const JOINT = ["position", "velocity", "torque"];
 const POSE = ["x", "y", "heading"];
 
@@ -28,16 +52,19 @@ export class LiveNumbers implements Source {
   private readonly columns = new Map<string, { field: Field; values: Values }>();
   private every = 1;
   private passed = 0;
+  private newest: TickNews | null = null;
 
   clear(): void {
     this.time = [];
     this.columns.clear();
     this.every = 1;
     this.passed = 0;
+    this.newest = null;
   }
 
   /** Note a tick; one that does not come after the last is not noted. */
   add(news: TickNews): void {
+    this.newest = news;
     if (this.passed++ % this.every || news.time <= (this.time[this.time.length - 1] ?? Number.NEGATIVE_INFINITY))
       return;
     const row = this.time.push(news.time) - 1;
@@ -50,8 +77,15 @@ export class LiveNumbers implements Source {
     if (this.time.length > MOST_ROWS) this.thin();
   }
 
-  fields(): Promise<Field[]> {
-    return Promise.resolve([...this.columns.values()].map(({ field }) => field));
+  fields(): ReturnType<Source["fields"]> {
+    const fields = [...this.columns.values()].map(({ field }) => field);
+    const topics = Object.fromEntries(fields.map(([topic]) => [topic, TYPES.find(([name]) => name.test(topic))?.[1]]));
+    return Promise.resolve({ fields, topics: topics as Record<string, Topic> });
+  }
+
+  message(topic: string): Promise<Message | null> {
+    const { newest } = this;
+    return Promise.resolve(newest && { time: newest.time, content: contentOf(newest, topic) });
   }
 
   column(field: Field): Promise<Column> {
@@ -75,6 +109,14 @@ export class LiveNumbers implements Source {
     for (const column of this.columns.values()) column.values = even(column.values);
     this.every *= 2;
   }
+}
+
+/** What a tick has of a topic. */
+function contentOf({ robots, things, joints, time, pace }: TickNews, topic: string): unknown {
+  if (topic === "/run") return { time, pace };
+  if (topic === "/things") return things;
+  const key = topic.slice(1).replace(/\/joints$/, "");
+  return topic.endsWith("/joints") ? joints?.[key] : robots[key];
 }
 
 /** Topic, name and value of each number of a tick. */
