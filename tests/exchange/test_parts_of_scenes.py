@@ -199,6 +199,20 @@ def test_floors_and_what_is_overhead_meet_no_robot(size, z, what):
     assert [kind for _, kind, _ in told] == [what or "static model"]
 
 
+@pytest.mark.parametrize(("mass", "top", "lower"), [(None, 0.19, 0.19), (2.0, 0.19, 0.19), (None, 0.31, 0.0)])
+def test_what_stands_on_a_slab_that_carries_the_scene_stands_on_the_floor(mass, top, lower):
+    slab = ("slab", [box((6, 5, top), 0, 0, top / 2)], None)
+    lamps = [Light("l", np.array([0.0, 0.0, 2.0]), "#ffffff", 5.0)]
+    world, _, told = built(slab, ("crate", [box((0.5, 0.4, 0.6), 1, 1, top + 0.3)], mass), lights=lamps)
+    crate = next(each for each in world.obstacles if each.name == "crate")
+    assert crate.elevation == pytest.approx(top - lower)
+    assert world.lamps[0].height == pytest.approx(2.0 - lower)
+    assert (("slab" not in {each.name for each in world.obstacles}), "floor" in {kind for _, kind, _ in told}) == (
+        lower > 0,
+        lower > 0,
+    )
+
+
 def test_tilted_things_become_models_of_the_same_shape_and_equal_ones_share_a_file():
     parts = [box((0.5, 0.4, 0.6), 1, 2, 1, yaw=0.6, tilt=0.4), mesh_of(CUBE, posed(1.2, 2, 1, yaw=0.6, tilt=0.2))]
     again = [part.moved(posed(5, 1, 0, yaw=0.3)) for part in parts]

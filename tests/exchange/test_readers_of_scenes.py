@@ -7,6 +7,7 @@ import pytest
 
 from mjsim.errors import UsageError
 from mjsim.exchange import write_sdf
+from mjsim.exchange.inside import NAMED_FILE, claimed_size
 from mjsim.exchange.scenes.build import build_world
 from mjsim.exchange.scenes.mjcf_in import read_mjcf
 from mjsim.exchange.scenes.sdf_files import Folders
@@ -193,3 +194,22 @@ def test_a_world_that_is_written_as_sdf_reads_back_equal(tmp_path):
         assert other.model_dump(include=kept.keys()) == kept
     (lamp,), (other,) = world.lamps, back.lamps
     assert (other.at, other.height, other.color, other.range) == (lamp.at, lamp.height, lamp.color, lamp.range)
+
+
+def test_what_is_visible_but_not_touched_has_a_line(tmp_path):
+    seen = "<visual name='v'><geometry><sphere><radius>1</radius></sphere></geometry></visual>"
+    solid = SHAPE.format("<box><size>1 1 1</size></box>")
+    links = "".join(
+        f"<link name='{name}'>{parts}</link>" for name, parts in (("a", seen + solid), ("b", 3 * seen + solid))
+    )
+    (item,) = sdf(tmp_path, f"<model name='m'><static>1</static>{links}</model>").items
+    assert (item.fate.name, item.name) == ("LEFT_OUT", "m::b")
+    assert item.why.startswith("2 more than it has collision shapes")
+
+
+def test_limits_of_a_scene_grow_with_the_files_that_it_names(tmp_path):
+    (tmp_path / "w.world").write_text(200 * "<include><uri>model://a</uri></include>")
+    (tmp_path / "m.xml").write_text("<mujoco><mesh file='a.obj'/></mujoco>")
+    (tmp_path / "p.svg").write_text("<uri>")
+    sizes = {path.name: claimed_size(path) - path.stat().st_size for path in tmp_path.iterdir()}
+    assert sizes == {"w.world": 200 * NAMED_FILE, "m.xml": NAMED_FILE, "p.svg": 0}

@@ -5,7 +5,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,8 @@ FLOOR, SLAB, LARGE = 0.03, 0.12, 4.0
 this large [m^2]."""
 OVERHEAD = 2.2
 """What begins above this height meets no robot [m]."""
+RAISED, MOST = 0.3, 0.5
+"""Maximum height of a slab on which things stand [m], and its minimum fraction of the area of the scene."""
 MOST_LAMPS = 100
 TOUCHING = 0.02
 """Solids this close are one obstacle [m]."""
@@ -55,6 +57,7 @@ def build_world(scene: Scene, *, name: str, folder: str) -> tuple[World, dict[st
         folder: Folder of the model files beside the world.
     """
     built = Built()
+    _lower_to_floor(scene)
     static = [(thing, solid) for thing in scene.things if thing.mass is None for solid in thing.solids]
     static = [(thing, solid) for thing, solid in static if _counts(scene, thing, solid)]
     found, used = walls_of([solid for _, solid in static])
@@ -76,6 +79,35 @@ def build_world(scene: Scene, *, name: str, folder: str) -> tuple[World, dict[st
     named = [wall.model_copy(update={"name": f"wall-{k}"}) for k, wall in enumerate(built.walls, start=1)]
     world = World(name=name, walls=tuple(named), obstacles=tuple(built.obstacles), lamps=tuple(_lamps(scene)))
     return world, built.files
+
+
+def _lower_to_floor(scene: Scene) -> None:
+    """Lower a scene whose things stand on a slab, such as the foundation of a house, so that its top is the floor."""
+    ends = [
+        (points.min(axis=0), points.max(axis=0), thing)
+        for thing in scene.things
+        for points in (solid.corners() for solid in thing.solids)
+    ]
+    static = np.array([(low, high) for low, high, thing in ends if thing.mass is None])
+    if not len(static):
+        return
+    wide, deep = (static[:, 1].max(axis=0) - static[:, 0].min(axis=0))[:2]
+    slabs = [
+        (float(high[2]), thing.name)
+        for low, high, thing in ends
+        if thing.mass is None and high[2] <= RAISED and np.prod((high - low)[:2]) >= max(LARGE, MOST * wide * deep)
+    ]
+    level, name = max(slabs, default=(0.0, ""))
+    if level <= FLOOR or not any(abs(low[2] - level) <= TOUCHING / 2 for low, *_ in ends):
+        return
+    scene.tell(Fate.GUESSED, "floor", name, f"its top is the floor of the world, {level:.2f} m lower than in the file")
+    down = np.eye(4)
+    down[2, 3] = -level
+    scene.things = [
+        replace(thing, solids=[solid.moved(down) for solid in thing.solids], pose=down @ thing.pose)
+        for thing in scene.things
+    ]
+    scene.lights = [replace(light, place=light.place + down[:3, 3]) for light in scene.lights]
 
 
 def _counts(scene: Scene, thing: SceneThing, solid: SceneSolid) -> bool:

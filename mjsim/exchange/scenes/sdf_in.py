@@ -156,7 +156,11 @@ class _Reader:
         solids, mass, bare = [], 0.0, 0
         for link in model.findall("link"):
             found = list(self._solids(link, frames, world_from_model, file, name))
-            bare += link.find("collision") is None and link.find("visual") is not None
+            shown, touched = len(link.findall("visual")), len(link.findall("collision"))
+            bare += touched == 0 and shown > 0
+            if shown > touched > 0:
+                why = f"{shown - touched} more than it has collision shapes, which alone are taken"
+                self.scene.tell(Fate.LEFT_OUT, "visible part of a link", f"{name}::{link.get('name', '')}", why)
             solids += found
             mass += _mass_of(link, name)
         joints = [joint for joint in model.findall("joint") if joint.get("type") not in (None, "fixed")]
