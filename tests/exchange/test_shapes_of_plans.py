@@ -11,8 +11,9 @@ from mjsim.errors import UsageError
 from mjsim.exchange import Reading, read_original
 from mjsim.exchange.drawings.curved_walls import curves_of, walls_of, without_curves
 from mjsim.exchange.drawings.drawing import Drawing, Line, corner_and_scale
+from mjsim.exchange.drawings.dxf_tags import with_subclasses
 from mjsim.exchange.drawings.ribbons import ribbons_of, without_ribbons
-from mjsim.exchange.drawings.strokes import split
+from mjsim.exchange.drawings.strokes import arc_through, is_door_arc, split
 from mjsim.exchange.drawings.united import is_compact, united
 from mjsim.exchange.maps.cell_shapes import Bar
 from mjsim.exchange.matlab.landmarks import LandmarkMap, read_landmarks, world_from_landmarks
@@ -306,3 +307,19 @@ def test_what_is_neither_map_nor_drawing_is_refused(tmp_path):
     (tmp_path / "a.txt").write_text("a")
     with pytest.raises(UsageError, match=r"is not a supported file; name a map's .yaml, an .svg or a .dxf file"):
         read_original(tmp_path / "a.txt")
+
+
+@pytest.mark.parametrize(("gap", "found"), [(0.06, 1), (0.1, 1)])
+def test_an_arc_beside_the_swing_of_a_leaf_is_the_face_of_a_thin_wall(gap, found):
+    assert is_door_arc(arc_through(arc(0.9, 0.0, 90.0), 0))
+    assert not is_door_arc(arc_through(arc(0.9 + gap, 0.0, 180.0), 0))
+    assert len(curves_of([arc(0.9, 0.0, 90.0), arc(0.9 + gap, 0.0, 180.0)], [False, False])) == found
+    assert len(curves_of([arc(0.9, 0.0, 90.0), arc(0.9 + gap, 0.0, 90.0)], [False, False])) == (gap > 0.08)
+
+
+def test_subclass_markers_stand_between_the_groups_of_all_entities_and_its_own():
+    bare = b"0\nLWPOLYLINE\n5\n2F\n8\nWalls\n90\n2\n10\n5\n20\n0\n"
+    text = with_subclasses(b"0\nSECTION\n2\nENTITIES\n" + bare + b"0\nENDSEC\n0\nEOF\n")
+    marked = b"0\nLWPOLYLINE\n5\n2F\n100\nAcDbEntity\n8\nWalls\n100\nAcDbPolyline\n90\n2\n10\n5\n20\n0\n"
+    assert marked in text
+    assert with_subclasses(text).count(b"AcDbPolyline") == 1

@@ -11,9 +11,9 @@ import shapely
 from mjsim.compile import compile_world
 from mjsim.interface import Command
 from mjsim.sim import Simulation
-from mjsim.style import Quad, ceiling_lamps, read_atlas, thing_faces, wall_faces
+from mjsim.style import Quad, ceiling_lamps, leaf_faces, read_atlas, thing_faces, wall_faces
 from mjsim.style.recipes import STYLES
-from mjsim.world import World, format_world, hung, load_world, parse_world, wall_polygons
+from mjsim.world import World, format_world, hung, leaves, load_world, parse_world, wall_polygons
 
 STYLED = ("office", "home", "museum", "warehouse")
 ROOMS = """
@@ -279,3 +279,15 @@ def test_nothing_of_a_low_wall_is_above_it(atlas):
     faces = [face for each in wall_faces(low, "warehouse", atlas).values() for face in each]
     assert faces
     assert max(face.corners[:, 2].max() for face in faces) <= 0.15 + 1e-9
+
+
+def test_the_faces_of_a_door_leaf_lie_within_the_leaf():
+    (leaf,) = leaves(world())
+    faces = leaf_faces(leaf, 0.04, "office")
+    for face in faces:
+        x, y, z = face.corners.T
+        assert -leaf.width < x.min() < x.max() < 0.0 or 0.0 < x.min() < x.max() < leaf.width
+        assert leaf.low < z.min() < z.max() < leaf.high
+        assert np.abs(y) == pytest.approx(0.02, abs=0.002)
+        assert len(set(np.sign(y))) == 1
+    assert np.sign(faces[0].corners[0, 1]) != np.sign(faces[1].corners[0, 1])

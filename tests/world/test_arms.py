@@ -174,3 +174,9 @@ def test_a_file_of_an_arm_is_read_and_its_faults_have_places(tmp_path):
         match=r"^'pumma560' is neither an arm preset nor a file .*; did you mean 'puma560'\?$",
     ):
         mjsim.arm("pumma560")
+
+
+def test_an_arm_is_not_called_as_a_sensor_of_its_robot():
+    text = "mjsim: 1\nrobots:\n- {name: r, at: [0, 0], sensors: [{lidar: eye}], arms: [{name: eye, preset: puma560}]}\n"
+    with pytest.raises(WorldError, match="name 'eye' is taken by a sensor of this robot"):
+        mjsim.parse_world(text)

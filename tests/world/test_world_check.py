@@ -112,3 +112,11 @@ def test_a_file_whose_name_no_world_can_hold_is_not_meant(tmp_path, name):
     with pytest.raises(WorldError) as caught:
         load_world(tmp_path / "room.yaml")
     assert str(caught.value).endswith("no file 'qqq.png' beside the world file or in assets")
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+@pytest.mark.parametrize(("sill", "count"), [(2.0, 0), (1.9, 1)])
+def test_a_window_may_stand_on_the_head_of_a_door_whichever_comes_first(order, sill, count):
+    openings = ["{at: 1, width: 1, head: 2.0}", f"{{at: 1.2, width: 0.5, sill: {sill}, head: 2.4}}"]
+    listed = ", ".join(openings[k] for k in order)
+    assert len(told(f"walls: [{{points: [[0, 0], [4, 0]], openings: [{listed}]}}]")) == count
