@@ -7,7 +7,7 @@ import pytest
 from mjsim import UsageError
 from mjsim.exchange import RobotOptions
 from mjsim.exchange.robots.driven_wheels import Gear, find_gear
-from mjsim.exchange.robots.listing import kept
+from mjsim.exchange.robots.listing import kept, sluggish
 from mjsim.exchange.robots.mounts import find_mounts
 from mjsim.exchange.robots.preset import Plan, first_plan, max_speed, preset_turn
 from mjsim.exchange.robots.robot_frame import find_stand
@@ -232,3 +232,13 @@ def test_a_frame_with_the_mass_of_rounding_weighs_nothing():
     text = robot(links, [*held, joint("mark", "base", "mark", 'xyz="0 0 0.2"', kind="fixed")]).encode()
     files = gather_robot("r.urdf", lambda _: text)
     assert "r.urdf: link 'mark' has a mass of 4e-15 kg; it weighs nothing instead" in files.notes
+
+
+@pytest.mark.parametrize(("moment", "told"), [(0.5, 0), (40.0, 1)])
+def test_an_inertia_that_the_shapes_of_a_body_cannot_have_is_told(moment, told):
+    # Its mass of 40 kg would be 1 m away from its centre; the corners of its box are 0.34 m away.
+    model = cart().model
+    model.body_mass[1], model.body_inertia[1] = 40.0, moment
+    lines = inventory(sluggish(model))
+    assert len(lines) == told
+    assert all("as if all its mass were 1.00 m away, its shapes reach 0.34 m" in line for line in lines)

@@ -1,7 +1,11 @@
 """What was kept, guessed, mended, added and left out of a robot's file."""
 
+import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+
+import mujoco
+import numpy as np
 
 from mjsim.exchange.robots.driven_wheels import Gear
 from mjsim.exchange.robots.mounts import SensorMount
@@ -21,6 +25,10 @@ KINDS = {
 }
 SIZES = {"mecanum": "track and wheelbase together", "omni3": "a ring of wheels with a diameter"}
 """Names of the dimension that determines how far a robot turns."""
+LIGHT = 0.01
+"""Bodies below this mass are placeholders, whose inertia does not matter [kg]."""
+BEYOND = 1.2
+"""A radius of gyration that exceeds the reach of the shapes by this factor cannot be."""
 CLOSE = 0.02
 """Sizes of the file and of its plug-ins that differ by less than this fraction are equal."""
 
@@ -105,6 +113,7 @@ def amiss(source: RobotSource, robot: RobotFiles, anatomy: Anatomy, stand: Stand
         fate = Fate.MENDED if left_out == note else Fate.LEFT_OUT
         yield FileItem(fate, source.shown(left_out))
     yield from source.changed
+    yield from sluggish(robot.model)
     yield from robot.items
     for place, why in source.absent:
         yield FileItem(Fate.LEFT_OUT, "unused include", place.rpartition("/")[2], why)
@@ -117,3 +126,17 @@ def amiss(source: RobotSource, robot: RobotFiles, anatomy: Anatomy, stand: Stand
         yield FileItem(Fate.LEFT_OUT, "ball joint", name, "treated as rigid")
     for note in stand.notes:
         yield FileItem(Fate.ADDED, note)
+
+
+def sluggish(model: mujoco.MjModel) -> Iterator[FileItem]:
+    """Yield the bodies whose inertia no distribution of their mass over their shapes can have."""
+    for body in range(1, model.nbody):
+        geoms = np.flatnonzero(model.geom_bodyid == body)
+        mass, moment = float(model.body_mass[body]), float(model.body_inertia[body].max())
+        away = np.linalg.norm(model.geom_pos[geoms] - model.body_ipos[body], axis=1) + model.geom_rbound[geoms]
+        reach, gyration = float(away.max(initial=0.0)), math.sqrt(moment / max(mass, 1e-12))
+        if mass > LIGHT and 0.0 < BEYOND * reach < gyration:
+            why = (
+                f"as if all its mass were {gyration:.2f} m away, its shapes reach {reach:.2f} m; it may turn too slowly"
+            )
+            yield FileItem(Fate.KEPT, "implausible inertia of", model.body(body).name, why)
