@@ -45,8 +45,9 @@ export function refill(element: Element, ...children: Child[]): void {
   (again ?? (byKeys ? after[Math.min(index, after.length - 1)] : null))?.focus({ preventScroll: true });
 }
 
+/** What it is known by: the words of a file's entry change when its facts come. */
 function nameOf(control: HTMLElement): string {
-  return `${control.tagName} ${control.getAttribute("aria-label") ?? control.textContent}`;
+  return `${control.tagName} ${control.dataset["path"] ?? control.getAttribute("aria-label") ?? control.textContent}`;
 }
 
 /** Tell whether keys belong to what is being typed, so that they are no shortcuts. */
