@@ -115,12 +115,12 @@ def put_together(parts: Iterable[Any], output: Output, *, limit: int) -> Iterato
     """Write the pieces of a recording, and yield the progress [%].
 
     Args:
-        parts: As from `sent`; whatever a child that a file has taken over may send.
+        parts: As from `sent`; untrusted, since a hostile file may control the process that sends them.
         output: The recording.
         limit: Maximum number of bytes to write.
 
     Raises:
-        UsageError: They are none, or too many.
+        UsageError: There are none, or too many.
         RecordingError: They cannot be written.
     """
     end = 0

@@ -216,7 +216,7 @@ def _checked_goal(goal: JointGoal, arm: str, joints: Sequence[str]) -> JointGoal
 
 def _checked_messages(messages: object) -> tuple[Any, ...]:
     if not isinstance(messages, (tuple, list)):
-        raise Unfit(f"returned messages that are {kind_of(messages)}; they must be a tuple, each item is sent as one")
+        raise Unfit(f"returned messages that are {kind_of(messages)}; they must be a tuple, one item a message")
     for message in messages:
         try:
             message_text(message)

@@ -25,7 +25,7 @@ WHEEL_PENETRATION = 3.47e-4
 """Penetration of a pair of wheels into the floor at rest in MuJoCo's contacts [m]; nearly the same for all masses and
 sizes."""
 SAGS = {"full": WHEEL_PENETRATION, "shared": 2.15e-4, "heavy": 3.8e-4, "light": 5.15e-4}
-"""Penetration of wheels by their load, see `mjsim.world.drives.Wheel.load` [m]."""
+"""Penetration depth of wheels under their load; see `mjsim.world.drives.Wheel.load` [m]."""
 WHEEL_SHARE = 0.05
 """Mass of one wheel, relative to the robot's."""
 FREE_INERTIA = 0.1 * 0.02

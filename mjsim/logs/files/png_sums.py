@@ -17,7 +17,7 @@ CHECKSUM_BYTES = 4
 
 
 def require_sound(data: bytes) -> None:
-    """Check the sums of a PNG file; other files pass.
+    """Check the checksums of a PNG file; other files pass.
 
     Raises:
         ValueError: One is wrong.

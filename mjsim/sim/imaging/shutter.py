@@ -53,7 +53,7 @@ class Shutter:
         """Return the only image, or the mean light of all instants; the camera in `data` is moved, and then restored.
 
         Args:
-            data: Where everything is.
+            data: State of MuJoCo.
             draw: Draws the image of an instant.
             light: Returns the light of an image, which adds up.
         """

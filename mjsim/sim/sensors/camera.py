@@ -78,7 +78,7 @@ class OnboardCamera:
         """Return the current picture.
 
         Args:
-            data: Where everything is.
+            data: State of MuJoCo.
             stamp: The simulated time [s].
         """
         shutter, depth, segmentation = self._shutter, None, None
