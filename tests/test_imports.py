@@ -63,7 +63,7 @@ MAY_IMPORT = {
     "bridge": RUN | {"exchange", "ros", "session"},
     "sweep": SWEEP,
     # What notebooks show of all of them; they do not import it.
-    "notebook": SWEEP,
+    "notebook": {*SWEEP, "lab"},
     "video": VIDEO,
     # Octave is found as for modules; arms that move become films.
     "toolbox": VIDEO | {"modules"},

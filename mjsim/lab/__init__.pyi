@@ -11,6 +11,7 @@ from .identify import fit as fit
 from .linear import LinearPlant as LinearPlant
 from .pid_rules import RULES as RULES
 from .plant_files import write_lab as write_lab
+from .plant_page import card_of as card_of
 from .plant_page import complex_text as complex_text
 from .plant_plots import bode_plot as bode_plot
 from .plant_plots import nyquist_plot as nyquist_plot

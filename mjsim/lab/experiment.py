@@ -20,6 +20,7 @@ from mjsim.lab.plant_study import Study, frequencies, study
 from mjsim.lab.recorded_plant import recorded
 from mjsim.mechanics import Chirp, TimeSignal
 from mjsim.record import Recording
+from mjsim.views import Viewed
 from mjsim.world import Plant, World
 
 SWEEP = 40.0
@@ -30,7 +31,7 @@ Designer = Callable[[LinearPlant], Design]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Experiment:
+class Experiment(Viewed):
     """All results on the page of a plant."""
 
     plant: Plant

@@ -4,6 +4,7 @@ import io
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,20 @@ def page_files(experiment: Experiment) -> dict[str, bytes]:
         files[f"{name}_{key}.csv"] = text.getvalue().encode()
     figures = json.dumps(figures_of(experiment), indent=1, allow_nan=False) + "\n"
     return {f"{name}.html": _page(experiment, pictures).encode(), f"{name}.json": figures.encode(), **files}
+
+
+def card_of(experiment: Experiment) -> str:
+    """Return what a notebook shows of a plant: its figures, its responses and its root locus, as HTML."""
+    from mjsim.lab import plant_plots as plots
+
+    study, labels = experiment.study, experiment.labels
+    held = study.plant.dt > 0.0
+    step = plots.response_plot("Response to a unit step", study.time, study.step, labels, held=held)
+    cells = ("".join(f"<td>{escape(str(cell))}</td>" for cell in row) for row in _facts(experiment).rows)
+    table = "".join(f"<tr>{row}</tr>" for row in cells)
+    shown = (picture(title, png_of(figure)) for title, figure in (("step", step), ("poles", plots.poles_plot(study))))
+    images = "".join(f'<img alt="{each.title}" src="{each.source}" style="max-width:45em">' for each in shown)
+    return f"<div><b>{escape(experiment.about)}</b><table>{table}</table>{images}</div>"
 
 
 def figures_of(experiment: Experiment) -> dict[str, Any]:

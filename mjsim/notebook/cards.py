@@ -9,6 +9,7 @@ import numpy as np
 
 from mjsim.errors import one_line
 from mjsim.geometry import Array
+from mjsim.lab import Experiment, card_of
 from mjsim.notebook.small_plan import svg_of
 from mjsim.plan import bounds_of, placed_at, world_shapes
 from mjsim.record import Recording, Track
@@ -85,6 +86,12 @@ def _(comparison: Comparison) -> str:
 @html_of.register
 def _(sweep: Sweep) -> str:
     return _text(f"Sweep in {sweep.folder}", key_lines(sweep.summary))
+
+
+@html_of.register
+def _(experiment: Experiment) -> str:
+    shown: str = card_of(experiment)
+    return shown
 
 
 def _duration(time: Array) -> str:

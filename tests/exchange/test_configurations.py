@@ -204,3 +204,28 @@ def test_text_that_repeats_itself_is_read_in_moments(text):
     began = time.process_time()
     assert "x" not in read_assignments(text).values
     assert time.process_time() - began < 1.0, "without bounds it took 2 s to hours"
+
+
+def test_structs_around_the_tables_are_opened(tmp_path):
+    script = """function cfg = setup()
+cfg.env.room = [0 0; 10 0; 10 8; 0 8; 0 0];
+cfg.landmarkPositions = [1 1; 9 1; 9 7; 5 4; 2 6];
+cfg.robotParams.radius = 0.25; cfg.robotParams.trackWidth = 0.3; cfg.robotParams.noise.odometry = [0.02 0.03];
+cfg.sensor.max_range = single(5);
+end
+"""
+    world, told = brought(tmp_path, script)
+    assert len(world.walls[0].segments()) == 4
+    assert [beacon.at for beacon in world.beacons] == [(1, 1), (9, 1), (9, 7), (5, 4), (2, 6)]
+    (robot,) = world.robots
+    assert (robot.body.radius, robot.sensors[0].range[1]) == (0.25, 5.0)
+    assert robot.odometry.noise.turn == 0.03
+    assert not [line for line in told if line.startswith("not used")]
+    inner = {"config": {"corners": CORNERS, "robot": {"radius": 0.3}}}
+    world, _ = brought(tmp_path, inner)
+    assert (len(world.walls), world.robots[0].body.radius) == (1, 0.3)
+
+
+def test_corners_in_cells_are_one_wall(tmp_path):
+    world, _ = brought(tmp_path, "corners = {[0 0], [10 0], [10 8], [0 8], [0 0]};")
+    assert [(len(wall.segments()), wall.closed) for wall in world.walls] == [(4, True)]

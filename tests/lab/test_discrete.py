@@ -224,3 +224,10 @@ def test_formulas_read_back_equal_and_their_figures_are_scipys():
     _, (exact,) = signal.dstep(([-0.5], [0.9, 0.5 + 0.3j, 0.5 - 0.3j], 0.1, 0.1), n=len(drawn))
     np.testing.assert_allclose(drawn[:, 1], exact[:, 0], atol=1e-12)
     assert ("poles", "0.5-0.3j, 0.5+0.3j, 0.9") in _facts(found).rows
+
+
+def test_a_notebook_shows_a_plant_with_its_figures():
+    world = parse_world("mjsim: 1\nplants: [{name: p, tf: {num: [6], den: [1, 6, 11, 6]}}]\n")
+    shown = experiment(world, world.plants[0])._repr_html_()
+    assert "<td>gain margin</td><td>10 at 3.31662 rad/s</td>" in shown
+    assert shown.count('src="data:image/png;base64,') == 2

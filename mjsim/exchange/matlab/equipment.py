@@ -1,6 +1,7 @@
 """The robot and the sensor of a configuration of MATLAB, as keys of a world file."""
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,7 +14,7 @@ Path = tuple[str, ...]
 DEGREES = 180.0 / math.pi
 ROBOT_KEYS: Mapping[str, tuple[Path, float]] = {
     **dict.fromkeys(("radius", "bodyradius", "robotradius"), (("body", "radius"), 1.0)),
-    **dict.fromkeys(("wheelbase", "track", "base", "axle"), (("drive", "track"), 1.0)),
+    **dict.fromkeys(("wheelbase", "track", "trackwidth", "base", "axle"), (("drive", "track"), 1.0)),
     **dict.fromkeys(("wheelradius", "rw"), (("drive", "wheel_radius"), 1.0)),
     **dict.fromkeys(("maxspeed", "vmax", "speed", "v", "maxvelocity"), (("drive", "max_speed"), 1.0)),
     **dict.fromkeys(("maxturn", "wmax", "omegamax", "maxomega", "turnrate", "w"), (("drive", "max_turn_deg"), DEGREES)),
@@ -45,6 +46,7 @@ PAIRS: Mapping[tuple[str, str], tuple[str, str]] = {
     ("robot", "noise"): ("sigmav", "sigmaw"),
     ("robot", "noises"): ("sigmav", "sigmaw"),
     ("robot", "odometrynoise"): ("sigmad", "odometryturnnoise"),
+    ("robot", "noiseodometry"): ("sigmad", "odometryturnnoise"),
     ("robot", "speeds"): ("maxspeed", "maxturn"),
     ("sensor", "noise"): ("sigmar", "sigmab"),
     ("sensor", "noises"): ("sigmar", "sigmab"),
@@ -54,6 +56,8 @@ PAIRS: Mapping[tuple[str, str], tuple[str, str]] = {
 """Values of two numbers."""
 POSES = ("pose", "start", "x0", "initial", "initialpose", "xtrue")
 OWNERS = {"robot": "robot", "vehicle": "robot", "sensor": "sensor", "sensors": "sensor", "observation": "sensor"}
+DATA = re.compile(r"_?(params?|parameters|config|data)$")
+"""What names of structs may end in, as robotParams."""
 ALONE = {
     **dict.fromkeys(("wheelbase", "robotradius", "sigmav", "vmax", "wmax", "wheelradius"), "robot"),
     **dict.fromkeys(("maxrange", "sigmar", "sigmab"), "sensor"),
@@ -117,7 +121,7 @@ def _named(content: Mapping[str, Any]) -> Iterator[tuple[str, str | None, str, A
     """Yield for each value its name, whose it is, its key in lower case without underscores, and itself."""
     for name, value in content.items():
         lower = name.lower()
-        owner = OWNERS.get(lower)
+        owner = owner_of(name)
         prefix = next((each for each in OWNERS if lower.startswith(f"{each}_")), None)
         if owner is not None and isinstance(value, Mapping):
             for key, each in value.items():
@@ -130,6 +134,11 @@ def _named(content: Mapping[str, Any]) -> Iterator[tuple[str, str | None, str, A
             yield name, ALONE.get(_bare(lower), "robot" if _bare(lower) in POSES else None), _bare(lower), value
 
 
+def owner_of(name: str) -> str | None:
+    """Return whose values a struct of a name holds: robot or sensor; None if that is not known."""
+    return OWNERS.get(DATA.sub("", name.lower()))
+
+
 def _parts(name: str, owner: str, key: str, value: Any) -> Iterator[tuple[str, str | None, str, Any]]:
     """Yield a field, or the fields of a struct in it: noise.v is that of sigma v."""
     if isinstance(value, Mapping):
@@ -140,6 +149,7 @@ def _parts(name: str, owner: str, key: str, value: Any) -> Iterator[tuple[str, s
 
 
 def _bare(name: str) -> str:
+    """Return a name in lower case without underscores."""
     return name.lower().replace("_", "")
 
 

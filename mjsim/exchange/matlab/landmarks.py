@@ -15,7 +15,7 @@ import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
-from mjsim.exchange.matlab.equipment import Equipment, equipment_of
+from mjsim.exchange.matlab.equipment import Equipment, equipment_of, owner_of
 from mjsim.exchange.matlab.matlab_tables import Entry, Tables
 from mjsim.exchange.matlab.matlab_text import read_assignments
 from mjsim.exchange.preset_files import inhabited, robot_of
@@ -32,11 +32,14 @@ FARTHEST = 5000.0
 DIGITS = 3
 """Coordinates are rounded to the millimetre."""
 NAMES = {
-    "landmarks": ("lm", "beacons", "beacon", "landmarks", "landmark", "reflectors"),
+    "landmarks": ("lm", "beacons", "beacon", "landmarks", "landmark", "reflectors", "beaconpositions",
+                  "landmarkpositions"),
     "waypoints": ("wp", "waypoints", "way", "path", "route"),
-    "walls": ("walls", "wall", "corners", "room", "outline"),
-}
-"""Names of the tables, without regard to case."""
+    "walls": ("walls", "wall", "corners", "room", "outline", "roomcorners", "wallcorners"),
+}  # fmt: skip
+"""Names of the tables, without underscores and case."""
+NESTED = 4
+"""Depth to which structs around the tables are opened."""
 PICTURES = (".jpg", ".jpeg", ".png")
 POSTERS = "posters/"
 """Folder in assets where a picture of a beacon is looked for, if it is not beside the file."""
@@ -92,6 +95,7 @@ def read_landmarks(path: Path, *, scale: float, rows: bool = False) -> LandmarkM
         UsageError: The file is neither, or contains neither landmarks nor walls.
     """
     content, unread = _content(path)
+    content = _opened(content)
     given = {key: _first(content, names) for key, names in NAMES.items()}
     if given["landmarks"] is None and given["walls"] is None:
         names = ", ".join(sorted(content)) or "nothing"
@@ -185,9 +189,25 @@ def _plain(value: Any) -> Any:
     return value
 
 
+def _opened(content: Mapping[str, Any], depth: int = NESTED) -> dict[str, Any]:
+    """Return variables with the fields of structs that hold others, as cfg.lm, in place of these structs."""
+    known = {name for names in NAMES.values() for name in names}
+    found: dict[str, Any] = {}
+    for name, value in content.items():
+        if depth and isinstance(value, Mapping) and _bare(name) not in known and owner_of(name) is None:
+            found |= {key: each for key, each in _opened(value, depth - 1).items() if key not in content}
+        else:
+            found[name] = value
+    return found
+
+
+def _bare(name: str) -> str:
+    return name.lower().replace("_", "")
+
+
 def _first(content: Mapping[str, Any], names: tuple[str, ...]) -> tuple[str, Any] | None:
     """Return the variable with one of the names, and its value."""
-    lower = {key.lower(): key for key in content}
+    lower = {_bare(key): key for key in content}
     return next(((lower[name], content[lower[name]]) for name in names if name in lower), None)
 
 
@@ -232,6 +252,8 @@ def _walls(tables: Tables, given: tuple[str, Any] | None) -> list[Array]:
     name, value = given
     if isinstance(value, list) and not any(isinstance(item, str | dict) for item in value):
         parts = [part for item in value for part in (item if isinstance(item, list) else [item])]
+        if len(parts) > 1 and all(isinstance(part, np.ndarray) and part.size == 2 for part in parts):
+            return _walls(tables, (name, np.array([np.ravel(part) for part in parts]).T))
         if any(np.size(part) > 1 for part in parts):
             return [wall for part in parts for wall in _walls(tables, (name, part))]
     shape = np.shape(value) if isinstance(value, np.ndarray) else ()

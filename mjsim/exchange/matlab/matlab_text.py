@@ -20,6 +20,7 @@ QUIET = {"clear", "clc", "close", "format", "more", "warning", "return", "end", 
 CONSTANTS = {"pi": math.pi, "Inf": math.inf, "inf": math.inf, "NaN": math.nan, "nan": math.nan, "true": 1.0}
 FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     **{name: getattr(np, name) for name in ("sin", "cos", "tan", "sqrt", "exp", "deg2rad", "rad2deg", "abs")},
+    **dict.fromkeys(("double", "single", "int32", "uint8"), lambda value: value),
     "atan2": np.arctan2,
     "zeros": lambda *size: np.zeros(_size(size)),
     "ones": lambda *size: np.ones(_size(size)),
