@@ -237,8 +237,8 @@ def test_a_frame_with_the_mass_of_rounding_weighs_nothing():
 @pytest.mark.parametrize(("moment", "told"), [(0.5, 0), (40.0, 1)])
 def test_an_inertia_that_the_shapes_of_a_body_cannot_have_is_told(moment, told):
     # Its mass of 40 kg would be 1 m away from its centre; the corners of its box are 0.34 m away.
-    model = cart().model
-    model.body_mass[1], model.body_inertia[1] = 40.0, moment
-    lines = inventory(sluggish(model))
+    stranger = cart()
+    stranger.model.body_mass[1], stranger.model.body_inertia[1] = 40.0, moment
+    lines = inventory(sluggish(stranger))
     assert len(lines) == told
     assert all("as if all its mass were 1.00 m away, its shapes reach 0.34 m" in line for line in lines)

@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-import mujoco
 import numpy as np
 
 from mjsim.exchange.robots.driven_wheels import Gear
@@ -113,7 +112,7 @@ def amiss(source: RobotSource, robot: RobotFiles, anatomy: Anatomy, stand: Stand
         fate = Fate.MENDED if left_out == note else Fate.LEFT_OUT
         yield FileItem(fate, source.shown(left_out))
     yield from source.changed
-    yield from sluggish(robot.model)
+    yield from sluggish(robot)
     yield from robot.items
     for place, why in source.absent:
         yield FileItem(Fate.LEFT_OUT, "unused include", place.rpartition("/")[2], why)
@@ -128,8 +127,9 @@ def amiss(source: RobotSource, robot: RobotFiles, anatomy: Anatomy, stand: Stand
         yield FileItem(Fate.ADDED, note)
 
 
-def sluggish(model: mujoco.MjModel) -> Iterator[FileItem]:
+def sluggish(robot: RobotFiles) -> Iterator[FileItem]:
     """Yield the bodies whose inertia no distribution of their mass over their shapes can have."""
+    model = robot.model
     for body in range(1, model.nbody):
         geoms = np.flatnonzero(model.geom_bodyid == body)
         mass, moment = float(model.body_mass[body]), float(model.body_inertia[body].max())
