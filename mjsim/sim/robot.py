@@ -238,7 +238,7 @@ class SimulatedRobot:
             max_speed=drive.max_speed,
             max_turn=math.radians(drive.max_turn_deg),
             max_acceleration=drive.max_acceleration,
-            max_turn_acceleration=math.radians(drive.max_turn_acceleration_deg),
+            max_turn_acceleration=drive.turn_acceleration,
             max_left=drive.sideways,
             max_curvature=drive.max_curvature,
             wheels=self._gear.wheels,

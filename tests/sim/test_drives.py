@@ -225,6 +225,19 @@ def test_the_wheel_of_a_tricycle_stands_across_the_way_to_the_centre_of_the_turn
         assert place * math.cos(steer) - forward / turn * math.sin(steer) == pytest.approx(0.0, abs=1e-9)
 
 
+def test_a_tricycle_begins_to_turn_no_faster_than_its_driven_wheel_gathers_speed():
+    with meadow(("forklift",)) as sim:
+        sim.apply("forklift", Command(turn=2.0))
+        headings = []
+        for _ in range(50):
+            sim.step()
+            headings.append(sim.truths()["forklift"].heading)
+        told = sim.robots["forklift"].max_turn_acceleration
+    assert told == pytest.approx(1.0 / 1.2)
+    rates = np.diff(headings) / sim.dt
+    assert 0.5 * told < (rates[-1] - rates[24]) / (25 * sim.dt) < 1.05 * told
+
+
 def test_both_steered_wheels_of_a_car_point_across_one_centre():
     left, right = AckermannSteering(track=0.25, wheelbase=0.33).angles(0.3)
     centre = 0.33 / math.tan(0.3)

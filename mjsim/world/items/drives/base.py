@@ -178,6 +178,11 @@ class AnyDrive(Model):
         return Slip()
 
     @property
+    def turn_acceleration(self) -> float:
+        """Maximum acceleration of the turn [rad/s^2]."""
+        return math.radians(self.max_turn_acceleration_deg)
+
+    @property
     def max_curvature(self) -> float:
         """Curvature of the tightest arc that it can drive [1/m]; infinite if it can turn on the spot."""
         return math.inf

@@ -75,6 +75,11 @@ class TricycleDrive(AnyDrive):
         return math.inf if self.max_steer_deg >= 90.0 else math.tan(math.radians(self.max_steer_deg)) / self.wheelbase
 
     @property
+    def turn_acceleration(self) -> float:
+        """That of the driven wheel on its circle about the origin, at most that of the key [rad/s^2]."""
+        return min(super().turn_acceleration, self.max_acceleration / self.wheelbase)
+
+    @property
     def slip(self) -> Slip:
         """Slip of one wheel that drives and steers, while its angle changes."""
         return Slip(forward=0.002, turn=0.0045)
