@@ -1,5 +1,6 @@
 /** What robots measure and what their modules show, on the plan: scans, the ring, points, lines, grids and texts. */
 
+import { sizeOf } from "../ui/displays";
 import { faded, readTokens } from "../ui/ink";
 import { color } from "../ui/theme";
 import type { Grids } from "./grids";
@@ -41,7 +42,7 @@ export class Evidence {
   /** Where the beams of lidars ended. */
   scans(tick: RobotTick): void {
     const { scanned } = readTokens();
-    for (const points of Object.values(tick.scans ?? {})) this.points(points, [0, 0, 0], scanned, 0);
+    for (const points of Object.values(tick.scans ?? {})) this.points(points, [0, 0, 0], scanned, 0, sizeOf("scans"));
   }
 
   /** The rays of the ring that met something, from the rim. */
@@ -98,8 +99,8 @@ export class Evidence {
     }
   }
 
-  private points(numbers: number[], pose: PlanarPose, color: string, size: number): void {
-    const side = Math.max(size * this.view.scale, LEAST);
+  private points(numbers: number[], pose: PlanarPose, color: string, size: number, factor = 1): void {
+    const side = factor * Math.max(size * this.view.scale, LEAST);
     this.context.fillStyle = faded(color, 0.75);
     for (const [px, py] of this.places(numbers, pose)) this.context.fillRect(px - side / 2, py - side / 2, side, side);
   }

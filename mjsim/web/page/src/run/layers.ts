@@ -1,9 +1,11 @@
 /** The menu of what is drawn on the plan: a switch for each layer, and one for each thing that modules show. */
 
 import { remembered } from "../ui/controls";
-import { el } from "../ui/dom";
+import { chooseColor, chooseSize, LEAST, MOST, sizeOf } from "../ui/displays";
+import { type Child, el } from "../ui/dom";
 import { icon } from "../ui/icons";
 import { Signal } from "../ui/signal";
+import { color, themeChanged } from "../ui/theme";
 import { word } from "../words/words";
 import type { Shown } from "./overlay";
 
@@ -20,6 +22,15 @@ const LAYERS: [keyof Shown, string][] = [
   ["contacts", word("run.contacts")],
   ["show", word("run.shownByModules")],
 ];
+/** Tokens of the colours of layers, and layers whose lines or points have a size. */
+const TOKENS: Partial<Record<keyof Shown, string>> = {
+  truth: "--truth",
+  estimate: "--estimate",
+  odometry: "--odometry",
+  landmarks: "--seen",
+  scans: "--scanned",
+};
+const SIZED: (keyof Shown)[] = ["trails", "scans"];
 /** Layers that are off until somebody wants them. */
 const OFF: (keyof Shown)[] = ["ring"];
 /** So many things that modules show have switches of their own. */
@@ -58,7 +69,14 @@ export class Layers {
   }
 
   private menu(): HTMLDetailsElement {
-    const boxes = LAYERS.map(([key, label]) => box(label, this.shown[key], (on) => this.set(key, on)));
+    const boxes = LAYERS.map(([key, label]) =>
+      el(
+        "div",
+        { class: "run-layer" },
+        box(label, this.shown[key], (on) => this.set(key, on)),
+        ...settings(key, label),
+      ),
+    );
     const list = el(
       "div",
       { class: "run-menu", role: "group", "aria-label": word("run.whatIsShown") },
@@ -90,6 +108,32 @@ export class Layers {
     remembered("plan.hidden", JSON.stringify([...this.hidden].slice(-MOST_NAMES)));
     this.changed.emit();
   }
+}
+
+/** Fields for the colour and the size of a layer, as far as it has them. */
+function settings(key: keyof Shown, label: string): Child[] {
+  const token = TOKENS[key];
+  const factor = el("input", {
+    type: "range",
+    min: LEAST,
+    max: MOST,
+    step: 0.5,
+    value: sizeOf(key),
+    "aria-label": word("run.sizeOf", { label }),
+    oninput: () => chooseSize(key, Number(factor.value)),
+  });
+  return [SIZED.includes(key) && factor, token !== undefined && colorField(token, word("run.colourOf", { label }))];
+}
+
+/** A colour to choose; a double click takes that of the theme again. */
+function colorField(token: string, label: string): HTMLElement {
+  const field = el("input", { type: "color", "aria-label": label, title: label });
+  const show = (): void => void (field.value = color(token));
+  field.addEventListener("input", () => chooseColor(token, field.value));
+  field.addEventListener("dblclick", () => chooseColor(token, null));
+  themeChanged.on(show);
+  show();
+  return field;
 }
 
 /** The names that were kept; none where what was kept is no list of names. */

@@ -1,5 +1,6 @@
 /** What moves on the plan: robots, paths, ellipses, sightings; drawn in world metres on a plain canvas. */
 
+import { sizeOf } from "../ui/displays";
 import { faded, readTokens } from "../ui/ink";
 import type { Trail } from "./history";
 import type { LandmarkRow, PlanarPose, RobotFacts, RobotTick } from "./protocol";
@@ -99,7 +100,7 @@ export class Overlay {
 
   private trail(trail: Trail, color: string, width: number): void {
     this.context.strokeStyle = color;
-    this.context.lineWidth = width;
+    this.context.lineWidth = width * sizeOf("trails");
     this.context.beginPath();
     for (const piece of trail.pieces) {
       piece.forEach(([x, y], k) => {
