@@ -1,8 +1,9 @@
 """EKF-SLAM with range and bearing to landmarks of known identity: the mathematics, apart from any robot."""
 
+import copy
 import math
 from collections.abc import Hashable, Sequence
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -32,6 +33,8 @@ YOUNG, STRAYED = 3, 0.2
 of the landmark. Later both move together as loops close, and Jacobians should not follow."""
 ITERATIONS, STILL = 10, 1e-3
 """Maximum number of iterations, and change of the pose at convergence [m, rad]."""
+NONE, SMALL = 0.25, 1e-3
+"""Prior probability that motion is without constant errors, which few wheels are, and the least that counts."""
 
 
 class EkfSlamFilter(SlamState):
@@ -228,6 +231,39 @@ class EkfSlamFilter(SlamState):
         HP = self._P[self._sensor, : self._size]
         S = HP[:, self._sensor] + np.diag(np.asarray(variances, dtype=float))
         self._apply(*gain(HP, S, -self._mean[self._sensor]))
+
+    def averaged(self, variances: Array) -> Self:
+        """Return the belief averaged over motion with constant errors and without: both are possible.
+
+        Estimating errors that are none costs accuracy. The probability that there are none follows from how much that
+        gained by the data; without them the belief is that under the condition that they are zero.
+
+        Args:
+            variances: Prior variances of the motion's constant errors, shape (p,); zero for those that are not assumed.
+
+        References:
+            Dickey, The Weighted Likelihood Ratio, Annals of Mathematical Statistics 42(1), 1971: the ratio of densities
+            at zero. Hoeting et al., Bayesian Model Averaging: A Tutorial, Statistical Science 14(4), 1999.
+        """
+        rows, size = 3 + np.flatnonzero(variances), self._size
+        L = np.linalg.cholesky(self._P[rows[:, None], rows])
+        solved = np.linalg.solve(L, np.column_stack([self._P[rows, :size], self._mean[rows]]))
+        W, apart = solved[:, :-1], solved[:, -1]
+        squared = float(apart @ apart)
+        log_odds = math.log(NONE / (1.0 - NONE)) - 0.5 * squared
+        log_odds += float(np.log(np.sqrt(variances[rows - 3]) / np.diag(L)).sum())
+        none = 1.0 / (1.0 + math.exp(min(-log_odds, 700.0)))
+        if not rows.size or none < SMALL:
+            return self
+        # Of the covariance, `none` is lost in each direction but the one in which both hypotheses differ.
+        direction = apart / math.sqrt(max(squared, 1e-300))
+        along = none * (1.0 - (1.0 - none) * squared)
+        loss = math.sqrt(none) * W + (math.sqrt(max(along, 0.0)) - math.sqrt(none)) * np.outer(direction, direction @ W)
+        average = copy.copy(self)
+        average._mean, average._P = self._mean.copy(), self._P[:size, :size].copy()
+        average._apply(-none * apart @ W, loss)
+        average._P += max(-along, 0.0) * np.outer(direction @ W, direction @ W)
+        return average
 
     def _expect(self, places: Places) -> tuple[Array, Slopes]:
         """Return expected measurements (k, 2) and their derivatives."""

@@ -170,20 +170,21 @@ class EkfSlam:
 
     def _reported(self, innovations: Innovations, *, distance: float) -> Estimate:
         """Return the belief; with frame 'map' also after a late correction of the whole map where it was before."""
+        believed = self._filter.averaged(self._odometry_errors.variances)
         if self._past is not None:
             self._past.move(distance)
             if innovations:
-                self._past.hold(self._filter)
+                self._past.hold(believed)
         mapped = self._mapped()
         belief = Estimate(
-            pose=Pose.from_array(self._filter.pose),
-            covariance=self._filter.covariance,
-            landmarks=self._filter.landmarks(mapped),
+            pose=Pose.from_array(believed.pose),
+            covariance=believed.covariance,
+            landmarks=believed.landmarks(mapped),
             innovations=innovations,
-            joint_covariance=self._filter.joint_covariance_of(mapped) if self._joint else None,
+            joint_covariance=believed.joint_covariance_of(mapped) if self._joint else None,
         )
         if self._past is not None:
-            self._past.mark(self._filter)
+            self._past.mark(self._filter, believed.pose)
             belief = self._past.reported(belief)
         return belief
 

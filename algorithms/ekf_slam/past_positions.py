@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mjsim.geometry import Pose
+from mjsim.geometry import Array, Pose
 from mjsim.interface import Estimate
 
 from ..estimation.held_frame import HeldFrame
@@ -49,15 +49,15 @@ class PastPositions:
         """Keep the frame after a correction."""
         self._frame.hold(slam.positions(self._marks), math.sqrt(slam.covariance[2, 2]))
 
-    def mark(self, slam: EkfSlamFilter) -> None:
-        """Mark the position of the robot if it is far enough from the last one."""
+    def mark(self, slam: EkfSlamFilter, pose: Array) -> None:
+        """Mark the position of the robot, whose pose is reported, if it is far enough from the last one."""
         if self._distance < self._spacing:
             return
         self._distance = 0.0
         self._marks.append(Mark(self._next))
         self._next += 1
         slam.mark(self._marks[-1])
-        self._frame.report(slam.pose)
+        self._frame.report(pose)
         if len(self._marks) > MAX_MARKS:
             for mark in self._marks[1::2]:
                 slam.remove(mark)

@@ -44,6 +44,11 @@ class OdometryErrors:
         self._given = np.zeros(COUNT)
         self._increments: deque[Array] = deque()
 
+    @property
+    def variances(self) -> Array:
+        """Prior variances of the errors so far, shape (4,)."""
+        return self._given.copy()
+
     def step(
         self, moved: Odometry, covariance: Array, seconds: float, *, delay: float = 0.0
     ) -> tuple[Array, Array, Array]:

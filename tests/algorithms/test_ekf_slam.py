@@ -9,7 +9,13 @@ import pytest
 from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
-from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam, EkfSlamFilter, bicycle_motion, odometry_motion
+from mjsim.algorithms.ekf_slam.ekf_slam import (
+    EkfSlam,
+    EkfSlamFilter,
+    InvariantEkfSlamFilter,
+    bicycle_motion,
+    odometry_motion,
+)
 from mjsim.algorithms.estimation.ekf_models import landmark_from, range_bearing
 from mjsim.bench.consistency import ring_nees
 from mjsim.geometry import Array, Pose, wrap_angles
@@ -349,3 +355,31 @@ def test_a_robot_that_is_put_elsewhere_on_its_map_gets_new_derivatives():
     slam = turned_back()
     slam.relocate(slam.pose, 0.01 * np.eye(3))
     assert off_derivatives(slam, "other") < 1e-9
+
+
+@pytest.mark.parametrize("scale", [0.0, 0.04])
+@pytest.mark.parametrize("make", [EkfSlamFilter, InvariantEkfSlamFilter])
+def test_the_average_is_that_of_two_filters_by_their_likelihoods_with_errors_of_odometry_and_without(make, scale):
+    rng, motion, places = np.random.default_rng(1), odometry_motion(), np.array([[3.0, 2.0], [4.0, -2.0]])
+    Q, R, prior = np.diag([0.02, 0.01, 0.01]) ** 2, np.diag([0.03, 0.01]) ** 2, 0.03**2
+    filters, logs = (make(parameters=1), make(parameters=1)), [0.0, 0.0]
+    filters[1].predict(motion, np.zeros(3), np.zeros((3, 3)), wander=np.array([prior]))
+    truth = np.zeros(3)
+    for tick in range(12):
+        truth = motion(truth, np.array([0.2 * (1.0 + scale), 0.0, 0.0]) + rng.normal(0.0, np.sqrt(np.diag(Q))))[0]
+        z = range_bearing(truth, places)[0] + rng.normal(0.0, np.sqrt(np.diag(R)), (2, 2))
+        for k, slam in enumerate(filters):
+            slam.predict(motion, [0.2, 0.0, 0.0], Q, slopes=np.array([[0.2], [0.0], [0.0]]))
+            if tick:
+                nu, S = (z - slam.expect([0, 1])[0]).ravel(), slam.expect_together([0, 1]) + np.kron(np.eye(2), R)
+                logs[k] -= 0.5 * (nu @ np.linalg.solve(S, nu) + np.linalg.slogdet(S)[1])
+            slam.update([0, 1], z, R)
+    none = 1.0 / (1.0 + 3.0 * np.exp(logs[1] - logs[0]))
+    (a, own), (b, other) = ((slam.pose, slam.covariance) for slam in filters)
+    average = filters[1].averaged(np.array([prior]))
+    np.testing.assert_allclose(average.pose, none * a + (1.0 - none) * b, atol=2e-4)
+    spread = none * own + (1.0 - none) * other + none * (1.0 - none) * np.outer(a - b, a - b)
+    np.testing.assert_allclose(average.covariance, spread, atol=0.03 * np.trace(spread))
+    assert 0.02 < none < 0.98
+    # Without a prior there is nothing to compare.
+    assert filters[0].averaged(np.zeros(1)) is filters[0]
