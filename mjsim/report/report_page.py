@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 REPORT_FILES = ("statistics.json", "report.html", "table.csv", "table.tex")
 """Files of every report."""
+INCOMPLETE = "the recording is incomplete: the run was killed, or the file was cut"
+"""Said of a recording without an end."""
 
 
 def write_report(
@@ -152,7 +154,7 @@ def _page(recording: Recording, run: dict[str, Any], blocks: Iterable[Block]) ->
     story = (Heading("What happened to the world"), HtmlTable((), happened)) if happened else ()
     stops = _events(recording, "Where robots could not go on", "blocked")
     stops += _events(recording, "When robots were lost", "lost", "found")
-    cut = "" if run["whole"] else "; the file ends before its end: the run was killed, or the file was cut"
+    cut = "" if run["whole"] else f"; {INCOMPLETE}"
     about = Paragraph(f"{run['sim_seconds']:.1f} s simulated{factor}, seed {run['seed']}{cut}", "run")
     notes = (Paragraph(f"{note.message}.") for note in world_notes(recording.world))
     return html_page(recording.world.name, "mjsim report", about, *notes, *blocks, *stops, *story, *_times(run))

@@ -317,7 +317,7 @@ def test_a_page_tells_what_happened_only_where_something_did():
     assert "3.0 s simulated, 2.0 times real time, seed 4<" in page
     assert "What happened to the world" not in page
     cut = _page(quiet, run | {"whole": False, "real_time_factor": None}, [])
-    assert "3.0 s simulated, seed 4; the file ends before its end" in cut
+    assert "3.0 s simulated, seed 4; the recording is incomplete" in cut
 
 
 def test_worlds_that_differ_in_more_than_four_settings_go_by_their_names():
