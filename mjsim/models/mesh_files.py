@@ -62,28 +62,29 @@ class MeshPart:
         return ".stl" if self.texture is None else ".obj"
 
 
-def mesh_parts(path: str, data: bytes, read: Callable[[str], bytes]) -> list[MeshPart]:
+def mesh_parts(path: str, data: bytes, read: Callable[[str], bytes], *, up_axis: bool = True) -> list[MeshPart]:
     """Return the parts of a mesh.
 
     Args:
         path: Its file; the ending tells the format.
         data: Contents of the file.
         read: Returns a file that it names, by its path relative to the folder of the mesh; raises ValueError.
+        up_axis: Whether Collada is turned as its `<up_axis>` says; Gazebo does not turn it.
 
     Raises:
         ValueError: It cannot be read as a mesh; the message names the file.
     """
     groups: dict[object, list[Any]] = {}
-    for mesh in _meshes(path, data, read):
+    for mesh in _meshes(path, data, read, up_axis=up_axis):
         rgba, picture = _look(mesh)
         key: object = rgba if picture is None else id(picture)
         groups.setdefault(key if len(groups) < MAX_PARTS or key in groups else next(reversed(groups)), []).append(mesh)
     return [_part(meshes) for meshes in groups.values()]
 
 
-def whole_mesh(path: str, data: bytes, read: Callable[[str], bytes]) -> MeshPart:
+def whole_mesh(path: str, data: bytes, read: Callable[[str], bytes], *, up_axis: bool = True) -> MeshPart:
     """Return a mesh as one part without a colour; arguments and errors are those of `mesh_parts`."""
-    return _plain([mesh.triangles for mesh in _meshes(path, data, read)], None)
+    return _plain([mesh.triangles for mesh in _meshes(path, data, read, up_axis=up_axis)], None)
 
 
 def gazebo_triangles(path: str, data: bytes) -> tuple[Array, bool]:

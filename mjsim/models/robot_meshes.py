@@ -19,16 +19,22 @@ class PlainMeshes:
     """Makes meshes that MuJoCo reads of the others of a URDF: a shape for each colour or texture of a visual one."""
 
     def __init__(
-        self, read: Callable[[str], bytes], failed: Callable[[str, ValueError], str], *, guarded: bool = False
+        self,
+        read: Callable[[str], bytes],
+        failed: Callable[[str, ValueError], str],
+        *,
+        guarded: bool = False,
+        up_axis: bool = True,
     ) -> None:
         """Store functions.
 
         Args:
             read: Returns a file by its name in the description.
             failed: Takes the name of a mesh that cannot be read, and returns what stands for it.
+            up_axis: Whether Collada is turned as its `<up_axis>` says.
             guarded: Whether the guarded reader is to be called, which reads no textures; else this is called in it.
         """
-        self._read, self._failed, self._guarded = read, failed, guarded
+        self._read, self._failed, self._guarded, self._up_axis = read, failed, guarded, up_axis
         self._known: dict[tuple[str, bool], list[MeshPart]] = {}
         self._names: dict[bytes, str] = {}
         self.made: dict[str, PlainFile] = {}
@@ -80,7 +86,10 @@ class PlainMeshes:
             if self._guarded:
                 parts = guarded_parts(name, data, whole=whole)
             else:
-                parts = [whole_mesh(name, data, beside)] if whole else mesh_parts(name, data, beside)
+                turned = {"up_axis": self._up_axis}
+                parts = (
+                    [whole_mesh(name, data, beside, **turned)] if whole else mesh_parts(name, data, beside, **turned)
+                )
             self._known[name, whole] = parts
             if any(part.coarser for part in parts):
                 self.coarser.add(name)

@@ -11,6 +11,7 @@ from mjsim.exchange.robots import sdf_robot
 from mjsim.inventory import inventory
 from mjsim.models import anatomy_of, gather_robot
 from tests.exchange.bringing import brought, few_drives
+from tests.models.test_mesh_files import collada
 
 RADIUS, TRACK, LIFT = 0.08, 0.36, 0.05
 """Of the wheels, and height of the chassis' frame above the model's [m]."""
@@ -194,6 +195,16 @@ def test_a_joint_with_two_axes_becomes_two():
     found = {joint.name: (joint.range, joint.axis.round(6).tolist()) for joint in anatomy.joints}
     assert found["fork"] == (pytest.approx((-0.6, 0.6)), [0, 0, 1])
     assert found["fork_2"] == (None, [0, 1, 0])
+
+
+def test_gazebo_does_not_turn_collada_by_its_up_axis():
+    shape = "<geometry><mesh><uri>a.dae</uri></mesh></geometry>"
+    mast = f"<link name='m'><visual name='v'>{shape}</visual></link>" + hinge("hold", "m", "", kind="fixed")
+    urdf, _ = sdf_robot.urdf_of_sdf(ElementTree.fromstring(sdf(CHASSIS + mast)), "r.sdf", lambda uri: None)
+    files = {"r.urdf": urdf.encode(), "a.dae": collada("", "<up_axis>Y_UP</up_axis>")}  # 4 x 2 x 1 m in its own axes
+    for up_axis, size in ((False, (4, 2, 1)), (True, (4, 1, 2))):
+        shapes = anatomy_of(gather_robot("r.urdf", files.__getitem__, up_axis=up_axis)).shapes
+        assert max(np.ptp(shape.points, axis=0).round(4).tolist() for shape in shapes) == pytest.approx(size)
 
 
 @pytest.mark.parametrize(

@@ -25,6 +25,8 @@ from mjsim.inventory import inventory
 from mjsim.models import Anatomy, Given, RobotFiles, anatomy_of, gather_robot, robot_text
 from mjsim.world import Slip
 
+SDF = (".sdf", ".world")
+"""Endings of files of Gazebo."""
 MARGIN = 1.2
 """Acceleration that the robot must withstand without tipping, as a multiple of the largest commanded one."""
 SMALLEST, LARGEST = 0.02, 20.0
@@ -64,7 +66,7 @@ def bring_robot(
     """
     source = RobotSource(path, packages=packages, given=Given(arguments, environment or {}), search=search)
     try:
-        robot = gather_robot(source.name, source.read)
+        robot = gather_robot(source.name, source.read, up_axis=path.suffix.lower() not in SDF)
     except ValueError as error:
         raise UsageError(source.described(error)) from None
     anatomy = anatomy_of(robot)

@@ -139,4 +139,4 @@ def sluggish(robot: RobotFiles) -> Iterator[FileItem]:
             why = (
                 f"as if all its mass were {gyration:.2f} m away, its shapes reach {reach:.2f} m; it may turn too slowly"
             )
-            yield FileItem(Fate.KEPT, "implausible inertia of", model.body(body).name, why)
+            yield FileItem(Fate.KEPT, "implausible inertia", model.body(body).name, why)

@@ -60,17 +60,18 @@ class RobotFiles:
     """Name of the plugin of a simulator or of ros2_control that also moves it sideways; '' if there is none."""
 
 
-def gather_robot(path: str, read: Read) -> RobotFiles:
+def gather_robot(path: str, read: Read, *, up_axis: bool = True) -> RobotFiles:
     """Return a robot's file with all files that it names.
 
     Args:
         path: The MJCF or URDF file.
         read: Returns files.
+        up_axis: Whether Collada is turned as its `<up_axis>` says; Gazebo does not turn it.
 
     Raises:
         ValueError: It is not a robot that MuJoCo can read; the message names the file.
     """
-    gatherer = _RobotGatherer(path, read)
+    gatherer = _RobotGatherer(path, read, up_axis=up_axis)
     root = gatherer.parse(path)
     if root.tag == "mujoco":
         gatherer.put_includes_in(root, 0)
@@ -97,11 +98,13 @@ def gather_robot(path: str, read: Read) -> RobotFiles:
 class _RobotGatherer(Gatherer):
     """Reads the files of a robot; a faulty mesh or picture is left out."""
 
-    def __init__(self, path: str, read: Read) -> None:
+    def __init__(self, path: str, read: Read, *, up_axis: bool) -> None:
         super().__init__(path, read)
         self._origins: dict[Element, ElementOrigin] = {}
         self._amiss: list[FileItem] = []
-        self._meshes = PlainMeshes(lambda name: super(_RobotGatherer, self).file(self._resolved(name)), self._gone)
+        self._meshes = PlainMeshes(
+            lambda name: super(_RobotGatherer, self).file(self._resolved(name)), self._gone, up_axis=up_axis
+        )
         self.missing: set[str] = set()
         """Names in the text that stand for files that are left out."""
 
