@@ -23,7 +23,7 @@ def video(
     ],
     view: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Show only one view: plan, chase, overview, diagrams or ROBOT/CAMERA."),
+        typer.Option(metavar="NAME", help="One view: plan, chase, overview, diagrams, ROBOT/CAMERA; --at: close-up."),
     ] = None,
     follow: Annotated[
         str | None, typer.Option(metavar="WHAT", help="What the close-up follows: truth, estimate or nothing.")

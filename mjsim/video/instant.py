@@ -25,6 +25,11 @@ RATIOS = (10, 20, 25, 50, 75, 100, 150, 200, 250, 500, 750, 1000, 2000, 5000, 10
 """Scale denominators; the first is taken for which the plan fits on `WIDTH`."""
 WIDTH = 250.0
 """Maximum side of a plan [mm]."""
+COLUMN, CLOSE_UP = 85.0, "close-up"
+"""The same for the robot with what it sees, a paper's column [mm]; name of that view."""
+BELIEF = ("true robot", "estimated robot", "pose ellipse", "sighting")
+"""Roles that a close-up shows whole."""
+PAPER = (".svg", ".pdf")
 MARGIN = 5.0
 """Margin around everything [mm]."""
 
@@ -48,7 +53,8 @@ def write_instant(
         recording: The recording.
         path: Output file; its suffix chooses the format.
         time: The instant [s]; the last tick not after it is shown.
-        view: 'plan', or by default the composed view for PNG and JPEG.
+        view: 'plan', 'close-up' of the robot and what it sees (SVG and PDF), or by default the composed view for PNG
+            and JPEG.
         follow: As for `make_video`, like the following ones.
         sightings: Whether to draw lines to sighted beacons.
         ellipses: Whether to draw 95 % ellipses.
@@ -64,14 +70,14 @@ def write_instant(
     if suffix not in SUFFIXES:
         raise UsageError(f"cannot write an instant as '{path}'; name it {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}")
     require_free(Path(path), overwrite=overwrite)
-    if view not in (None, "plan"):
-        raise UsageError(f"view is '{view}'; an instant is shown as plan, or composed without a view")
+    if view not in (None, "plan") and (view, suffix in PAPER) != (CLOSE_UP, True):
+        raise UsageError(f"view is '{view}'; an instant is shown as plan, as close-up (SVG, PDF), or without a view")
     begin, end = float(recording.time[0]), float(recording.time[-1])
     if not begin <= time <= end + 1e-6:
         raise UsageError(f"time is {time:g} s; the recording has {begin:g} to {end:g} s")
     row = int(np.searchsorted(recording.time, time + 1e-6, side="right")) - 1
     display = display_of(recording.world.run.view, follow, sightings, ellipses, trails)
-    if suffix not in (".svg", ".pdf"):
+    if suffix not in PAPER:
         draw = composed_picture if view is None else plan_picture
         write_file(path, encoded_picture(path, draw(recording, row, display)), overwrite=overwrite)
         return
@@ -84,17 +90,24 @@ def write_instant(
     state = PlanState(recording.world, robot, display)
     paths = _paths(recording.robots[robot], row) if display.trails else ()
     still, machines = state.still(state.gone(moment)), _mechanisms(recording.world, moment)
-    data = _plan([*still, *paths, *machines, *state.moving(moment)], _words(recording.world), path, theme)
-    write_file(path, data, overwrite=overwrite)
+    moving = state.moving(moment)
+    around, width = (_close_bounds(moving), COLUMN) if view == CLOSE_UP else (None, WIDTH)
+    items = [*still, *paths, *machines, *moving]
+    write_file(path, _plan(items, _words(recording.world), path, theme, around, width), overwrite=overwrite)
 
 
 def _plan(
-    shapes: Sequence[PlanItem], words: Sequence[Words], path: str | Path, theme: Theme, bounds: Array | None = None
+    shapes: Sequence[PlanItem],
+    words: Sequence[Words],
+    path: str | Path,
+    theme: Theme,
+    bounds: Array | None = None,
+    width: float = WIDTH,
 ) -> bytes:
     """Return a plan as the contents of an SVG or PDF file, by its name; by default all of it."""
     bounds = bounds_of(shapes) if bounds is None else bounds
     size = float(np.ptp(bounds, axis=0).max()) * 1000.0
-    ratio = float(next((each for each in RATIOS if size / each <= WIDTH), RATIOS[-1]))
+    ratio = float(next((each for each in RATIOS if size / each <= width), RATIOS[-1]))
     margin = MARGIN * ratio / 1000.0
     bounds = bounds + np.array([[-margin], [margin]])
     if Path(path).suffix.lower() == ".pdf":
@@ -103,6 +116,11 @@ def _plan(
     plan.draw(shapes)
     plan.name(words)
     return plan.data()
+
+
+def _close_bounds(moving: Sequence[PlanItem]) -> Array:
+    """Return the bounds of a robot, its estimate with its ellipse, and its lines of sight, shape (2, 2) [m]."""
+    return bounds_of([item for item in moving if item.role in BELIEF])
 
 
 def _words(world: World) -> list[Words]:

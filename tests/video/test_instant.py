@@ -40,6 +40,18 @@ def test_an_svg_has_the_paths_up_to_its_time_and_the_robot_where_it_is(recording
     np.testing.assert_allclose(corners.mean(axis=0), track.truth[row, :2], atol=0.02)
 
 
+def test_a_close_up_fits_a_column_and_shows_the_robot_larger(recording, tmp_path):
+    sizes = {}
+    for view in (None, "close-up"):
+        write_instant(recording, tmp_path / f"{view}.svg", 0.4, view=view, sightings=False)
+        root = ElementTree.parse(tmp_path / f"{view}.svg").getroot()
+        width, height = (float(root.get(key).removesuffix("mm")) for key in ("width", "height"))
+        sizes[view] = width, max(map(float, root.get("viewBox").split()[2:]))
+        assert max(width, height) < (96.0 if view else 261.0)
+    # It shows less of the world, so on a column of one width more of the robot.
+    assert sizes["close-up"][1] < sizes[None][1]
+
+
 def test_dark_paper_has_the_lighter_colours(recording, tmp_path):
     write_instant(recording, tmp_path / "now.svg", float(recording.time[8]), theme="dark")
     text = (tmp_path / "now.svg").read_text()
