@@ -13,7 +13,7 @@ GRAVITY = 9.81
 """[m/s^2]"""
 FALLEN = math.radians(50.0)
 """Beyond this pitch the robot cannot recover; the motors stop [rad]."""
-FARTHEST, WIDEST = 0.6, 1.0
+MAX_LAG, MAX_TURN_LAG = 0.6, 1.0
 """Largest lag behind its set-point before the set-point waits for the base [m], [rad]."""
 CORRECTION = 0.3
 """Bandwidth of the correction of the gyroscope's pitch by the accelerometer [rad/s]."""
@@ -90,8 +90,8 @@ class Lqr:
         )
         g = self._turn_feedback
         twist = -(g[0] * (heading - self._heading) + g[1] * (turn - wanted.turn))
-        self._target_distance = _clamped(self._target_distance + wanted.forward * sensed.dt, distance, FARTHEST)
-        self._heading = _clamped(self._heading + wanted.turn * sensed.dt, heading, WIDEST)
+        self._target_distance = _clamped(self._target_distance + wanted.forward * sensed.dt, distance, MAX_LAG)
+        self._heading = _clamped(self._heading + wanted.turn * sensed.dt, heading, MAX_TURN_LAG)
         return self._shared(push, twist)
 
     def _shared(self, push: float, twist: float) -> tuple[float, float]:

@@ -17,7 +17,7 @@ from typing import ClassVar
 
 from mjsim.traces import short_trace
 
-LONGEST_MESSAGE = 400
+MAX_MESSAGE_LENGTH = 400
 """Maximum length of a message [characters]; keys and lists of names in it are cut."""
 
 MAX_WORDS = 1000
@@ -109,7 +109,7 @@ def one_line(text: str) -> str:
 
 
 def _shortened(line: str) -> str:
-    return line if len(line) <= LONGEST_MESSAGE else f"{line[:LONGEST_MESSAGE]}..."
+    return line if len(line) <= MAX_MESSAGE_LENGTH else f"{line[:MAX_MESSAGE_LENGTH]}..."
 
 
 def printable(text: str) -> str:

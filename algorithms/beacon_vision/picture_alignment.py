@@ -35,7 +35,7 @@ REACH = 7
 """Search radius around a predicted place, in pixels of the smallest template."""
 STEPS = 8
 """Maximum number of Gauss-Newton steps for one template."""
-LEAST_SEEN = 0.6
+MIN_SEEN = 0.6
 """Minimum visible part of a picture, 0 to 1."""
 TILE_MISFIT = 0.4
 """Energy of a tile's difference, relative to the picture's contrast, above which it counts as occluded."""
@@ -202,7 +202,7 @@ def _solved(template: PictureTemplate, values: NDArray[np.float32], seen: Mask |
     """Return the inverse of the normal equations for the pixels that are seen, and their solution; None if lost."""
     if seen is None:
         return template.inverse, template.inverse @ (template.design @ values)
-    if np.count_nonzero(seen) < LEAST_SEEN * len(seen):
+    if np.count_nonzero(seen) < MIN_SEEN * len(seen):
         return None
     design = template.design[:, seen]
     inverse = inverse_of((design @ design.T).astype(float))

@@ -15,7 +15,7 @@ from .planar_pose import PlanarPose, fit_pose, image_from_plane, picture_corners
 
 MAX_TILT_DEG = 68.0
 """Largest angle between the line of sight and the picture's normal."""
-LEAST_SIDE = 20.0
+MIN_SIDE = 20.0
 """Smallest size of a picture in the image: the square root of its area [px]."""
 CORNER_FLOOR = 0.006
 """Error of a picture's corners that does not average out over pixels, standard deviation of each coordinate
@@ -113,7 +113,7 @@ class PictureGauge:
             return False
         seen = apply_homography(homography, corners)
         area = quadrilateral_area(seen)
-        if not area >= LEAST_SIDE**2:
+        if not area >= MIN_SIDE**2:
             return False
         inside = np.minimum(np.maximum(seen, 0.0), (intrinsics.width - 1.0, intrinsics.height - 1.0))
         return quadrilateral_area(inside) > 0.5 * area

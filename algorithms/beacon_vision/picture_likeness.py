@@ -12,7 +12,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 
-from .picture_alignment import LEAST_SEEN, NEEDED_CORRELATION, align
+from .picture_alignment import MIN_SEEN, NEEDED_CORRELATION, align
 from .picture_features import RIM, RIM_GRAY, TEMPLATE_SIDE, Bank, PictureCandidate, find_candidates
 from .picture_templates import Gray, ImagePyramid, PictureTemplate, apply_homography
 
@@ -20,7 +20,7 @@ REPEAT_SIDE = 64
 """Long side of a picture that is compared with itself [px]."""
 COMPARED = 90, 8
 """Most and least features of a picture that are compared with those of others."""
-MOST_COMPARISONS = 1e8
+MAX_COMPARISONS = 1e8
 """Comparisons of two descriptors above which fewer features are compared: a fraction of a second."""
 
 
@@ -73,7 +73,7 @@ def correlation_by_shift(small: Array) -> Array:
     floor = 1e-3 * float((values**2).mean()) * count + 1e-6
     variances = np.maximum(own_squares - own**2 / count, floor), np.maximum(other_squares - other**2 / count, floor)
     correlation = (product - own * other / count) / np.sqrt(variances[0] * variances[1])
-    return np.where(count >= LEAST_SEEN * rows * columns, correlation, 0.0)
+    return np.where(count >= MIN_SEEN * rows * columns, correlation, 0.0)
 
 
 def _sums_over_overlap(values: Array) -> Array:
@@ -133,7 +133,7 @@ def _similar(shown: int, bank: Bank, view_from_shown: Array) -> list[PictureCand
     """Return other pictures that share features with one, at the same places; only views from the front count."""
     count = int(bank.owners.max()) + 1
     most, least = COMPARED
-    compared = int(np.clip(MOST_COMPARISONS / (np.count_nonzero(bank.front) * count), least, most))
+    compared = int(np.clip(MAX_COMPARISONS / (np.count_nonzero(bank.front) * count), least, most))
     mine = np.flatnonzero((bank.owners == shown) & bank.front)
     chosen = mine[np.unique(np.linspace(0, len(mine) - 1, compared).astype(int))] if len(mine) else mine
     points = apply_homography(view_from_shown, bank.features.points[chosen])

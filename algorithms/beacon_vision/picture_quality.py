@@ -11,12 +11,12 @@ import numpy as np
 from mjsim.interface import Intrinsics, Picture
 
 from .picture_beacons import PictureBeacons, PreparedImage
-from .picture_gauge import LEAST_SIDE, gray_of
+from .picture_gauge import MIN_SIDE, gray_of
 from .picture_likeness import repeats
 from .picture_templates import SLIMMEST, Gray
 from .planar_pose import image_from_plane, rotation_of
 
-SMALLEST, RATIO, STEPS = LEAST_SIDE, 1.2, 13
+SMALLEST, RATIO, STEPS = MIN_SIDE, 1.2, 13
 """Sizes in an image that are tried [px]: the first, the ratio of one to the one before, and their number."""
 YAWS_DEG = -25.0, 5.0
 """Directions from which a picture must be found at a size."""

@@ -23,7 +23,7 @@ BLOCK = 5
 """Side of the blocks within which differences from the image are assumed to be correlated [px]."""
 NOISE = 3.0
 """Noise of a camera for which a template is judged, standard deviation [gray values of 255]."""
-LARGEST_NOISE = 0.25
+MAX_NOISE = 0.25
 """Largest error of a corner by this noise, standard deviation [px of the template]. The shipped posters have 0.01 to
 0.06; plain, striped and smoothly shaded pictures have 0.3 to infinity."""
 LEVELS = 5
@@ -77,7 +77,7 @@ class PictureTemplate:
         """
         slopes = corners_by_correction(self, self.pixel_from_plane)
         variances = np.einsum("ij,jk,ik->i", slopes, inverse[:8, :8], slopes)
-        return bool(NOISE**2 * variances.max() < LARGEST_NOISE**2)
+        return bool(NOISE**2 * variances.max() < MAX_NOISE**2)
 
 
 def make_templates(gray: Gray, width: float) -> tuple[PictureTemplate, ...]:

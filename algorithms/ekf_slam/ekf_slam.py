@@ -40,7 +40,7 @@ __all__ = ["EkfSlam", "EkfSlamFilter", "InvariantEkfSlamFilter", "bicycle_motion
 _MEMORY = 0.2
 """Weight of the newest tick in the running average of the odometry covariance."""
 
-_LEAST = 0.5
+_MIN_COVARIANCE_RATIO = 0.5
 """Minimum of a tick's covariance relative to that average. With 1, the mean would be a third more than stated."""
 
 RENEW = 0.5
@@ -237,7 +237,7 @@ class EkfSlam:
         where noise cancels the motion, the stated error is almost zero, and every sighting would look like an outlier.
         """
         self._usual = (1.0 - _MEMORY) * self._usual + _MEMORY * np.diag(claimed)
-        return np.asarray(claimed + np.diag(np.maximum(_LEAST * self._usual - np.diag(claimed), 0.0)))
+        return np.asarray(claimed + np.diag(np.maximum(_MIN_COVARIANCE_RATIO * self._usual - np.diag(claimed), 0.0)))
 
     def _take(self, names: Sequence[Hashable], sightings: Sequence[Sighting], time: float) -> Innovations:
         """Correct by sightings of landmarks in the state, and add the others; return the accepted innovations."""

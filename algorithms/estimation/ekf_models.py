@@ -19,7 +19,7 @@ Places = np.ndarray[tuple[int], np.dtype[np.intp]]
 MotionModel = Callable[[Array, Array], tuple[Array, Array, Array]]
 """motion(pose, control) -> new pose (3,), F (3, 3), G (3, m)."""
 
-SHORTEST = 1e-3
+MIN_RANGE = 1e-3
 """Least range of a landmark after correction [m]."""
 
 
@@ -163,7 +163,7 @@ def corrected(z: Array, errors: Array) -> tuple[Array, Array, Array]:
     if not len(errors):
         return z, np.eye(2), np.zeros((2, 0))
     offset, scale = errors.tolist()
-    true = max((float(z[0]) - offset) / (1.0 + scale), SHORTEST)
+    true = max((float(z[0]) - offset) / (1.0 + scale), MIN_RANGE)
     by_errors = np.array([[-1.0, -true], [0.0, 0.0]]) / (1.0 + scale)
     return np.array([true, float(z[1])]), np.diag([1.0 / (1.0 + scale), 1.0]), by_errors
 

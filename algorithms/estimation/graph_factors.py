@@ -9,7 +9,7 @@ import scipy.linalg
 from mjsim.geometry import Array, wrap_angle
 from mjsim.interface import Sighting
 
-from .ekf_models import SHORTEST
+from .ekf_models import MIN_RANGE
 
 HUBER = 1.345
 """Scale of Huber's loss of sightings in standard deviations: 95 % efficient on clean data."""
@@ -155,7 +155,7 @@ def _sighting(pose: Any, place: Array, errors: list[float], sighting: Sighting) 
     dx, dy = x - pose.x(), y - pose.y()
     c, s = math.cos(heading), math.sin(heading)
     forward, left = c * dx + s * dy, c * dy - s * dx
-    distance, stretch = max(math.hypot(forward, left), SHORTEST), 1.0 + scale
+    distance, stretch = max(math.hypot(forward, left), MIN_RANGE), 1.0 + scale
     squared, ratio = distance * distance, stretch / distance
     bearing = wrap_angle(math.atan2(left, forward) - sighting.bearing)
     return (

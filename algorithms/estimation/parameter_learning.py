@@ -20,7 +20,7 @@ POSTURES = 50
 """Number of postures used to find the maximum inertia and gravity torque of each joint."""
 STEADY = 0.8
 """Largest gain of PD control, relative to the one at which it becomes unstable in one of these postures."""
-MOST_REDUCTIONS = 200
+MAX_REDUCTIONS = 200
 """Maximum number of reductions of gains."""
 
 
@@ -139,7 +139,7 @@ def steady_inertia(arm: Arm, info: ArmInfo, phase: float) -> Array:
     """
     bound = STEADY * 4.0 / (4.0 * phase + phase**2)
     inertia, all_masses = largest_inertia(arm, info), arm.inertia(postures(info))
-    for _ in range(MOST_REDUCTIONS):
+    for _ in range(MAX_REDUCTIONS):
         root = np.sqrt(inertia)
         sizes, vectors = np.linalg.eigh(root[:, None] * np.linalg.inv(all_masses) * root)
         worst = int(np.argmax(sizes[:, -1]))

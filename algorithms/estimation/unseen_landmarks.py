@@ -13,7 +13,7 @@ from mjsim.interface import Estimate, Observation
 
 CELL = 0.5
 """Size of the cells from which a landmark was seen; it should be seen from those around them too [m]."""
-LEAST, LONGER, ENOUGH = 0.6, 2.0, 50
+MIN_UNSEEN_SECONDS, LONGER, ENOUGH = 0.6, 2.0, 50
 """Time without an expected sighting that is evidence [s], as a multiple of the longest that was none, and number of
 sightings that have to agree before."""
 INNER = 0.8
@@ -34,7 +34,7 @@ class UnseenLandmarks:
     @property
     def suspicious(self) -> bool:
         """Whether that time is longer than any for which there was another reason."""
-        return self._agreed >= ENOUGH and self._blank > max(LEAST, LONGER * self._longest)
+        return self._agreed >= ENOUGH and self._blank > max(MIN_UNSEEN_SECONDS, LONGER * self._longest)
 
     def agree(self) -> None:
         """Take a sighting that agrees with the map: that time had another reason."""

@@ -9,7 +9,7 @@ from mjsim.interface import RobotInfo
 
 EXCESS = 0.015
 """By how much the discs may extend beyond the sides of the body [m]."""
-MOST = 9
+MAX_DISCS = 9
 """Maximum number of discs."""
 
 
@@ -38,7 +38,7 @@ def _covered(outline: Array) -> tuple[Array, Array]:
     length, width = float((high - low)[along]), float((high - low)[1 - along])
     # sqrt((w / 2)^2 + (l / 2 n)^2) <= w / 2 + excess
     count = math.ceil(length / (2.0 * math.sqrt(EXCESS * (width + EXCESS))))
-    count = min(max(count, 1), MOST)
+    count = min(max(count, 1), MAX_DISCS)
     edges = np.linspace(low[along], high[along], count + 1)
     middle = np.empty((count, 2))
     middle[:, along] = 0.5 * (edges[1:] + edges[:-1])

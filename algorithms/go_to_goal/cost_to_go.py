@@ -15,7 +15,7 @@ from ..paths.grid_search import STEPS
 
 UNREACHED = 1e4
 """Time from cells that the goal cannot be reached from [s]."""
-MOST_PRICE = 10.0
+MAX_PRICE = 10.0
 """Largest price of the cells in which the robot or its goal is, which must be passable [s/m]."""
 DOUBT = 1.3
 """Factor on the time in cells that no sensor has seen."""
@@ -161,7 +161,7 @@ class Planner:
         """Return prices that are infinite at the edge of the grid and finite at a goal (2,) [m], and its cell."""
         ((j,), (i,)) = self.cells(goal[None])
         price = np.pad(price[1:-1, 1:-1], 1, constant_values=math.inf)
-        price[j, i] = min(price[j, i], MOST_PRICE)
+        price[j, i] = min(price[j, i], MAX_PRICE)
         return price, (int(j), int(i))
 
     def _graph(self, price: Array) -> csr_matrix:

@@ -27,7 +27,7 @@ CONFIRMED = 4
 """Number of sightings from which a thing counts."""
 TRAVELLED, STRAY = 0.15, 0.15
 """How far a thing must have gone, and its mean error at most, to count as moving [m]."""
-MOST = 6
+MAX_PREDICTED = 6
 """Number of things that are predicted: the nearest."""
 BEHIND = 0.08
 """What is seen is the near side; the middle is this much farther [m]."""
@@ -96,7 +96,7 @@ class MovingThings:
         """Return the nearest things that move, where they are at a time [s]."""
         here = np.array([robot.x, robot.y])
         moving = [replace(thing, place=thing.after(now - thing.seen)) for thing in self.tracked if thing.moves]
-        return sorted(moving, key=lambda thing: math.dist(thing.place, here))[:MOST]
+        return sorted(moving, key=lambda thing: math.dist(thing.place, here))[:MAX_PREDICTED]
 
 
 def _thing(points: Array, robot: Pose, now: float) -> Thing | None:

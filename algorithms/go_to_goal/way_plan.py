@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array, Pose
 
 from ..scans.distance_grid import DistanceGrid
-from .cost_to_go import MOST_PRICE, UNREACHED, CostToGo, Planner, time_per_metre
+from .cost_to_go import MAX_PRICE, UNREACHED, CostToGo, Planner, time_per_metre
 from .range_views import RangeView
 
 REPLAN, REFRESH = 0.28, 1.0
@@ -205,7 +205,7 @@ class WayPlan:
             bottom + (np.arange(rows)[:, None] + 0.5) * planner.cell,
         )
         own = (x - place[0]) ** 2 + (y - place[1]) ** 2 < (self._half_width + planner.cell) ** 2
-        price = np.where(own, np.minimum(price, MOST_PRICE), price)
+        price = np.where(own, np.minimum(price, MAX_PRICE), price)
         avoided = np.ones_like(price)
         for a, b in stuck:
             avoided *= 1.0 + 3.0 * np.exp(-((x - a) ** 2 + (y - b) ** 2) / 0.3**2)

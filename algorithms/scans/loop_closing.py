@@ -13,9 +13,9 @@ from .scan_matching import BESIDE, CUT, WEIGHED, Match, WallField
 from .scan_search import CLEAR, GATE, RADIUS, THROUGH, hypotheses, is_ambiguous
 from .scan_walls import Surface, rotation
 
-LEAST = 40
+MIN_WALL_ELEMENTS = 40
 """Minimum number of elements on old walls for a loop: 4 m of wall."""
-WIDEST = np.array([16.0, 16.0, 0.8])
+MAX_SEARCH = np.array([16.0, 16.0, 0.8])
 """Maximum search window [m, m, rad]."""
 NARROWEST = np.array([0.3, 0.3, 0.06])
 """Minimum search window [m, m, rad]."""
@@ -81,14 +81,14 @@ def find_loop(
         through: Returns for a step the share of walls of one part that scans of the other have seen through.
     """
     thin = scan.thinned(250)
-    if min(len(walls.points), len(thin.points)) < LEAST:
+    if min(len(walls.points), len(thin.points)) < MIN_WALL_ELEMENTS:
         return None
     covariance = _bent(covariance)
     reach = 3.0 * np.sqrt(np.diag(covariance))
-    window = np.clip(reach, NARROWEST, WIDEST)
+    window = np.clip(reach, NARROWEST, MAX_SEARCH)
     information = inverse(covariance + FLOOR)
     near = _within_reach(walls, thin, guess, window)
-    if len(near.points) < LEAST:
+    if len(near.points) < MIN_WALL_ELEMENTS:
         return None
     found = hypotheses(
         WallField(near), thin, guess, information, window, limit=6, behind=BEHIND, kept=KEPT, unseen=UNSEEN
@@ -147,7 +147,7 @@ def _is_outdone(found: list[Match], elements: int, share: float) -> bool:
 def _fits(match: Match, elements: int, share: float) -> bool:
     """Return whether enough of a scan is on walls, and little beside them."""
     on = match.share * elements
-    return on >= LEAST and match.share > 0.3 and match.share / (match.share + match.conflict + 1e-9) > share
+    return on >= MIN_WALL_ELEMENTS and match.share > 0.3 and match.share / (match.share + match.conflict + 1e-9) > share
 
 
 def confirmed_by(loop: Loop, others: Sequence[Loop], poses: Array) -> list[Loop]:

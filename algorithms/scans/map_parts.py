@@ -13,7 +13,7 @@ from ..estimation.pose_graph import COMMON, PoseGraph, carried, compose, compose
 from ..estimation.pose_matrices import inverse
 from .free_space import Views, both_seen_through, seen_through
 from .level_scan import LevelScan
-from .loop_closing import LEAST, WIDEST, Loop, confirmed_by, find_loop
+from .loop_closing import MAX_SEARCH, MIN_WALL_ELEMENTS, Loop, confirmed_by, find_loop
 from .map_search import FRAGMENT, Fragment, MapSearch
 from .odometry_bias import OdometryBias
 from .scan_search import Fit, MatchedPose, Through
@@ -142,7 +142,7 @@ class PartsMap:
         slopes = F @ self._place.slopes + G @ slopes
         self._place = UncertainPlace(pose - slopes @ errors, slopes)
         self._lasting = F @ self._lasting @ F.T + G @ matched.lasting @ G.T
-        doubtful = bool(self.keyframes) and matched.own[2, 2] > DOUBTFUL**2 and len(surface.points) >= LEAST
+        doubtful = bool(self.keyframes) and matched.own[2, 2] > DOUBTFUL**2 and len(surface.points) >= MIN_WALL_ELEMENTS
         lost = matched.fit is Fit.LOST
         if len(self.keyframes) - self._begins[-1] >= PART or doubtful or lost:
             self._begin_part()
@@ -309,7 +309,7 @@ class PartsMap:
     def _try_loop(self, old: int, new: int, covariance: Array) -> None:
         """Compare a new part with an old one and its neighbours."""
         # A place elsewhere that looks alike must not win only since the walls of the right one are left out.
-        reach = min(3.0 * float(np.sqrt(np.diag(covariance)[:2].max())), WIDEST[0])
+        reach = min(3.0 * float(np.sqrt(np.diag(covariance)[:2].max())), MAX_SEARCH[0])
         beside = 1 + int(reach / LENGTH)
         around = range(max(0, old - beside), min(new - RECENT, old + beside + 1))
         steps = step_between(self.graph.poses[old], self.graph.poses[around.start : around.stop])

@@ -13,9 +13,9 @@ from ..estimation.pose_graph import step_between
 from ..estimation.recent_motion import SAME, RecentMotion
 from .scan_noise import median
 
-LONGEST, STEP = 0.4, 0.04
+MAX_DELAY, STEP = 0.4, 0.04
 """Largest delay, of odometry or of scans, and distance between two delays that are compared [s]."""
-TRIED = np.arange(-round(LONGEST / STEP), round(LONGEST / STEP) + 1) * STEP
+TRIED = np.arange(-round(MAX_DELAY / STEP), round(MAX_DELAY / STEP) + 1) * STEP
 """The delays that are compared, shape (k,) [s]."""
 SLIP = 9.0
 """A turn whose squared normalised difference is larger for all delays is a slip and is ignored."""
@@ -71,9 +71,9 @@ class OdometryDelay:
         """Add the turn by odometry since the last tick [rad] and the time of its end [s]."""
         self._times.append(time)
         self._headings.append(self._headings[-1] + turn)
-        while self._waiting and self._waiting[0][0] + LONGEST < time:
+        while self._waiting and self._waiting[0][0] + MAX_DELAY < time:
             self._compare(*self._waiting.popleft())
-        keep = min(time, self._waiting[0][0] if self._waiting else time) - 2.0 * LONGEST
+        keep = min(time, self._waiting[0][0] if self._waiting else time) - 2.0 * MAX_DELAY
         while len(self._times) > 2 and self._times[1] < keep:
             self._times.popleft()
             self._headings.popleft()

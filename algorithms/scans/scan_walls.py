@@ -13,7 +13,7 @@ from .scan_noise import range_noise, smoothed
 
 SPACING = 0.1
 """Distance between neighbouring elements of a wall [m]."""
-FARTHEST = 25.0
+MAX_RANGE = 25.0
 """Walls farther from the sensor are not used [m]."""
 NEIGHBOUR = 0.3
 """Two consecutive points of a scan closer than this are on one wall [m]."""
@@ -72,7 +72,7 @@ def surface_of(
         increment: Angle between two beams [rad].
     """
     ranges = np.hypot(points[:, 0] - origin[0], points[:, 1] - origin[1])
-    inside = ranges < FARTHEST
+    inside = ranges < MAX_RANGE
     points, ranges = points[inside], ranges[inside]
     if len(points) < 3:
         return Surface(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))

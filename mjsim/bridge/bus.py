@@ -19,7 +19,7 @@ from mjsim.ros import Outgoing, RosTopic, bytes_of, type_hash
 LOOPBACK, LOOPBACK_DEVICE = "127.0.0.1", "lo"
 MAX_DOMAIN = 232
 """Number of domains; ports of higher ones would exceed 65535."""
-LONGEST_PROCESS = 100
+MAX_PROCESS_LENGTH = 100
 """Maximum length of what others say of their process."""
 MAX_ENTITIES, POLL_SECONDS, SETTLING_SECONDS = 10_000, 0.02, 0.25
 """Maximum number of entities of other participants that are read, how often, and until how long after the last one
@@ -161,7 +161,7 @@ def _process_of(qos: Any) -> str:
     """Return name, number and host of a participant's process, as cyclonedds announces them, else ''."""
     told = {each.key: each.value for each in qos if type(each).__name__ == "Property"}
     name, number, host = (told.get(f"__{key}") for key in ("ProcessName", "Pid", "Hostname"))
-    return f"{name} {number} on {host}"[:LONGEST_PROCESS] if name and number and host else ""
+    return f"{name} {number} on {host}"[:MAX_PROCESS_LENGTH] if name and number and host else ""
 
 
 def _place(interface: str | None) -> str:

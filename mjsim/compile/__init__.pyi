@@ -38,6 +38,6 @@ from .scene_lamps import lamp_lights as lamp_lights
 from .scene_lamps import lamp_names as lamp_names
 from .scene_lamps import lamps_drawn as lamps_drawn
 from .scene_lamps import picture_glow as picture_glow
-from .textures import LONGEST_BEACON_SIDE as LONGEST_BEACON_SIDE
+from .textures import MAX_BEACON_SIDE as MAX_BEACON_SIDE
 from .textures import marker_picture as marker_picture
 from .usd import write_usd as write_usd

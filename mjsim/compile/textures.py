@@ -8,10 +8,10 @@ from mjsim.interface import Picture
 from mjsim.models import encode_png
 from mjsim.world import QUIET, Ceiling, Floor, FloorPatch, Obstacle, Wall, modules_across
 
-LONGEST_BEACON_SIDE = 640
+MAX_BEACON_SIDE = 640
 """Longest side of a beacon's texture [px]: more is invisible at 640 x 480 and does not improve the detection of
 pictures."""
-LONGEST_TILE_SIDE = 1024
+MAX_TILE_SIDE = 1024
 """Longest side of a floor or wall texture [px]."""
 MARKER_SIDE = 384
 """Approximate side of a marker's texture with its border [px]; more is lost in any image, and less is blurred

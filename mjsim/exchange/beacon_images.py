@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjsim.compile import LONGEST_BEACON_SIDE, marker_picture
+from mjsim.compile import MAX_BEACON_SIDE, marker_picture
 from mjsim.models import bounded, encode_png
 from mjsim.world import Beacon, World, printed_share
 
@@ -32,5 +32,5 @@ def shown_of(world: World, beacon: Beacon) -> BeaconFace:
         picture = np.full((8, 8, 3), 240, dtype=np.uint8)
     high, wide = picture.shape[:2]
     width = beacon.width * share
-    png = encode_png(bounded(picture, LONGEST_BEACON_SIDE))
+    png = encode_png(bounded(picture, MAX_BEACON_SIDE))
     return BeaconFace(f"{beacon.name}.png", png, (width, width * high / wide))

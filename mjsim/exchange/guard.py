@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from mjsim.errors import UsageError, how_to_install
-from mjsim.exchange.world_import import SCENES, Brought, Newcomer, Reading
+from mjsim.exchange.world_import import SCENE_SUFFIXES, Brought, Newcomer, Reading
 from mjsim.guarded import guarded, reader_for
 
 if TYPE_CHECKING:
@@ -33,11 +33,11 @@ SEEN_ABOVE = 4
 """Folders above the file of a robot in which its ROS packages are looked for."""
 DESCRIPTIONS = ("urdf", "xacro", "robots", "sdf")
 """Folders beside that of the meshes."""
-MOST_MESHES = 16_000_000
+MAX_MESHES = 16_000_000
 """Maximum size of meshes with which the limits grow [bytes]."""
 MODEL_PATHS = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH")
 """Variables of Gazebo with folders of models."""
-MOST_LINKS = 1000
+MAX_LINKS = 1000
 """Maximum number of links beside a map that are followed."""
 
 
@@ -48,7 +48,7 @@ def bring_file(path: Path, *, robot: Newcomer | None, reading: Reading | None = 
         UsageError: The file is none of these, or cannot be read.
     """
     place = [] if robot is None or robot.folder is None else [robot.folder]
-    if path.suffix.lower() in SCENES:
+    if path.suffix.lower() in SCENE_SUFFIXES:
         above, search = path.absolute().parents, _model_folders()
         place += [above[min(SEEN_ABOVE, len(above) - 1)], *search]
         reading = replace(reading or Reading(), models=search)
@@ -177,7 +177,7 @@ def _size_with_meshes(path: Path) -> int:
     folder = path.absolute().parent
     around = folder.parent if folder.name in DESCRIPTIONS else folder
     files = (Path(place, name) for place, _, names in os.walk(around) for name in names)
-    return min(sum(file.stat().st_size for file in islice(files, MOST_LINKS) if file.is_file()), MOST_MESHES)
+    return min(sum(file.stat().st_size for file in islice(files, MAX_LINKS) if file.is_file()), MAX_MESHES)
 
 
 def _model_folders() -> list[Path]:
@@ -221,7 +221,7 @@ def _beside(path: Path) -> list[Path]:
         with os.scandir(folder) as entries:
             links = [
                 Path(os.path.realpath(entry.path))
-                for _, entry in zip(range(MOST_LINKS), entries, strict=False)
+                for _, entry in zip(range(MAX_LINKS), entries, strict=False)
                 if entry.is_symlink()
             ]
     return [folder, Path(os.path.realpath(path)).parent, *links]

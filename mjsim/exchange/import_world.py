@@ -8,7 +8,7 @@ from mjsim.errors import UsageError
 from mjsim.exchange.drawings import Drawing, FloorPlan, read_dxf, read_plan, read_svg
 from mjsim.exchange.generated import barn_world, clutter_size, clutter_world, maze_size, maze_world, template_text
 from mjsim.exchange.maps import fidelity, is_picture, name_of, read_grid, specks, world_from_grid
-from mjsim.exchange.matlab import SPEED, read_landmarks, world_from_landmarks
+from mjsim.exchange.matlab import WAYPOINT_SPEED, read_landmarks, world_from_landmarks
 from mjsim.exchange.scenes import bring_scene, is_scene
 from mjsim.exchange.start_place import with_newcomer
 from mjsim.exchange.world_comment import world_text
@@ -108,7 +108,11 @@ def bring_landmarks(path: Path, *, robot: Newcomer | None, reading: Reading) -> 
     world = world_from_landmarks(map, name=name_of(path), preset=preset, estimator=estimator, folder=folder)
     wide, high = np.ptp(map.points, axis=0)
     counted = f"; {_counted(world)}" if world.walls else ""
-    way = f"the way is {map.length():.1f} m long, {map.length() / SPEED:.0f} s at {SPEED} m/s; " if map.length() else ""
+    way = (
+        f"the way is {map.length():.1f} m long, {map.length() / WAYPOINT_SPEED:.0f} s at {WAYPOINT_SPEED} m/s; "
+        if map.length()
+        else ""
+    )
     pictures = sum(beacon.image is not None for beacon in world.beacons)
     report = [
         f"{path}: {len(map.landmarks)} landmarks, {len(map.waypoints)} waypoints, {wide:.1f} x {high:.1f} m"

@@ -7,25 +7,25 @@ from typing import Any
 
 from mjsim.exchange.maps import claimed_size as size_of_file
 from mjsim.exchange.maps import name_of, read_grid, world_from_grid
-from mjsim.exchange.world_import import SCENES, Newcomer, Reading
+from mjsim.exchange.world_import import SCENE_SUFFIXES, Newcomer, Reading
 from mjsim.guarded import Plain
 from mjsim.world import format_world
 
-NAMED_FILE, MOST_NAMED = 50_000, 500
+NAMED_FILE, MAX_NAMED = 50_000, 500
 """For what size each file counts that a scene names [bytes], and the maximum number of those that count."""
 NAMING = (b"<uri>", b"<mesh ")
 """What is before the name of a file in a scene."""
-LARGEST_SCENE = 8_000_000
+MAX_SCENE = 8_000_000
 """Maximum size of a scene in which such names are counted [bytes]."""
 
 
 def claimed_size(path: Path) -> int:
     """Return with which size the limits of reading a file grow: a scene counts with the files that it names [bytes]."""
     size = size_of_file(path)
-    if path.suffix.lower() not in SCENES or size > LARGEST_SCENE:
+    if path.suffix.lower() not in SCENE_SUFFIXES or size > MAX_SCENE:
         return size
     text = path.read_bytes()
-    return size + NAMED_FILE * min(sum(map(text.count, NAMING)), MOST_NAMED)
+    return size + NAMED_FILE * min(sum(map(text.count, NAMING)), MAX_NAMED)
 
 
 def world_file(path: Path, robot: Newcomer | None, reading: Reading | None) -> Plain:

@@ -16,7 +16,7 @@ from mjsim.world import Grid
 
 OCCUPIED, FREE, UNKNOWN = 20, 255, 205
 """Grey values of the cells of a map."""
-AROUND = 10
+MARGIN_CELLS = 10
 """Margin around the known part of a map [cells]."""
 _PLACED = re.compile(r"# From the drawing .*: (\S+) m to its unit, its place \[(\S+), (\S+)\] is \[0, 0\] here")
 
@@ -50,8 +50,8 @@ def _of_grid(grid: Grid, name: str) -> Original:
     """Return the known part of a map, with a margin."""
     known = np.argwhere(grid.occupied | grid.free)
     shape = np.array(grid.occupied.shape)
-    low = np.maximum(known.min(axis=0) - AROUND, 0) if len(known) else np.zeros(2, dtype=int)
-    high = np.minimum(known.max(axis=0) + AROUND + 1, shape) if len(known) else shape
+    low = np.maximum(known.min(axis=0) - MARGIN_CELLS, 0) if len(known) else np.zeros(2, dtype=int)
+    high = np.minimum(known.max(axis=0) + MARGIN_CELLS + 1, shape) if len(known) else shape
     gray = np.full(grid.occupied.shape, UNKNOWN, dtype=np.uint8)
     gray[grid.free], gray[grid.occupied] = FREE, OCCUPIED
     part = gray[low[0] : high[0], low[1] : high[1]]

@@ -40,11 +40,11 @@ from mjsim.world import (
 VERSION = "1.9"
 MARGIN = 10.0
 """Margin of the floor around everything [m]."""
-CEILING = 0.05
+CEILING_THICKNESS = 0.05
 """Thickness of a ceiling [m]."""
-GAP = 0.006
+LEAF_GAP = 0.006
 """Gap around a door leaf [m]."""
-DAMPING = 0.6
+HINGE_DAMPING = 0.6
 """Damping of a hinge, as a fraction of the leaf's inertia [1/s]."""
 
 
@@ -122,8 +122,10 @@ def _add_ground(place: Element, world: World) -> None:
     add_geometry(link, "floor", "plane", plane, appearance=Appearance(world.floor.color, world.floor.friction))
     if world.ceiling is not None:
         height = world.ceiling.height or max((wall.height for wall in world.walls), default=2.5)
-        above = add_link(place, "ceiling", at=(*middle, height + CEILING / 2))
-        add_box(above, "ceiling", [*(high - low).tolist(), CEILING], appearance=Appearance(world.ceiling.color))
+        above = add_link(place, "ceiling", at=(*middle, height + CEILING_THICKNESS / 2))
+        add_box(
+            above, "ceiling", [*(high - low).tolist(), CEILING_THICKNESS], appearance=Appearance(world.ceiling.color)
+        )
 
 
 def _add_wall(place: Element, wall: Wall, name: str, pieces: Sequence[tuple[Array, float, float]]) -> None:
@@ -208,7 +210,7 @@ def _extent(obstacle: Obstacle) -> list[float]:
 def _add_door(place: Element, leaf: Leaf) -> None:
     """Add a door leaf in its start position; its joint is 0 there, and positive towards the left side of its wall."""
     pose = leaf.pose(math.radians(leaf.door.angle_deg))
-    size = [leaf.width - 2 * GAP, THICKNESS, leaf.high - leaf.low - 2 * GAP]
+    size = [leaf.width - 2 * LEAF_GAP, THICKNESS, leaf.high - leaf.low - 2 * LEAF_GAP]
     middle = (leaf.width / 2, 0.0, (leaf.low + leaf.high) / 2)
     at = (pose.x, pose.y, 0.0, 0.0, 0.0, pose.heading)
     link = add_link(place, f"door_{leaf.name}", at=at, mass=leaf.door.mass, size=size, center=middle)
@@ -226,7 +228,7 @@ def _add_door(place: Element, leaf: Leaf) -> None:
     SubElement(limit, "lower").text = numbers(math.radians(-leaf.door.limit_deg - leaf.door.angle_deg))
     SubElement(limit, "upper").text = numbers(math.radians(leaf.door.limit_deg - leaf.door.angle_deg))
     dynamics = SubElement(axis, "dynamics")
-    SubElement(dynamics, "damping").text = numbers(DAMPING * leaf.door.mass * leaf.width**2 / 3)
+    SubElement(dynamics, "damping").text = numbers(HINGE_DAMPING * leaf.door.mass * leaf.width**2 / 3)
     SubElement(dynamics, "spring_reference").text = numbers(math.radians(-leaf.door.angle_deg))
     SubElement(dynamics, "spring_stiffness").text = numbers(leaf.door.spring)
 

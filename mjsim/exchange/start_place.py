@@ -33,13 +33,13 @@ if TYPE_CHECKING:
 
 ROBOT = "scout"
 """Name of the robot."""
-ELBOW_ROOM, TIGHT = 0.15, 0.05
+ELBOW_ROOM, REDUCED_CLEARANCE = 0.15, 0.05
 """Clearance between the robot and what it passes, and the reduced clearance used if there is no such path [m]."""
 MAX_DISTANCE = 15.0
 """Maximum length of a straight leg [m]."""
-LEGS, SHORTEST_LEG = 4, 1.0
+LEGS, MIN_LEG = 4, 1.0
 """Maximum number of legs, and minimum length of each [m]."""
-STARTS = 24
+MAX_STARTS = 24
 """Maximum number of start positions tried."""
 HEIGHTS = (0.06, 0.35)
 """Further heights at which things with an underside or a shape of their own are looked at [m]."""
@@ -47,11 +47,11 @@ MAST, HIGHEST = 0.04, 0.45
 """Height of a lidar above the body, and its maximum height above the floor, at which it also sees low objects [m]."""
 ODOMETRY_NOISE = {"distance": 0.01, "turn": 0.02}
 """Odometry noise of a robot with an estimator [m/sqrt(m), rad/sqrt(rad)]."""
-SPECK = 0.02
+MIN_UNKNOWN_AREA = 0.02
 """An area of unknown cells smaller than this is not an obstacle if nothing solid is there [m^2]."""
-ROOM, MOST_ROOMS = 1.0, 5
+ROOM, MAX_ROOMS = 1.0, 5
 """Minimum size of an area that is reported as unreachable [m^2], and the number of such areas that are listed."""
-AROUND = 5.0
+FLOOR_MARGIN = 5.0
 """Width of the floor around things that no wall encloses [m]."""
 MAX_CELLS = 4_000_000
 """Maximum size of the search grid [cells]."""
@@ -96,7 +96,7 @@ def without_route(world: World) -> list[str]:
     navigator = world.run.drivers[robot.name].navigator
     if navigator is None or any(tuple(point) != robot.at for point in navigator.model_dump()["points"]):
         return []
-    return [f"no straight path of {SHORTEST_LEG:g} m is wide enough for the {robot.preset}; it does not drive"]
+    return [f"no straight path of {MIN_LEG:g} m is wide enough for the {robot.preset}; it does not drive"]
 
 
 def with_robot(
@@ -146,7 +146,7 @@ def _with_robot(
         raise UsageError(
             f"the {preset} has no lidar to localise with; add --lidar, one of {', '.join(sensor_names('lidar'))}"
         )
-    tight = need - ELBOW_ROOM + TIGHT
+    tight = need - ELBOW_ROOM + REDUCED_CLEARANCE
     wanted = [] if start is None or not _clear(away, grid, np.array([start[:2]]), tight)[0] else [np.array(start[:2])]
     away, cut_off = _connected(away, grid, tight, wanted)
     places = [*wanted, *_starts(away, grid, tight if wanted else need)]
@@ -210,7 +210,7 @@ def _clearance(world: World, grid: Grid | None, need: float) -> tuple[Array, Gri
         if world.walls or away.max() >= need:
             return away, grid
     bounds = np.array((0.0,) * 4 if shape.is_empty else shape.bounds)
-    low, high = bounds[:2] - AROUND, bounds[2:] + AROUND
+    low, high = bounds[:2] - FLOOR_MARGIN, bounds[2:] + FLOOR_MARGIN
     cell = max(0.05, math.sqrt(float(np.prod(high - low)) / MAX_CELLS))
     size = np.zeros(np.ceil((high - low) / cell).astype(int)[::-1], dtype=bool)
     grid = Grid(size, ~size, cell, Pose(float(low[0]), float(low[1]), 0.0))
@@ -222,7 +222,7 @@ def _away(shape: "BaseGeometry", grid: Grid, within: "BaseGeometry") -> Array:
     import cv2
 
     taken = cells_of(shape, grid)
-    free: Cells = (grid.free | _specks(~grid.free & ~taken, SPECK / grid.resolution**2)) & ~taken
+    free: Cells = (grid.free | _specks(~grid.free & ~taken, MIN_UNKNOWN_AREA / grid.resolution**2)) & ~taken
     if (inside := free & cells_of(within, grid)).any():
         # The background of a plan is as white as its rooms.
         free = inside
@@ -262,8 +262,8 @@ def _connected(away: Array, grid: Grid, need: float, wanted: Sequence[Array]) ->
         column, row = np.floor(grid.cells(place)).astype(int)
         order.sort(key=lambda part: part != parts[row, column])
     others = [k for k in order[1:] if areas[k - 1] >= ROOM]
-    places = [np.round(grid.corners(middles[k] + 0.5), 1).tolist() for k in others[:MOST_ROOMS]]
-    more = ", and others" if len(others) > MOST_ROOMS else ""
+    places = [np.round(grid.corners(middles[k] + 0.5), 1).tolist() for k in others[:MAX_ROOMS]]
+    more = ", and others" if len(others) > MAX_ROOMS else ""
     listed = ", ".join(f"{place} ({areas[k - 1]:.0f} m2)" for place, k in zip(places, others, strict=False))
     noun = "area has" if len(others) == 1 else "areas have"
     lines = [f"{len(others)} free {noun} no way to the robot that is wide enough: around {listed}{more}"]
@@ -291,10 +291,10 @@ def _starts(away: Array, grid: Grid, need: float) -> list[Array]:
     import cv2
 
     left, found = away.copy(), list[Array]()
-    while len(found) < STARTS and left.max() >= need:
+    while len(found) < MAX_STARTS and left.max() >= need:
         row, column = (int(index) for index in np.unravel_index(int(np.argmax(left)), left.shape))
         found.append(np.round(grid.corners(np.array([column + 0.5, row + 0.5])), 2))
-        cv2.circle(left, (column, row), round(SHORTEST_LEG / grid.resolution), 0.0, -1)
+        cv2.circle(left, (column, row), round(MIN_LEG / grid.resolution), 0.0, -1)
     return found
 
 
@@ -303,7 +303,7 @@ def _tour(away: Array, grid: Grid, start: Array, need: float) -> list[Array]:
     seen = [start]
     for _ in range(LEGS):
         ahead = _farthest(away, grid, seen, need)
-        if math.dist(ahead, seen[-1]) < SHORTEST_LEG:
+        if math.dist(ahead, seen[-1]) < MIN_LEG:
             break
         seen.append(ahead)
     return seen

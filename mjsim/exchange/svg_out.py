@@ -14,11 +14,11 @@ from mjsim.plan import SVG_NAMESPACE, SvgPlan, add_line, bounds_of, color, hex_o
 from mjsim.plan import SVG_UNITS as PER_METRE
 from mjsim.world import MITRE_LIMIT, SLICE, Opening, Wall, World
 
-REDUCTION = 100.0
+SCALE_DENOMINATOR = 100.0
 """Scale denominator: one metre is a centimetre on paper."""
 MARGIN = 1.0
 """Margin around everything [m]."""
-LETTERS, TITLE = 0.22, 0.4
+LETTER_HEIGHT, TITLE_HEIGHT = 0.22, 0.4
 """Height of letters [m]."""
 
 
@@ -40,7 +40,9 @@ def write_svg(world: World, path: str | Path, *, overwrite: bool = False) -> Pat
     if not shapes:
         raise UsageError("this world has no walls, things, people or robots; there is no plan to draw")
     bounds = bounds_of(shape for shape in shapes if shape.group != "beacons")
-    plan = SvgPlan(bounds + np.array([[-MARGIN, -MARGIN], [MARGIN, MARGIN + 2 * TITLE]]), ratio=REDUCTION)
+    plan = SvgPlan(
+        bounds + np.array([[-MARGIN, -MARGIN], [MARGIN, MARGIN + 2 * TITLE_HEIGHT]]), ratio=SCALE_DENOMINATOR
+    )
     plan.root.set(UNIT, f"{1 / PER_METRE:g}")
     SubElement(plan.root, f"{{{SVG_NAMESPACE}}}title").text = world.name
     _head(plan, world.name, bounds)
@@ -54,11 +56,11 @@ def write_svg(world: World, path: str | Path, *, overwrite: bool = False) -> Pat
 def _head(plan: SvgPlan, name: str, bounds: Array) -> None:
     """Write name and size of a world, and a scale bar of one metre."""
     title, (wide, deep) = plan.group("title"), np.ptp(bounds, axis=0).tolist()
-    at = np.array([bounds[0, 0], bounds[1, 1] + 1.6 * TITLE])
-    plan.write(title, f"{name}, {wide:.1f} x {deep:.1f} m, 1 : {REDUCTION:g}", at, TITLE)
+    at = np.array([bounds[0, 0], bounds[1, 1] + 1.6 * TITLE_HEIGHT])
+    plan.write(title, f"{name}, {wide:.1f} x {deep:.1f} m, 1 : {SCALE_DENOMINATOR:g}", at, TITLE_HEIGHT)
     foot, metre = bounds[0] - np.array([0.0, MARGIN / 2]), np.array([1.0, 0.0])
     add_line(title, np.stack([foot, foot + metre]), hex_of(color("ink")), 0.04)
-    plan.write(title, "1 m", foot + 1.1 * metre, LETTERS)
+    plan.write(title, "1 m", foot + 1.1 * metre, LETTER_HEIGHT)
 
 
 def _walls(group: Element, world: World) -> None:

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from mjsim.world import Use
 
 PRESET = "pioneer3dx"
-SCENES = (".world", ".sdf", ".xml", ".mjcf")
+SCENE_SUFFIXES = (".world", ".sdf", ".xml", ".mjcf")
 """File suffixes of scenes of other simulators."""
 
 

@@ -20,7 +20,7 @@ from mjsim.guarded.plain_values import send
 from mjsim.guarded.request import LENGTH, OWN_ERRORS, Call, Permission
 from mjsim.guarded.working import MISSING, REPORT
 
-LONGEST_TRACEBACK = 20_000
+MAX_TRACEBACK = 20_000
 """Maximum length of the traceback that is handed back for developers [characters]."""
 
 
@@ -63,7 +63,7 @@ def answers_to(request: bytes) -> Iterator[Mapping[str, Any]]:
         yield {"memory": True}
     except ImportError as error:
         # No file makes a library missing.
-        yield {"fault": str(error), "traceback": traceback.format_exc()[-LONGEST_TRACEBACK:]}
+        yield {"fault": str(error), "traceback": traceback.format_exc()[-MAX_TRACEBACK:]}
     except Exception as error:
         yield _described(error)
 
@@ -79,7 +79,7 @@ def _send(answers: BinaryIO, answer: Mapping[str, Any]) -> None:
 
 def _described(error: Exception) -> Mapping[str, Any]:
     """Return an error in the form sent to the parent; an error of a library is a fault of the file."""
-    said = traceback.format_exc()[-LONGEST_TRACEBACK:]
+    said = traceback.format_exc()[-MAX_TRACEBACK:]
     if isinstance(error, WorldError):
         problems = [[each.file, each.line, each.column, each.message] for each in error.problems]
         return {"error": "WorldError", "problems": problems, "traceback": said}

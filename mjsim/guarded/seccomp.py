@@ -16,7 +16,7 @@ from mjsim.guarded import syscalls
 from mjsim.guarded.syscalls import Refused
 
 _INSTRUCTION = struct.Struct("<HBBI")
-_LOAD, _EQUAL, _AT_LEAST, _ANY_BIT, _RETURN = 0x20, 0x15, 0x35, 0x45, 0x06
+_LOAD, _EQUAL, _NOT_BELOW, _ANY_BIT, _RETURN = 0x20, 0x15, 0x35, 0x45, 0x06
 """BPF_LD|BPF_W|BPF_ABS, BPF_JMP|BPF_JEQ|BPF_K, BPF_JMP|BPF_JGE|BPF_K, BPF_JMP|BPF_JSET|BPF_K, BPF_RET|BPF_K."""
 _NUMBER, _ARCHITECTURE, _ARGUMENTS = 0, 4, 16
 """Offsets in `struct seccomp_data`."""
@@ -59,7 +59,7 @@ def program(machine: str, *, writing: bool) -> Program:
     code: Program = [(_LOAD, 0, 0, _ARCHITECTURE), (_EQUAL, 1, 0, _AUDIT[machine]), _error(errno.ENOSYS)]
     code.append((_LOAD, 0, 0, _NUMBER))
     if machine == "x86_64":
-        code += [(_AT_LEAST, 0, 1, _X32), _error(errno.ENOSYS)]
+        code += [(_NOT_BELOW, 0, 1, _X32), _error(errno.ENOSYS)]
     for call in (*syscalls.REFUSED.values(), *syscalls.ATTRIBUTES.values()):
         code += _case(call, machine)
     if not writing:

@@ -45,10 +45,10 @@ from .readings import PointCloud as PointCloud
 from .readings import Scan as Scan
 from .readings import Sighting as Sighting
 from .readings import WheelTicks as WheelTicks
-from .shown import LONGEST_TEXT as LONGEST_TEXT
 from .shown import MAX_CELLS as MAX_CELLS
 from .shown import MAX_ITEMS as MAX_ITEMS
 from .shown import MAX_POINTS as MAX_POINTS
+from .shown import MAX_TEXT_LENGTH as MAX_TEXT_LENGTH
 from .shown import Shown as Shown
 from .shown import ShownFrame as ShownFrame
 from .shown import ShownGrid as ShownGrid

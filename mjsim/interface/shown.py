@@ -16,7 +16,7 @@ MAX_POINTS = 20_000
 """Maximum number of points in all items of an estimate together."""
 MAX_CELLS = 1 << 20
 """Maximum number of grid cells in all items of an estimate together."""
-LONGEST_TEXT = 200
+MAX_TEXT_LENGTH = 200
 """Maximum length of a text or a name [characters]."""
 _ORIGIN: Final = Pose(0.0, 0.0, 0.0)
 _COLOR = re.compile(r"#[0-9a-fA-F]{6}")
@@ -171,8 +171,8 @@ def require_bounds(items: Sequence[Shown]) -> None:
 
 
 def _require_text(label: str, text: object) -> None:
-    if not isinstance(text, str) or not text.isprintable() or not 0 < len(text) <= LONGEST_TEXT:
-        raise ValueError(f"{label} is {text!r:.60}; it must be 1 to {LONGEST_TEXT} printable characters")
+    if not isinstance(text, str) or not text.isprintable() or not 0 < len(text) <= MAX_TEXT_LENGTH:
+        raise ValueError(f"{label} is {text!r:.60}; it must be 1 to {MAX_TEXT_LENGTH} printable characters")
 
 
 def _numbers(label: str, values: ArrayLike) -> Array:

@@ -15,7 +15,7 @@ from mjsim.lab.pid_rules import RULES
 from mjsim.lab.plane import on_axis, outward
 from mjsim.lab.plant_study import first_output, shown_seconds, shown_times, system_of, theory
 
-FILTER = 10.0
+DERIVATIVE_FILTER = 10.0
 """Time constant of the derivative filter of a PID: its derivative time divided by this."""
 
 
@@ -62,7 +62,7 @@ def pid_design(plant: LinearPlant, rule: str) -> Design:
     if math.isfinite(ti):
         law = law + kp / (ti * s)
     if td:
-        law = law + kp * td * s / (1 + td / FILTER * s)
+        law = law + kp * td * s / (1 + td / DERIVATIVE_FILTER * s)
     law = control.sample_system(law, plant.dt, "backward_diff") if plant.dt else law
     return _in_series(plant, law, f"PID by {rule}: gain {kp:.4g}, Ti {ti:.4g} s, Td {td:.4g} s")
 

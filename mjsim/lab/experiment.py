@@ -23,7 +23,7 @@ from mjsim.record import Recording
 from mjsim.views import Viewed
 from mjsim.world import Plant, World
 
-SWEEP = 40.0
+SWEEP_TIME_CONSTANTS = 40.0
 """Duration of a sweep, in time constants of the slowest pole."""
 MAX_SAMPLES = 600
 """Maximum number of samples of an identification."""
@@ -183,7 +183,9 @@ def _swept(world: World, scene: ScenePlant, study: Study, plant: Plant) -> Sampl
     if not (study.poles.real < -1e-9).all():
         return None
     slowest = float(np.abs(study.poles.real).min(initial=np.inf))
-    seconds = min(plant.seconds or (SWEEP / slowest if len(study.poles) else SWEEP), 100.0)
+    seconds = min(
+        plant.seconds or (SWEEP_TIME_CONSTANTS / slowest if len(study.poles) else SWEEP_TIME_CONSTANTS), 100.0
+    )
     signal = _signal(world, study, plant, seconds)
     dt = float(scene.model.opt.timestep)
     stride = max(round(seconds / dt / MAX_SAMPLES), 1)

@@ -13,7 +13,7 @@ from mjsim.lab.linear import LinearPlant, minimal_states
 from mjsim.lab.plant_study import theory
 from mjsim.world import Plant, StateSpace, TransferFunction, ZerosPolesGain, complex_root
 
-PADE = 5
+PADE_ORDER = 5
 """Order of the approximation of a delay in continuous time."""
 
 
@@ -76,14 +76,14 @@ def _delayed(system: Any, delay: float) -> LinearPlant:
         periods = round(delay / undelayed.dt)
         shift = control.ss(np.eye(periods, k=-1), np.eye(periods, 1), np.eye(1, periods, periods - 1), 0, undelayed.dt)
         return _named(shift * system)
-    approximation = control.ss(control.tf(*control.pade(delay, PADE)))
+    approximation = control.ss(control.tf(*control.pade(delay, PADE_ORDER)))
     return replace(_named(system * approximation), delay=delay, undelayed=undelayed)
 
 
 def pade_limit(delay: float) -> float:
     """Return the frequency up to which the phase of the approximation of a delay errs by less than 1 deg [rad/s]."""
     control = theory()
-    turns = np.linspace(0.0, 4.0 * PADE, 4_000)
-    _, phase, _ = control.frequency_response(control.tf(*control.pade(1.0, PADE)), turns)
+    turns = np.linspace(0.0, 4.0 * PADE_ORDER, 4_000)
+    _, phase, _ = control.frequency_response(control.tf(*control.pade(1.0, PADE_ORDER)), turns)
     wrong = np.abs(np.unwrap(np.asarray(phase)) - phase[0] + turns) > math.radians(1.0)
     return float(turns[np.argmax(wrong)]) / delay

@@ -15,11 +15,11 @@ from mjsim.lab.plant_study import system_of, theory
 
 Complexes = NDArray[np.complex128]
 
-FEWEST = 50
+MIN_SAMPLES = 50
 """Minimum number of samples."""
-UNSTABLE = 1e-6
+MIN_UNSTABLE_POLE = 1e-6
 """Real part above which a pole makes the plant unstable [rad/s]."""
-HUGE = 1e6
+MAX_RESIDUAL = 1e6
 """Residuals are clipped at this value."""
 
 
@@ -79,10 +79,10 @@ def identified(plant: LinearPlant, samples: Samples) -> Identified:
         Ljung, System Identification (1999), sections 4.2 and 10.2.
     """
     count = len(samples.time)
-    if count < FEWEST or not np.ptp(samples.inputs) > 0.0:
+    if count < MIN_SAMPLES or not np.ptp(samples.inputs) > 0.0:
         raise UsageError(f"{samples.source} has {count} samples of an input that changes too little to identify from")
     dt = float(samples.time[1] - samples.time[0])
-    if (np.linalg.eigvals(plant.A).real > UNSTABLE).any():
+    if (np.linalg.eigvals(plant.A).real > MIN_UNSTABLE_POLE).any():
         raise UsageError("the plant is not stable, so no model without its controller can follow a recording")
     y = samples.outputs - samples.outputs[:, :1]
     direct = (plant.D != 0.0).any(axis=1) | (not samples.held)
@@ -118,7 +118,7 @@ def _output_error(u: Array, y: Array, order: int, direct: int) -> tuple[Array, A
 
     def missed(values: Array) -> Array:
         with np.errstate(over="ignore", invalid="ignore"):
-            return np.nan_to_num(np.clip(_follow(law(values), u) - y, -HUGE, HUGE), nan=HUGE)
+            return np.nan_to_num(np.clip(_follow(law(values), u) - y, -MAX_RESIDUAL, MAX_RESIDUAL), nan=MAX_RESIDUAL)
 
     best = least_squares(missed, guess, x_scale=np.maximum(np.abs(guess), 1e-6))
     return law(best.x)

@@ -10,9 +10,9 @@ from mjsim.geometry import Array
 from mjsim.lab.reduced import Reduced, Setting
 
 Truths = NDArray[np.bool_]
-STEP = 2e-4
+DIFFERENCE_STEP = 2e-4
 """Step of the differences [rad, m, and so on]; their error is of fourth order in it."""
-COUPLED = 1e-8
+NOISE_RATIO = 1e-8
 """Numerical noise of the differences, as a fraction of the largest element of the matrix."""
 
 
@@ -51,7 +51,7 @@ class LinearPlant:
         return self.undelayed or self
 
 
-def slope(function: Callable[[float], Array], step: float = STEP) -> Array:
+def slope(function: Callable[[float], Array], step: float = DIFFERENCE_STEP) -> Array:
     """Return the derivative of a function at 0, by fourth-order central differences.
 
     References:
@@ -98,7 +98,7 @@ def linearised(
     return A, B, np.array(Y).T.reshape(len(measure), n)
 
 
-def minimal_states(A: Array, B: Array, C: Array, *, coupled: float = COUPLED) -> list[int]:
+def minimal_states(A: Array, B: Array, C: Array, *, coupled: float = NOISE_RATIO) -> list[int]:
     """Return the indices of the states that are reachable from the input and observable in an output, in order.
 
     Elements below `coupled` times the largest of their matrix count as zero.

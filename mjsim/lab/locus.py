@@ -13,19 +13,19 @@ from scipy.optimize import brentq, linear_sum_assignment
 from mjsim.geometry import Array
 from mjsim.lab.plane import on_boundary, outward
 
-SEGMENT = 0.02
+MAX_SEGMENT = 0.02
 """Longest segment of a branch, as a fraction of the width of the picture."""
 TURN = math.radians(5.0)
 """Largest turn between two segments of a branch, except where branches meet."""
-FINE = 1e-6
+MIN_SEGMENT = 1e-6
 """Segments shorter than this fraction of the picture are not refined: numerical noise."""
 MARGIN = 1.35
 """Half the width of the picture, as a multiple of the most distant point that it must show."""
-BEYOND = 1.5
+MIN_EXTENT = 1.5
 """Branches are followed at least to this multiple of half the width of the picture."""
-FURTHEST = 12.0
+MAX_EXTENT = 12.0
 """Those that leave the picture are followed to this multiple of half its width, until the others reach their zeros."""
-SHOWN = 3.5
+MAX_MARK_DISTANCE = 3.5
 """Marks further out than this multiple of the most distant pole or zero are outside the picture."""
 MAX_GAINS = 4000
 """Maximum number of gains."""
@@ -105,10 +105,12 @@ def root_locus(loop: Any) -> RootLocus:
     breakaways = _breakaways(plant, size)
     excess = len(poles) - len(zeros)
     centroid = _without_rounding(float((poles.sum() - zeros.sum()).real) / excess, size) if excess else None
-    extent = MARGIN * max(size, *(abs(mark.point) for mark in breakaways if abs(mark.point) < SHOWN * size), 0.0)
+    extent = MARGIN * max(
+        size, *(abs(mark.point) for mark in breakaways if abs(mark.point) < MAX_MARK_DISTANCE * size), 0.0
+    )
     gains, branches = _traced(plant, extent, breakaways)
     crossings = _crossings(plant, gains, branches, extent)
-    far = max((abs(mark.point) for mark in crossings if abs(mark.point) < SHOWN * size), default=0.0)
+    far = max((abs(mark.point) for mark in crossings if abs(mark.point) < MAX_MARK_DISTANCE * size), default=0.0)
     if MARGIN * far > extent:
         extent = MARGIN * far
         gains, branches = _traced(plant, extent, breakaways)
@@ -208,11 +210,11 @@ def _coarse(plant: _Loop, extent: float, breakaways: Sequence[LocusMark]) -> tup
     grid = grid[grid < 0.99 * plant.ends] if math.isfinite(plant.ends) else grid
     roots = plant.roots(grid)
     far = np.sort(np.abs(roots), axis=1)
-    away = (far > BEYOND * extent).sum(axis=1) >= excess
+    away = (far > MIN_EXTENT * extent).sum(axis=1) >= excess
     gap = np.abs(roots[:, :, None] - plant.zeros).min(axis=2, initial=math.inf)
-    done = (np.abs(roots) > BEYOND * extent) | (gap < 0.005 * 2 * extent)
+    done = (np.abs(roots) > MIN_EXTENT * extent) | (gap < 0.005 * 2 * extent)
     last = int(np.argmax(done.all(axis=1))) if done.all(axis=1).any() else len(grid) - 1
-    near = np.flatnonzero(far[:, -1] <= FURTHEST * extent)
+    near = np.flatnonzero(far[:, -1] <= MAX_EXTENT * extent)
     first = int(np.argmax(away)) if away.any() else len(grid) - 1
     last = min(last, max(first, int(near.max(initial=0)))) if excess else last
     gains = np.unique([0.0, *grid[: last + 1 : 4], grid[last], *_within(breakaways, grid[last]), min(1.0, grid[last])])
@@ -239,10 +241,10 @@ def _too_coarse(gains: Gains, branches: Array, extent: float, met: set[float]) -
     """Return the intervals of gains to halve."""
     steps = np.diff(branches, axis=1)
     lengths = np.abs(steps)
-    bad = lengths > SEGMENT * 2.0 * extent
+    bad = lengths > MAX_SEGMENT * 2.0 * extent
     before, after = steps[:, :-1], steps[:, 1:]
     turns = np.abs(np.angle(after * np.conj(before)))
-    sharp = (turns > TURN) & (np.minimum(lengths[:, :-1], lengths[:, 1:]) > FINE * extent)
+    sharp = (turns > TURN) & (np.minimum(lengths[:, :-1], lengths[:, 1:]) > MIN_SEGMENT * extent)
     sharp[:, np.isin(gains[1:-1], list(met))] = False
     longer = lengths[:, :-1] >= lengths[:, 1:]
     bad[:, :-1] |= sharp & longer

@@ -10,12 +10,12 @@ from scipy.optimize import brentq
 from mjsim.geometry import Array
 from mjsim.lab.plane import in_time, nyquist_frequency, on_axis, outward
 
-REAL = 1e-9
+REAL_TOLERANCE = 1e-9
 """A response is real if its imaginary part is below this fraction of its magnitude, and then crosses no axis; one whose
 magnitude changes by less about a frequency does not cross 1 there."""
-EDGE = 1e-4
+EDGE_TOLERANCE = 1e-4
 """Poles whose real part is below this fraction of a frequency neither grow nor decay: double ones err by 1e-8."""
-LOW = 1e-6
+MIN_CROSSOVER = 1e-6
 """Crossovers below this fraction of the lowest corner frequency are rounding: the gain at 0 is 1."""
 GRID = 2000
 """Frequencies at which crossovers of a delayed loop are looked for, over one decade of its corner frequencies."""
@@ -38,7 +38,7 @@ def margins_of(loop: Any, delay: float = 0.0) -> dict[str, float | None]:
             found = control.stability_margins(loop, returnall=True)
         gains = list(zip(found[0], found[3], strict=True))
         phases = list(zip(found[1], found[4], strict=True))
-    low = LOW * _lowest(loop)
+    low = MIN_CROSSOVER * _lowest(loop)
     gains = [(gain, at) for gain, at in gains if low < at < math.inf and gain > 0.0 and not _is_real(loop, at, delay)]
     # A static loop of gain -1 at 0 rad/s is at its margin there.
     gains += [] if delay else _static(loop)
@@ -53,7 +53,7 @@ def margins_of(loop: Any, delay: float = 0.0) -> dict[str, float | None]:
 def _corners(loop: Any) -> Array:
     """Return the sizes of poles and zeros but those at 0, in continuous time [rad/s]."""
     corners = np.abs(in_time(np.concatenate([loop.poles(), loop.zeros()]), loop.dt))
-    return np.asarray(corners[(corners > REAL) & np.isfinite(corners)])
+    return np.asarray(corners[(corners > REAL_TOLERANCE) & np.isfinite(corners)])
 
 
 def _lowest(loop: Any) -> float:
@@ -67,7 +67,7 @@ def _is_real(loop: Any, omega: float, delay: float) -> bool:
     if loop.dt and omega >= nyquist_frequency(loop.dt):
         return False
     values = loop(on_axis(omega * np.array([0.7, 1.0, 1.4]), loop.dt))
-    return bool((np.abs(values.imag) < REAL * np.abs(values)).all())
+    return bool((np.abs(values.imag) < REAL_TOLERANCE * np.abs(values)).all())
 
 
 def _crosses(loop: Any, omega: float, delay: float) -> bool:
@@ -77,14 +77,14 @@ def _crosses(loop: Any, omega: float, delay: float) -> bool:
     grow elsewhere, else there is none.
     """
     below, above = np.abs(loop(on_axis(omega * np.array([0.99, 1.01]), loop.dt)))
-    if abs(above - below) < REAL:
+    if abs(above - below) < REAL_TOLERANCE:
         return False
     if not _is_real(loop, omega, delay):
         return True
     import control
 
     growth = np.max(outward(control.feedback(loop).poles(), loop.dt), initial=0.0) / (loop.dt or 1.0)
-    return bool(complex(loop(on_axis(omega, loop.dt))).real < 0.0 and growth < EDGE * omega)
+    return bool(complex(loop(on_axis(omega, loop.dt))).real < 0.0 and growth < EDGE_TOLERANCE * omega)
 
 
 def _static(loop: Any) -> list[tuple[float, float]]:
@@ -103,7 +103,7 @@ def _searched(loop: Any, delay: float) -> tuple[list[tuple[float, float]], list[
     crossed = _roots(lambda at: np.abs(value(at)) - 1.0, omega)
     turned = [*_roots(lambda at: np.imag(value(at)), omega), *([nyquist_frequency(loop.dt)] if loop.dt else [])]
     # Beside a pole on the axis the sign changes through infinity.
-    turned = [at for at in turned if -1.0 / REAL < complex(value(at)).real < -REAL * REAL]
+    turned = [at for at in turned if -1.0 / REAL_TOLERANCE < complex(value(at)).real < -REAL_TOLERANCE * REAL_TOLERANCE]
     gains = [(1.0 / abs(complex(value(at))), at) for at in turned]
     phases = [((math.degrees(np.angle(-complex(value(at)))) + 180.0) % 360.0 - 180.0, at) for at in crossed]
     return gains, phases

@@ -12,10 +12,10 @@ from mjsim.lab.linear import LinearPlant
 from mjsim.lab.locus import finite_zeros
 from mjsim.lab.margins import margins_of
 from mjsim.lab.plane import outward
-from mjsim.lab.plant_study import INTEGRATOR, first_output, shown_seconds, theory
+from mjsim.lab.plant_study import MAX_INTEGRATOR_POLE, first_output, shown_seconds, theory
 
 OTHERWISE = "take another rule of --pid, or --place, --lqr or --lead"
-EQUAL = 1e-3
+ROOT_TOLERANCE = 1e-3
 """Roots that differ by less than this fraction of their size are equal but for rounding."""
 Parameters = tuple[float, float, float]
 """Parameters of a PID: gain, integral time and derivative time [s]; an infinite integral time means no integral part.
@@ -102,12 +102,12 @@ def _halved(plant: LinearPlant) -> Lag:
 
 def _merged(roots: Array) -> Array:
     """Return the roots with their mean for those that only rounding parts: four equal ones differ by 1e-4."""
-    near = np.abs(roots[:, None] - roots) < EQUAL * np.abs(roots)
+    near = np.abs(roots[:, None] - roots) < ROOT_TOLERANCE * np.abs(roots)
     return np.array([roots[row].mean() for row in near])
 
 
 def _are_real(roots: Array) -> bool:
-    return bool((np.abs(roots.imag) < EQUAL * np.abs(roots)).all())
+    return bool((np.abs(roots.imag) < ROOT_TOLERANCE * np.abs(roots)).all())
 
 
 def _cancelled(roots: Array, others: Array) -> Array:
@@ -147,7 +147,7 @@ def _simc(plant: LinearPlant) -> Parameters:
     _require_continuous(plant)
     loop = first_output(plant.exact)
     poles = loop.poles()
-    if (np.abs(poles) < INTEGRATOR).sum() == 1 and (poles.real < INTEGRATOR).all():
+    if (np.abs(poles) < MAX_INTEGRATOR_POLE).sum() == 1 and (poles.real < MAX_INTEGRATOR_POLE).all():
         slope, dead = _ramp(loop, plant.delay)
         return 1.0 / (slope * 2.0 * dead), 8.0 * dead, 0.0
     lag = _halved(plant)
@@ -165,7 +165,7 @@ def _ramp(loop: Any, delay: float) -> tuple[float, float]:
 
     They follow from the series expansion at 0: G(s) = slope / s - slope dead + ...
     """
-    moving = np.abs(loop.poles())[np.abs(loop.poles()) > INTEGRATOR]
+    moving = np.abs(loop.poles())[np.abs(loop.poles()) > MAX_INTEGRATOR_POLE]
     s = 1e-4 * float(moving.min(initial=1.0 / delay if delay else 1.0))
     inner, outer = (float(np.real(at * loop(at))) for at in (s, 2 * s))
     slope = 2.0 * inner - outer

@@ -14,7 +14,7 @@ from mjsim.lab.closed import ClosedLoop
 from mjsim.lab.design import Design
 from mjsim.lab.design_modules import module_text
 from mjsim.lab.experiment import Experiment
-from mjsim.lab.formula import PADE, pade_limit
+from mjsim.lab.formula import PADE_ORDER, pade_limit
 from mjsim.lab.linear import LinearPlant
 from mjsim.lab.locus import RootLocus
 from mjsim.report import Block, Code, Heading, HtmlTable, Paragraph, html_page, picture, png_of
@@ -76,7 +76,11 @@ def figures_of(experiment: Experiment) -> dict[str, Any]:
     if plant.dt:
         found["dt"] = plant.dt
     if plant.delay:
-        found["delay"] = {"seconds": plant.delay, "pade_order": PADE, "exact_to_1_deg_up_to": pade_limit(plant.delay)}
+        found["delay"] = {
+            "seconds": plant.delay,
+            "pade_order": PADE_ORDER,
+            "exact_to_1_deg_up_to": pade_limit(plant.delay),
+        }
     if experiment.nonlinear is not None:
         found["nonlinear_fit_percent"] = experiment.nonlinear_fit
         found["nonlinear_seconds"] = float(experiment.nonlinear[0][-1])
@@ -198,7 +202,7 @@ def _facts(experiment: Experiment) -> HtmlTable:
         *_margin_rows(study.margins),
     ]
     if delay := study.plant.delay:
-        text = f"{delay:g} s; poles, root locus and closed loops have Pade's approximation of order {PADE},"
+        text = f"{delay:g} s; poles, root locus and closed loops have Pade's approximation of order {PADE_ORDER},"
         rows.append(("delay", f"{text} whose phase errs by less than 1 deg up to {pade_limit(delay):.4g} rad/s"))
     if experiment.nonlinear is not None:
         shares = _shares(study.plant, experiment.nonlinear_fit, experiment.nonlinear[0])

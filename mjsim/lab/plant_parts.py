@@ -25,7 +25,7 @@ from mjsim.world import (
     actuator_kind,
 )
 
-SETTLE = 1.0
+SETTLING_SECONDS = 1.0
 """Time for which a robot stands until its wheels have settled [s]."""
 JOINTS = {int(mujoco.mjtJoint.mjJNT_SLIDE): "m", int(mujoco.mjtJoint.mjJNT_HINGE): "rad"}
 """Joint types with one value, and its unit."""
@@ -85,7 +85,7 @@ def settled(world: World, of: str) -> tuple[mujoco.MjModel, Setting, Array]:
         model, data = sim.model, sim.data
         begun = Setting(data.qpos.copy(), data.act * 0.0)
         if robot is not None and robot.base != "fixed":
-            for _ in range(math.ceil(SETTLE / sim.dt)):
+            for _ in range(math.ceil(SETTLING_SECONDS / sim.dt)):
                 sim.step()
             start = int(model.joint(f"{of}/free").qposadr[0])
             for qpos in (begun.qpos, data.qpos):

@@ -18,14 +18,14 @@ from mjsim.lab.plant_study import Study, theory
 from mjsim.plan import GROUPS
 from mjsim.report import ESTIMATE, MAP, NEUTRAL, ODOMETRY, TRUTH, sheet
 
-DAMPINGS = (0.2, 0.4, 0.6, 0.8)
+DAMPING_RATIOS = (0.2, 0.4, 0.6, 0.8)
 """Damping ratios of the grid of a root locus."""
-ROOMY = 2.5
+MAX_ROOMY_WIDTH = 2.5
 """Half the width of a picture up to which the unit circle has room for numbers."""
 GRID = "#8a8a8a"
 OTHERS = ((ODOMETRY, "--"), (MAP, ":"))
 """Colours and line styles of nonlinear responses."""
-QUIET = -40.0
+MIN_GAIN_DB = -40.0
 """Lower gains are left out of a Nichols chart [dB]."""
 
 
@@ -90,7 +90,7 @@ def nyquist_plot(found: Study) -> Figure:
     nyquist.legend(frameon=False, loc="upper right")
     nichols.plot(np.degrees(found.phase), decibels(found.magnitude), color=ESTIMATE, lw=1.6)
     phase, gain = np.degrees(found.phase), decibels(found.magnitude)
-    shown = gain > QUIET if (gain > QUIET).any() else gain > -np.inf
+    shown = gain > MIN_GAIN_DB if (gain > MIN_GAIN_DB).any() else gain > -np.inf
     critical = -180.0 + 360.0 * round((float(phase[np.argmin(np.abs(gain))]) + 180.0) / 360.0)
     nichols.set(xlim=_window(phase[shown], critical), ylim=np.clip(_window(gain[shown], 0.0), -60.0, 60.0))
     # python-control draws the grid where data and window overlap.
@@ -111,7 +111,7 @@ def _window(values: Array, critical: float) -> tuple[float, float]:
 
 def _damping_grid(axes: Axes, limit: float) -> None:
     """Draw lines of equal damping, and semicircles of equal natural frequency, in the left half plane."""
-    for damping in DAMPINGS:
+    for damping in DAMPING_RATIOS:
         angle = np.pi - np.arccos(damping)
         for side in (1.0, -1.0):
             end = 1.5 * limit * np.array([np.cos(angle), side * np.sin(angle)])
@@ -128,12 +128,12 @@ def _sampled_grid(axes: Axes, limit: float) -> None:
     circle = np.linspace(0.0, 2.0 * np.pi, 361)
     axes.plot(np.cos(circle), np.sin(circle), color=NEUTRAL, lw=1.1)
     turn = np.linspace(0.0, np.pi, 120)
-    for damping in DAMPINGS:
+    for damping in DAMPING_RATIOS:
         curve = np.exp((-damping / np.sqrt(1.0 - damping**2) + 1j) * turn)
         for side in (1.0, -1.0):
             axes.plot(curve.real, side * curve.imag, ":", color=GRID, lw=0.8)
         place = curve[30]
-        if limit < ROOMY:
+        if limit < MAX_ROOMY_WIDTH:
             axes.text(place.real, place.imag, f"{damping:g}", fontsize=7, color=GRID, ha="center", va="center")
     angle, damped = np.arange(0.2, 1.0, 0.2) * np.pi, np.linspace(0.0, 0.999, 60)[:, None]
     curves = np.exp(angle * (-damped + 1j * np.sqrt(1.0 - damped**2)))

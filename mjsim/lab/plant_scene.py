@@ -11,7 +11,7 @@ import numpy as np
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.lab.effects import LedJoint, PointsPush, led
-from mjsim.lab.linear import COUPLED, LinearPlant, linearised, minimal_states, slope
+from mjsim.lab.linear import NOISE_RATIO, LinearPlant, linearised, minimal_states, slope
 from mjsim.lab.plant_parts import JOINTS, Measure, PlantPart, base_of, moved_joint, part_of, settled, working_point
 from mjsim.lab.reduced import Reduced, Setting
 from mjsim.world import Plant, World
@@ -19,15 +19,15 @@ from mjsim.world import Plant, World
 AT_REST = 1e-9
 """Tolerance for the acceleration at an equilibrium, as a fraction of the largest relevant one, or of 1 if that is
 larger."""
-LOCKED = 1e9
+LOCKED_INERTIA = 1e9
 """Inertia of a locked joint, which no force moves [kg, kg m^2]."""
 MAX_STEPS = 50
 """Maximum number of steps of Newton's method."""
 MAX_SIMULATED = 50_000
 """Maximum number of physics steps in a response of the nonlinear plant."""
-AWAY = 1e6
+OUTPUT_BOUND = 1e6
 """Default bound on an output, above which the plant has diverged."""
-FARTHER = 100.0
+DIVERGENCE_RATIO = 100.0
 """The plant has also diverged if an output exceeds this multiple of the linear plant's."""
 T = TypeVar("T")
 Law = Callable[[Array, Array], float]
@@ -36,7 +36,7 @@ Law = Callable[[Array, Array], float]
 
 def bound_of(linear: Array) -> float:
     """Return the bound on outputs above which the plant has diverged, from the linear response, shape (outputs, k)."""
-    return min(FARTHER * float(np.abs(linear).max(initial=0.0)) or AWAY, AWAY)
+    return min(DIVERGENCE_RATIO * float(np.abs(linear).max(initial=0.0)) or OUTPUT_BOUND, OUTPUT_BOUND)
 
 
 class ScenePlant:
@@ -70,7 +70,7 @@ class ScenePlant:
             setting.qpos[self.model.jnt_qposadr[joint]] = value
         setting = self._closed(setting, [int(self.model.jnt_dofadr[joint]) for joint in around], locked, part)
         # What is locked is also locked in the simulation of the nonlinear plant.
-        self.model.dof_armature[locked] = LOCKED
+        self.model.dof_armature[locked] = LOCKED_INERTIA
         self._rough = _with_friction(self.model, [dof for dof in part.dofs if dof not in locked])
         lead = [self.effect.dof] if isinstance(self.effect, LedJoint) else []
         prefer = [*dict.fromkeys([*lead, *own, *part.prefer])]
@@ -107,7 +107,7 @@ class ScenePlant:
         """The largest dry friction of its joints, which a linear plant cannot have [N m, N]; 0 if there is none."""
         return 0.0 if self._rough is None else float((self._rough.dof_frictionloss - self.model.dof_frictionloss).max())
 
-    def simulated(self, inputs: Array, *, dry_friction: bool = False, bound: float = AWAY) -> Array:
+    def simulated(self, inputs: Array, *, dry_friction: bool = False, bound: float = OUTPUT_BOUND) -> Array:
         """Return the outputs of the nonlinear plant at each physics step, relative to the operating point.
 
         Args:
@@ -122,13 +122,13 @@ class ScenePlant:
         effect, model = self.effect, self._model_with(dry_friction)
         if isinstance(effect, LedJoint):
             model = copy.copy(model)
-            model.dof_armature[effect.dof] = LOCKED
+            model.dof_armature[effect.dof] = LOCKED_INERTIA
             # One more step, because it follows an input at the end of its step.
-            forces = np.append(LOCKED * effect.accelerations(inputs, model.opt.timestep), 0.0)
+            forces = np.append(LOCKED_INERTIA * effect.accelerations(inputs, model.opt.timestep), 0.0)
             return self._stepped(model, lambda k, data, found: float(forces[k]), len(forces), bound)[:, 1:]
         return self._stepped(model, lambda k, data, found: float(inputs[k]), len(inputs), bound)
 
-    def controlled(self, law: Law, count: int, *, dry_friction: bool = False, bound: float = AWAY) -> Array:
+    def controlled(self, law: Law, count: int, *, dry_friction: bool = False, bound: float = OUTPUT_BOUND) -> Array:
         """Return the outputs under a controller at each physics step, relative to the operating point.
 
         Args:
@@ -377,7 +377,7 @@ def _in_outputs(keep: list[int], n: int, Y: Array, names: list[str], bases: list
 
 def _clean(matrix: Array) -> Array:
     """Return a matrix without rounding errors, so that integrators are exact."""
-    return np.where(np.abs(matrix) > COUPLED * float(np.abs(matrix).max(initial=0.0)), matrix, 0.0)
+    return np.where(np.abs(matrix) > NOISE_RATIO * float(np.abs(matrix).max(initial=0.0)), matrix, 0.0)
 
 
 def _found(known: Mapping[str, T], name: str, kind: str, plant: Plant) -> T:

@@ -13,19 +13,19 @@ from mjsim.lab.locus import RootLocus, finite_zeros, root_locus
 from mjsim.lab.margins import margins_of
 from mjsim.lab.plane import in_time, nyquist_frequency, on_axis, outward
 
-POINTS = 400
+CURVE_POINTS = 400
 """Points of each curve, unless it oscillates many times."""
 MAX_POINTS = 4000
 """Maximum number of points of each curve."""
 A_SWING = 20
 """Points per period."""
-SWINGS = 5
+SHOWN_PERIODS = 5
 """Periods shown for a response that neither grows nor decays."""
-SHOWN = 6.0
+SHOWN_TIME_CONSTANTS = 6.0
 """Duration of responses, in time constants of the slowest pole."""
-GROWN = 20.0
+SHOWN_GROWTH = 20.0
 """Growth of an unstable response in the time shown, as a multiple of the start."""
-INTEGRATOR = 1e-9
+MAX_INTEGRATOR_POLE = 1e-9
 """Poles closer to 0 count as integrators [rad/s]."""
 
 
@@ -154,13 +154,13 @@ def shown_seconds(poles: Array, delay: float = 0.0, dt: float = 0.0) -> float:
 def _moving_seconds(poles: Array, otherwise: float) -> float:
     """Return the duration by the poles; `otherwise` if all of them are integrators [s]."""
     growing = float(poles.real.max(initial=0.0))
-    if growing > INTEGRATOR:
-        return math.log(GROWN) / growing
-    moving = poles[np.abs(poles) > INTEGRATOR]
+    if growing > MAX_INTEGRATOR_POLE:
+        return math.log(SHOWN_GROWTH) / growing
+    moving = poles[np.abs(poles) > MAX_INTEGRATOR_POLE]
     settling = np.abs(moving.real)[np.abs(moving.real) > 1e-6 * np.abs(moving)]
     if len(settling):
-        return SHOWN / float(settling.min())
-    return SWINGS * 2.0 * math.pi / float(np.abs(moving).min()) if len(moving) else otherwise
+        return SHOWN_TIME_CONSTANTS / float(settling.min())
+    return SHOWN_PERIODS * 2.0 * math.pi / float(np.abs(moving).min()) if len(moving) else otherwise
 
 
 def shown_times(poles: Array, seconds: float, dt: float = 0.0) -> Array:
@@ -168,15 +168,15 @@ def shown_times(poles: Array, seconds: float, dt: float = 0.0) -> Array:
     if dt:
         return np.asarray(np.arange(min(max(round(seconds / dt), 1), MAX_POINTS) + 1) * dt, dtype=float)
     swings = seconds * float(np.abs(poles.imag).max(initial=0.0)) / (2.0 * math.pi)
-    return np.linspace(0.0, seconds, min(max(POINTS, math.ceil(A_SWING * swings)), MAX_POINTS))
+    return np.linspace(0.0, seconds, min(max(CURVE_POINTS, math.ceil(A_SWING * swings)), MAX_POINTS))
 
 
 def frequencies(poles: Array, zeros: Array, dt: float = 0.0) -> Array:
     """Return frequencies up to two decades beyond all poles and zeros, or up to Nyquist's, shape (POINTS,) [rad/s]."""
     sizes = np.abs(in_time(np.concatenate([poles, zeros]), dt))
-    sizes = sizes[sizes > INTEGRATOR]
+    sizes = sizes[sizes > MAX_INTEGRATOR_POLE]
     low, high = (float(sizes.min()), float(sizes.max())) if len(sizes) else (1.0, 1.0)
     if dt:
         high = nyquist_frequency(dt)
-        return np.geomspace(min(low, high) / 100.0, high, POINTS)
-    return np.geomspace(low / 100.0, high * 100.0, POINTS)
+        return np.geomspace(min(low, high) / 100.0, high, CURVE_POINTS)
+    return np.geomspace(low / 100.0, high * 100.0, CURVE_POINTS)

@@ -16,9 +16,9 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.lab.effects import InputEffect
 
-SLIPPERY = 1e-3
+MIN_FRICTION = 1e-3
 """A contact with less friction constrains only its normal direction."""
-RANK = 1e-9
+RANK_TOLERANCE = 1e-9
 """A constraint that adds less than this to the others is redundant."""
 
 
@@ -141,14 +141,16 @@ class Reduced:
         for contact in self._data.contact:
             ours = geoms[contact.geom1] in self._bodies or geoms[contact.geom2] in self._bodies
             if ours and contact.efc_address >= 0:
-                sticks = contact.dim >= 3 and contact.friction[0] > SLIPPERY
+                sticks = contact.dim >= 3 and contact.friction[0] > MIN_FRICTION
                 rows += range(contact.efc_address, contact.efc_address + (3 if sticks else 1))
         return rows
 
     def _independent(self, J: Array, order: Sequence[int]) -> Array:
         """Return the columns that can be chosen independently: the first in order that leave the others determined."""
         dependent: list[int] = []
-        rank = np.linalg.matrix_rank(J, tol=RANK * max(1.0, float(np.abs(J).max(initial=0.0)))) if len(J) else 0
+        rank = (
+            np.linalg.matrix_rank(J, tol=RANK_TOLERANCE * max(1.0, float(np.abs(J).max(initial=0.0)))) if len(J) else 0
+        )
         # Gram-Schmidt from the least preferred: what adds to the span is determined by the constraints.
         span = np.zeros((0, len(J)))
         for column in reversed(order):

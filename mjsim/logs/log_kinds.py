@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
-from mjsim.errors import LONGEST_MESSAGE, UsageError
+from mjsim.errors import MAX_MESSAGE_LENGTH, UsageError
 from mjsim.logs.bags import is_bag, read_bag
 from mjsim.logs.files import lines_of
 from mjsim.logs.formats import (
@@ -113,7 +113,7 @@ def _unknown(path: Path, inside: Sequence[str]) -> str:
     if packed := [each.name for each in (path.iterdir() if path.is_dir() else [path]) if each.suffix in ZSTD_SUFFIXES]:
         return f"'{path}' holds {packed[0]}, packed by zstd, and no metadata.yaml that says so; unpack it (unzstd)"
     if inside:
-        return f"'{path}' is a folder of logs; name one of them: {', '.join(inside)}"[:LONGEST_MESSAGE]
+        return f"'{path}' is a folder of logs; name one of them: {', '.join(inside)}"[:MAX_MESSAGE_LENGTH]
     if path.is_dir() and not any(path.iterdir()):
         return f"'{path}' is an empty folder; name a log, or a folder that holds one"
     if path.is_file() and not path.stat().st_size:
@@ -126,7 +126,7 @@ def _unknown(path: Path, inside: Sequence[str]) -> str:
         return f"'{path}' is a trajectory, no log; judge it on a recording: mjsim replay RUN.mcap --trajectory '{path}'"
     if path.is_file() and path.suffix.lower() in TABLE_SUFFIXES:
         return f"'{path}' is a table of numbers; describe its columns in a YAML file (log: tables) and name that"
-    return f"'{path}' is not a supported log; give {READ}"[:LONGEST_MESSAGE]
+    return f"'{path}' is not a supported log; give {READ}"[:MAX_MESSAGE_LENGTH]
 
 
 def _cut(path: Path) -> str:

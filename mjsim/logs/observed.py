@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mjsim.errors import LONGEST_MESSAGE, UsageError
+from mjsim.errors import MAX_MESSAGE_LENGTH, UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Command, Observation, ReadingType, form_fields, named, retimed
 from mjsim.logs.resampling import AHEAD, Log, RobotLog, Wishes, kept, recorded, world_of, write_ticks
@@ -173,7 +173,7 @@ def _require_sensors(world: World, robot: str, observations: Sequence[Observatio
         try:
             check_fit(seen, sensors)
         except ValueError as error:
-            raise UsageError(f"observation {row}: {error}"[:LONGEST_MESSAGE]) from None
+            raise UsageError(f"observation {row}: {error}"[:MAX_MESSAGE_LENGTH]) from None
 
 
 def _require_numbers(observations: Sequence[Observation]) -> None:
@@ -252,7 +252,7 @@ def _poses(truth: ArrayLike | None, count: int) -> Array:
     try:
         poses = np.asarray(truth, dtype=float)
     except (TypeError, ValueError) as error:
-        raise UsageError(f"the truth is no table of numbers: {error}"[:LONGEST_MESSAGE]) from None
+        raise UsageError(f"the truth is no table of numbers: {error}"[:MAX_MESSAGE_LENGTH]) from None
     if poses.shape != (count, 3):
         raise UsageError(f"the truth has shape {poses.shape}; with {count} observations it must be ({count}, 3)")
     return poses

@@ -12,7 +12,7 @@ from mjsim.geometry import Array, Pose, headings, places_at
 from mjsim.guarded import Plain, guarded
 from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo
 from mjsim.logs.bags import POSES, Bag, is_bag, pose_of
-from mjsim.logs.files import LARGEST, lines_of
+from mjsim.logs.files import MAX_NUMBER, lines_of
 from mjsim.logs.importing import readable_folders
 
 ODOMETRY_TYPES, PATH_TYPES = "nav_msgs/msg/Odometry", "nav_msgs/msg/Path"
@@ -61,7 +61,7 @@ def _rows_of_text(path: Path) -> Iterator[tuple[float, float, float, float]]:
             values = [float(word) for word in words]
         except ValueError:
             values = []
-        if len(values) not in (4, 8) or not all(abs(value) <= LARGEST for value in values):
+        if len(values) not in (4, 8) or not all(abs(value) <= MAX_NUMBER for value in values):
             raise UsageError(
                 f"{path}:{number}: '{line.strip():.60}' is no pose; write t x y z qx qy qz qw, or t x y heading"
             )

@@ -25,7 +25,7 @@ MAX_EVALUATIONS, MIN_EVALUATIONS = 8000, 40
 second."""
 MIN_REDUCTION, MAX_SLOW_STEPS = 0.995, 4
 """A start is abandoned after this many consecutive steps that reduce the residuals to more than this ratio."""
-LONGEST_STEP = 0.6
+MAX_STEP = 0.6
 """Maximum step of Newton's method in one value [rad, m]."""
 NO_RANK = 1e-9
 """Singular values below this, relative to the largest, count as zero."""
@@ -225,7 +225,7 @@ def tracked(linkage: Linkage, rows: Sequence[Rows], values: Array, *, columns: S
     values, own = values.copy(), np.array(columns, dtype=int)
     for _ in range(MAX_NEWTON_STEPS):
         step = solved(jacobian(linkage, rows, values)[:, own], -residual(linkage, rows, values))
-        values[own] += np.clip(step, -LONGEST_STEP, LONGEST_STEP)
+        values[own] += np.clip(step, -MAX_STEP, MAX_STEP)
         if np.abs(step).max(initial=0.0) < CLOSE_ENOUGH:
             break
     return values
@@ -246,7 +246,7 @@ def _newton(linkage: Linkage, rows: Sequence[Rows], values: Array, free: Array, 
         if used > effort or slow == MAX_SLOW_STEPS:
             break
         step = solved(jacobian(linkage, rows, values)[:, free], -missed)
-        step *= min(1.0, LONGEST_STEP / max(float(np.abs(step).max()), 1e-300))
+        step *= min(1.0, MAX_STEP / max(float(np.abs(step).max()), 1e-300))
         before, size = float(np.linalg.norm(missed)), 1.0
         while size > 1e-3:
             tried = values.copy()

@@ -20,7 +20,7 @@ from .picture_pixels import bounded as bounded
 from .picture_pixels import encode_png as encode_png
 from .picture_pixels import read_picture as read_picture
 from .picture_pixels import upright as upright
-from .picture_sizes import MOST_PIXELS as MOST_PIXELS
+from .picture_sizes import MAX_PIXELS as MAX_PIXELS
 from .picture_sizes import bounded_size as bounded_size
 from .picture_sizes import picture_size as picture_size
 from .picture_sizes import shown_size as shown_size

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from mjsim.output import replace_file, user_cache
 
-MOST_NOTES = 10_000
+MAX_NOTES = 10_000
 """Maximum number of notes; beyond it all are forgotten."""
 
 
@@ -23,7 +23,7 @@ def note(data: bytes, *about: str | bytes) -> None:
     with suppress(OSError):
         place.parent.mkdir(parents=True, exist_ok=True)
         others = list(place.parent.iterdir())
-        for other in others if len(others) >= MOST_NOTES else ():
+        for other in others if len(others) >= MAX_NOTES else ():
             other.unlink(missing_ok=True)
         replace_file(place, data)
 

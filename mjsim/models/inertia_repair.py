@@ -9,31 +9,31 @@ import numpy as np
 from mjsim.geometry import Array, nearest_moments
 from mjsim.models.model_sources import Element
 
-LEAST_MASS = 1e-3
+MIN_MASS = 1e-3
 """Mass of a link without mass [kg]."""
-BALL = 0.4
+BALL_INERTIA = 0.4
 """Inertia of a ball divided by its mass and the square of its radius."""
 GUESSED_RADIUS = 0.05
 """Radius of a ball that replaces a link [m]."""
-SPARE = 1.0001
+TRIANGLE_TOLERANCE = 1.0001
 """Tolerance factor of the triangle inequality, because files are rounded."""
 MAX_VIOLATION = 0.25
 """Maximum violation as a fraction of the largest moment: real arms reach this; larger violations are mistakes."""
-ROUNDED = 1e-8
+MOMENT_TOLERANCE = 1e-8
 """Rounding tolerance as a fraction of the largest moment."""
-LEAST_MOMENT = 2e-14
+MIN_MOMENT = 2e-14
 """MuJoCo treats smaller moments as zero [kg m^2]."""
 DIGITS = ".9g"
-FEATHER = 1e-6
+MIN_MASS = 1e-6
 """Mass of a link that weighs nothing, as MuJoCo takes nothing for unknown [kg]."""
-LEAST_STATED = 1e-9
+MIN_STATED = 1e-9
 """A smaller mass is a placeholder of an exporter for none [kg]."""
 FEATHER_SIZE = 1e-4
 """Moments of inertia of such a link, relative to its mass [m^2]."""
 _URDF_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
-def mend_inertias(root: Element, path: str, *, feather: float = FEATHER) -> list[str]:
+def mend_inertias(root: Element, path: str, *, feather: float = MIN_MASS) -> list[str]:
     """Repair masses and inertias in a model's text in place; return notes on what was done.
 
     Args:
@@ -48,7 +48,7 @@ def mend_weightless(root: Element, path: str) -> Iterator[str]:
     """For a URDF robot without any mass, derive masses from its shapes; yield notes on what was done."""
     links = root.findall("link")
     masses = [number_of(mass.get("value")) for link in links for mass in link.findall("inertial/mass")]
-    if root.tag != "robot" or any(mass is not None and mass >= LEAST_STATED for mass in masses):
+    if root.tag != "robot" or any(mass is not None and mass >= MIN_STATED for mass in masses):
         return
     for link in links:
         if link.find("collision") is None:
@@ -67,20 +67,20 @@ def mended(inertia: Array) -> tuple[Array, str] | None:
         inertia: Symmetric, shape (3, 3) [kg m^2].
     """
     if not np.isfinite(inertia).all():
-        return np.eye(3) * BALL * LEAST_MASS * GUESSED_RADIUS**2, "is no number"
+        return np.eye(3) * BALL_INERTIA * MIN_MASS * GUESSED_RADIUS**2, "is no number"
     values, vectors = np.linalg.eigh(inertia)
-    if values[2] <= LEAST_MOMENT:
+    if values[2] <= MIN_MOMENT:
         return None  # MuJoCo derives it from the shapes, or uses the minimum
     low = values[0]
-    if low <= LEAST_MOMENT:
+    if low <= MIN_MOMENT:
         values = np.maximum(values, values[2] / 2)
         return vectors @ np.diag(values) @ vectors.T, f"has a principal moment of {low:.3g} kg m^2"
-    if values[0] + values[1] < values[2] / SPARE:
+    if values[0] + values[1] < values[2] / TRIANGLE_TOLERANCE:
         miss = values[2] - values[0] - values[1]
         verb = "breaks" if miss > MAX_VIOLATION * values[2] else "slightly misses"
         reason = f"{verb} the triangle inequality ({values[0]:.3g} + {values[1]:.3g} < {values[2]:.3g} kg m^2)"
         # Slightly more than required: it is rounded when it is written.
-        spare = ROUNDED * values[2] * np.array([1.0, 1.0, -1.0])
+        spare = MOMENT_TOLERANCE * values[2] * np.array([1.0, 1.0, -1.0])
         return vectors @ np.diag(nearest_moments(values) + spare) @ vectors.T, reason
     return None
 
@@ -103,7 +103,7 @@ def _mend_urdf(root: Element, path: str, feather: float) -> Iterator[str]:
             continue
         mass, inertia = inertial.find("mass"), inertial.find("inertia")
         weight = number_of(mass.get("value") if mass is not None else None)
-        if weight is None or weight < LEAST_STATED:
+        if weight is None or weight < MIN_STATED:
             link.remove(inertial)
             instead = "its shapes get a density of 1000 kg/m^3 instead" if has else "it gets a negligible mass instead"
             yield f"{path}: link '{name}' has a mass of {_shown(weight)} kg; {instead}"
@@ -113,7 +113,7 @@ def _mend_urdf(root: Element, path: str, feather: float) -> Iterator[str]:
             continue
         a, b, c, ab, ac, bc = (number_of(inertia.get(key, "0")) or 0.0 for key in _URDF_KEYS)
         found = mended(np.array([[a, ab, ac], [ab, b, bc], [ac, bc, c]]))
-        if found is None and max(a, b, c) <= LEAST_MOMENT:
+        if found is None and max(a, b, c) <= MIN_MOMENT:
             inertial.remove(inertia)
             given = f" (its file says {a:g}, {b:g}, {c:g})" if any((a, b, c)) else ""
             yield from _ball(inertial, weight, f"{path}: link '{name}'", given)
@@ -133,7 +133,7 @@ def _stated(link: Element) -> float:
 def _weight_of(link: Element) -> float:
     """Return the mass of a link of URDF, 0 if the file gives none, or a placeholder [kg]."""
     stated = _stated(link)
-    return stated if stated < 0.0 or stated >= LEAST_STATED else 0.0
+    return stated if stated < 0.0 or stated >= MIN_STATED else 0.0
 
 
 def _fixed_to(root: Element, heavy: Collection[str]) -> frozenset[str]:
@@ -155,14 +155,14 @@ def _lighten(link: Element, feather: float) -> None:
         link.remove(inertial)
     new = link.makeelement("inertial", {})
     new.append(new.makeelement("mass", {"value": format(feather, DIGITS)}))
-    moments = dict.fromkeys(("ixx", "iyy", "izz"), format(max(FEATHER_SIZE * feather, 5.0 * LEAST_MOMENT), DIGITS))
+    moments = dict.fromkeys(("ixx", "iyy", "izz"), format(max(FEATHER_SIZE * feather, 5.0 * MIN_MOMENT), DIGITS))
     new.append(new.makeelement("inertia", moments | dict.fromkeys(("ixy", "ixz", "iyz"), "0")))
     link.append(new)
 
 
 def _ball(inertial: Element, weight: float, called: str, given: str = "") -> Iterator[str]:
     """Give a link the inertia of a ball; yield notes on what was done."""
-    value = BALL * weight * GUESSED_RADIUS**2
+    value = BALL_INERTIA * weight * GUESSED_RADIUS**2
     keys = dict.fromkeys(("ixx", "iyy", "izz"), format(value, DIGITS)) | dict.fromkeys(("ixy", "ixz", "iyz"), "0")
     new = inertial.makeelement("inertia", keys)
     inertial.append(new)
@@ -176,7 +176,7 @@ def _mend_mjcf(root: Element, path: str) -> Iterator[str]:
             continue
         called = f"body '{body.get('name', '?')}'"
         weight = number_of(inertial.get("mass"))
-        if weight is None or weight < LEAST_STATED:
+        if weight is None or weight < MIN_STATED:
             body.remove(inertial)
             yield f"{path}: {called} has a mass of {_shown(weight)} kg; its mass is computed from its shapes instead"
             continue

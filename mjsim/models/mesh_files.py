@@ -16,7 +16,7 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.models.xml_text import RefusedXmlError, checked_xml
 
-READ = (".dae", ".gltf", ".glb", ".obj", ".stl")
+SUFFIXES = (".dae", ".gltf", ".glb", ".obj", ".stl")
 """Endings of files that are read."""
 Y_UP = (".gltf", ".glb")
 """Formats whose y axis points up."""
@@ -24,11 +24,11 @@ MAX_TRIANGLES = 60_000
 """Maximum number of triangles of a part; it is simplified until it has no more."""
 MAX_PARTS = 32
 """Maximum number of parts of a mesh; those beyond have the colour of the last."""
-FINEST = 400
+MAX_CELLS = 400
 """Number of cells along the longest side of a mesh in the first simplification."""
-COARSER = 0.75
+COARSENING_RATIO = 0.75
 """Factor on the number of cells in each further one."""
-LONGEST_SIDE = 1024
+MAX_SIDE = 1024
 """Maximum side of a texture [px]."""
 NO_PICTURE = 2
 """The library's own picture for a mesh without one has this side [px]."""
@@ -183,7 +183,7 @@ def _part(meshes: Sequence[Any]) -> MeshPart:
     from mjsim.models.picture_pixels import encode_png
 
     image = picture.convert("RGB")
-    image.thumbnail((LONGEST_SIDE, LONGEST_SIDE))
+    image.thumbnail((MAX_SIDE, MAX_SIDE))
     pixels = np.asarray(image)
     if sum(len(mesh.faces) for mesh in meshes) > MAX_TRIANGLES:
         red, green, blue = (round(float(value) / 255.0, 4) for value in pixels.reshape(-1, 3).mean(axis=0))
@@ -228,10 +228,10 @@ def is_small_stl(data: bytes) -> bool:
 
 def coarser(triangles: Array) -> Array:
     """Return at most `MAX_TRIANGLES` triangles, with corners merged per cell if there are more, shape (m, 3, 3)."""
-    cells = float(FINEST)
+    cells = float(MAX_CELLS)
     while len(triangles) > MAX_TRIANGLES:
         triangles = _merged(triangles, cells)
-        cells *= COARSER
+        cells *= COARSENING_RATIO
     return triangles
 
 

@@ -22,15 +22,15 @@ SHAPES = ("sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh")
 """Geom types allowed in an object; planes of a file are left out, because a room has its own floor."""
 UNSAID = [0.5, 0.5, 0.5, 1.0]
 """MuJoCo's colour for a geom without one."""
-LONGEST_TEXTURE_SIDE = 1024
+MAX_TEXTURE_SIDE = 1024
 """[px]"""
-LARGEST = 1e6
+MAX_EXTENT = 1e6
 """Maximum extent of an object [units of its file]."""
-ROUND = 32
+CIRCLE_CORNERS = 32
 """Number of corners of a circle."""
 MAX_CORNERS = 1_200_000
 """Maximum number of corners of all parts of a model together; a ball has 544."""
-_TURNS = np.arange(ROUND) * (2.0 * np.pi / ROUND)
+_TURNS = np.arange(CIRCLE_CORNERS) * (2.0 * np.pi / CIRCLE_CORNERS)
 _ONE_AT_A_TIME = threading.Lock()
 """MuJoCo has one warning handler for all threads."""
 
@@ -88,7 +88,7 @@ def _is_picture(name: str) -> bool:
 
 def _as_png(data: bytes) -> bytes:
     """Return a picture in the form that MuJoCo reads: PNG, of limited size."""
-    return encode_png(bounded(read_picture(data), LONGEST_TEXTURE_SIDE))
+    return encode_png(bounded(read_picture(data), MAX_TEXTURE_SIDE))
 
 
 @contextmanager
@@ -155,7 +155,7 @@ def solid_parts(model: mujoco.MjModel, *, urdf: bool) -> list[Array]:
 
 def _check_extent(distances: Array) -> None:
     # Written so that NaN is rejected, too.
-    if not (distances < LARGEST).all():
+    if not (distances < MAX_EXTENT).all():
         raise ValueError(f"it extends to {distances.max():g} units, too large for an object; check its units")
 
 
@@ -175,7 +175,7 @@ def corners_of(model: mujoco.MjModel, number: int) -> Array:
             signs = np.stack(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0], indexing="ij"), axis=-1)
             return np.asarray(signs.reshape(-1, 3) * size)
         case mujoco.mjtGeom.mjGEOM_CYLINDER:
-            heights = np.repeat([-size[1], size[1]], ROUND)
+            heights = np.repeat([-size[1], size[1]], CIRCLE_CORNERS)
             return np.column_stack([np.tile(ring * size[0], (2, 1)), heights])
         case mujoco.mjtGeom.mjGEOM_MESH:
             mesh = model.geom_dataid[number]
@@ -192,6 +192,6 @@ def corners_of(model: mujoco.MjModel, number: int) -> Array:
 
 def _ball() -> Array:
     """Return points on the unit sphere, including poles and equator, shape (n, 3)."""
-    rises = np.linspace(-np.pi / 2, np.pi / 2, ROUND // 2 + 1)[:, None]
+    rises = np.linspace(-np.pi / 2, np.pi / 2, CIRCLE_CORNERS // 2 + 1)[:, None]
     parts = np.broadcast_arrays(np.cos(_TURNS) * np.cos(rises), np.sin(_TURNS) * np.cos(rises), np.sin(rises))
     return np.stack(parts, axis=-1).reshape(-1, 3)

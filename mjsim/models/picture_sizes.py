@@ -3,7 +3,7 @@
 import struct
 from collections.abc import Iterator
 
-MOST_PIXELS = 40_000_000
+MAX_PIXELS = 40_000_000
 PNG = b"\x89PNG\r\n\x1a\n"
 APP1, SCAN = 0xE1, 0xDA
 """Kinds of segments of a JPEG file."""
@@ -39,9 +39,9 @@ def bounded_size(width: int, height: int) -> tuple[int, int]:
     """
     if width <= 0 or height <= 0:
         raise ValueError(f"is a picture of {width} x {height} pixels; both must be above 0")
-    if width * height > MOST_PIXELS:
+    if width * height > MAX_PIXELS:
         raise ValueError(
-            f"is a picture of {width * height / 1e6:.0f} megapixels; it must have at most {MOST_PIXELS / 1e6:.0f}"
+            f"is a picture of {width * height / 1e6:.0f} megapixels; it must have at most {MAX_PIXELS / 1e6:.0f}"
         )
     return width, height
 

@@ -20,7 +20,7 @@ from mjsim.traces import own_frames
 T = TypeVar("T")
 BESIDE = "beside_"
 """Prefix of the packages for files beside a world; hidden in messages."""
-LONGEST_TEXT = 240
+MAX_TEXT_LENGTH = 240
 """Maximum length of a module's exception text in a message [characters]."""
 
 _BESIDE = re.compile(rf"\b{BESIDE}\d+\.")
@@ -173,8 +173,8 @@ def _text(error: BaseException) -> str:
         text = _BESIDE.sub("", one_line(error.msg if isinstance(error, SyntaxError) else str(error)))
     except Exception:
         text = "its text cannot be read"
-    if len(text) > LONGEST_TEXT:
-        text = f"{text[:LONGEST_TEXT]}..."
+    if len(text) > MAX_TEXT_LENGTH:
+        text = f"{text[:MAX_TEXT_LENGTH]}..."
     if isinstance(error, ValueError) and "read-only" in text:
         text += "; inputs of a module are read-only; copy them first"
     return f"{type(error).__name__}: {text}" if text else type(error).__name__

@@ -29,7 +29,7 @@ from mjsim.modules.covariances import Unfit, covariance, has_good_diagonal, is_p
 
 SHOWN = (ShownPoints, ShownLines, ShownGrid, ShownText)
 SHOWN_KINDS = ", ".join(kind.__name__ for kind in SHOWN)
-LONGEST_REASON = 200
+MAX_REASON_LENGTH = 200
 """Maximum length of the reason why a robot is blocked [characters]."""
 
 
@@ -109,8 +109,8 @@ def checked_reason(reason: object) -> str | None:
     """Check why a navigator says that its robot is blocked, and return it; None if it is not."""
     if reason is None:
         return None
-    if not isinstance(reason, str) or not reason.isprintable() or not 0 < len(reason) <= LONGEST_REASON:
-        raise Unfit(f"returned {kind_of(reason)}; it must be None or 1 to {LONGEST_REASON} printable characters")
+    if not isinstance(reason, str) or not reason.isprintable() or not 0 < len(reason) <= MAX_REASON_LENGTH:
+        raise Unfit(f"returned {kind_of(reason)}; it must be None or 1 to {MAX_REASON_LENGTH} printable characters")
     return reason
 
 

@@ -33,7 +33,7 @@ STEPS = 80
 """Maximum number of steps for each weight."""
 MIN_IMPROVEMENT = 1e-6
 """Relative improvement below which the iteration stops."""
-LONGEST_STEP = 0.5
+MAX_STEP = 0.5
 """Maximum step of a joint [rad] or a slide [m]: beyond it the contacts are far from linear."""
 DAMPING_LIMITS = 1e-6, 1e9
 """Minimum damping, and the damping at which the search stops."""
@@ -220,7 +220,7 @@ def _minimise(configuration: mink.Configuration, posture: mink.PostureTask, cont
     for count in range(1, STEPS + 1):
         before = configuration.q.copy()
         step = mink.solve_ik(configuration, [posture, *contacts], 1.0, "daqp", damping=damping, limits=bounds)
-        step *= min(1.0, LONGEST_STEP / max(float(np.abs(step).max()), 1e-12))
+        step *= min(1.0, MAX_STEP / max(float(np.abs(step).max()), 1e-12))
         configuration.update(np.clip(before + step, lower, upper))
         gained = cost - (after := _cost(posture, contacts, configuration))
         if gained < 0.0:

@@ -25,7 +25,7 @@ from mjsim.world import event_text
 
 _SUFFIXES = {"jpeg": "jpg"}
 """File suffixes that differ from the name of the picture format."""
-_LONGEST_FIELD = 63
+_MAX_FIELD_LENGTH = 63
 """Maximum length of a MATLAB name [characters]."""
 
 
@@ -270,7 +270,7 @@ def _struct(name: str, arrays: Mapping[str, Any]) -> dict[str, Any]:
 
 def _field_name(name: str, taken: Iterable[str]) -> str:
     """Return a valid MATLAB name that is not taken."""
-    plain = ascii_name(name)[: _LONGEST_FIELD - 8]
+    plain = ascii_name(name)[: _MAX_FIELD_LENGTH - 8]
     if not plain[0].isalpha():
         plain = f"x{plain}"  # as by makeValidName of MATLAB
     number, field = 1, plain

@@ -54,7 +54,7 @@ class RingAvoidance:
     """A robot that reaches more half widths from its origin does not turn on the spot: its rear swings out too far."""
     HOLD = 1.5
     """Time for which a side is kept after passing an obstacle [s]."""
-    LONGEST = 30.0
+    MAX_HOLD = 30.0
     """Time of passing one obstacle after which a command to turn back is allowed [s]."""
     STROKE = 1.5
     """Duration of a stroke backward or forward, if there is no room to turn on the spot [s]."""
@@ -135,7 +135,7 @@ class RingAvoidance:
 
     def _goes_round(self, turn: float, now: float) -> bool:
         """Return whether a turn on the spot would lead back to the obstacle being passed."""
-        if now - self._held > self.HOLD or now - self._met_at > self.LONGEST:
+        if now - self._held > self.HOLD or now - self._met_at > self.MAX_HOLD:
             return False
         return self._heading is not None or self._stroke != 0.0 or turn * self._side < 0.0
 

@@ -23,7 +23,7 @@ AXES = ("axes", "gca", "subplot", "nexttile")
 HANDLE = 2.0**-13
 LINE = 2.0**-20
 """Lines of one call have handles that differ by this."""
-POSTURES = 6
+SHOWN_POSTURES = 6
 """Postures of an arm that a picture shows."""
 
 
@@ -264,7 +264,7 @@ def _draw_motion(motion: ArmMotion) -> None:
     """Draw an arm at some of its postures, and the path of its tool."""
     assert motion.pane is not None
     q = motion.postures()
-    chosen = np.unique(np.linspace(0, len(q) - 1, min(len(q), POSTURES)).round().astype(int))
+    chosen = np.unique(np.linspace(0, len(q) - 1, min(len(q), SHOWN_POSTURES)).round().astype(int))
     points = motion.arm.extent(q[:: max(1, len(q) // 50)])
     motion.arm.draw(motion.pane.axes, q[chosen], bounds=points)
     if len(q) > 2:

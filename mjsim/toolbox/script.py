@@ -27,10 +27,15 @@ if TYPE_CHECKING:
 
 HERE = Path(__file__).parent
 FLAGS = ("--norc", "--no-history", "--no-line-editing", "--no-window-system", "--quiet", "--no-gui")
-QUIET = ("possible-matlab-short-circuit-operator", "function-name-clash", "shadowed-function", "language-extension")
-PACE, LONGEST = 25.0, 100
+SILENCED_WARNINGS = (
+    "possible-matlab-short-circuit-operator",
+    "function-name-clash",
+    "shadowed-function",
+    "language-extension",
+)
+FILM_RATE, MAX_FRAMES = 25.0, 100
 """Frames of a film in a second, and the maximum number of different ones."""
-REPEATS = 2
+FRAMES_PER_POSTURE = 2
 """Frames for which each posture is shown."""
 CJK = ("Noto Sans CJK JP", "Noto Sans CJK SC", "Noto Sans CJK TC", "Noto Sans CJK KR", "WenQuanYi Zen Hei",
        "WenQuanYi Micro Hei", "IPAexGothic", "IPAGothic", "TakaoGothic", "Droid Sans Fallback", "Arial Unicode MS",
@@ -39,7 +44,7 @@ CJK = ("Noto Sans CJK JP", "Noto Sans CJK SC", "Noto Sans CJK TC", "Noto Sans CJ
 GLYPH = re.compile(r"Glyph (\d+) ")
 MARK = "mjsim-error: "
 """Before the error of a script on standard error."""
-RESOLUTION = 110
+DPI = 110
 """Of PNG files [dots per inch]."""
 
 
@@ -103,7 +108,7 @@ def _run(script: Path, recorders: Path, record: Path) -> str | None:
 
 def _code(script: Path, recorders: Path, record: Path) -> str:
     """Return what Octave evaluates: the script in the base workspace, so that `clear all` is its own."""
-    quiet = "".join(f"warning('off','Octave:{name}');" for name in QUIET)
+    quiet = "".join(f"warning('off','Octave:{name}');" for name in SILENCED_WARNINGS)
     folders = (recorders, HERE / "recorder", TOOLBOX, script.parent)
     paths = "".join(f"addpath({quoted(str(folder))});" for folder in folders[::-1])
     called = f"source({quoted(str(script))})"
@@ -183,7 +188,7 @@ def _pictures(figure: "Figure") -> tuple[dict[str, bytes], str]:
         warnings.simplefilter("always")
         for kind in ("png", "pdf"):
             place = io.BytesIO()
-            figure.savefig(place, format=kind, dpi=RESOLUTION)
+            figure.savefig(place, format=kind, dpi=DPI)
             # Both files have the layout of the first.
             figure.set_layout_engine("none")
             found[kind] = place.getvalue()
@@ -206,7 +211,7 @@ def _frames(motion: "ArmMotion") -> Iterator[np.ndarray[Any, np.dtype[np.uint8]]
     from matplotlib.figure import Figure
 
     q = motion.postures()
-    rows = np.unique(np.linspace(0, len(q) - 1, min(len(q), LONGEST)).round().astype(int))
+    rows = np.unique(np.linspace(0, len(q) - 1, min(len(q), MAX_FRAMES)).round().astype(int))
     figure = Figure(figsize=(4.8, 4.4), dpi=100)
     canvas: Any = FigureCanvasAgg(figure)
     axes: Any = figure.add_axes((0.0, 0.0, 1.0, 0.95), projection="3d")
@@ -218,7 +223,7 @@ def _frames(motion: "ArmMotion") -> Iterator[np.ndarray[Any, np.dtype[np.uint8]]
         axes.set_title(motion.arm.name)
         canvas.draw()
         picture = np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
-        for _ in range(REPEATS):
+        for _ in range(FRAMES_PER_POSTURE):
             yield picture
 
 

@@ -14,7 +14,7 @@ MJSIM = Path(__file__).resolve().parents[2] / "mjsim"
 INTERFACE, DRIVES = MJSIM / "interface", MJSIM / "world" / "items" / "drives"
 WIRE = {"doubles", "forms", "json_form", "sweeps", "trees"}
 """Modules of the interface whose names `mjsim` itself does not offer."""
-NOT_FOR_USERS = {"LONGEST_MESSAGE", "LONGEST_TEXT", "MAX_CELLS", "MAX_ITEMS", "MAX_POINTS"}
+NOT_FOR_USERS = {"MAX_MESSAGE_LENGTH", "MAX_TEXT_LENGTH", "MAX_CELLS", "MAX_ITEMS", "MAX_POINTS"}
 NOT_FOR_USERS |= {"Picture", "message_text", "require_bounds"}
 """Other names of the interface that it does not offer."""
 ITEMS_ONLY = {

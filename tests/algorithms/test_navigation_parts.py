@@ -11,7 +11,7 @@ from scipy.interpolate import RegularGridInterpolator
 from scipy.spatial import cKDTree
 
 from mjsim.algorithms.go_to_goal.body_discs import BodyDiscs
-from mjsim.algorithms.go_to_goal.cost_to_go import MOST_PRICE, UNREACHED, Planner, allowed_speed, time_per_metre
+from mjsim.algorithms.go_to_goal.cost_to_go import MAX_PRICE, UNREACHED, Planner, allowed_speed, time_per_metre
 from mjsim.algorithms.go_to_goal.moving_things import MovingThings, Thing
 from mjsim.algorithms.go_to_goal.obstacle_map import ObstacleMap
 from mjsim.algorithms.go_to_goal.obstacle_memory import ObstacleMemory
@@ -48,7 +48,7 @@ def test_times_to_a_goal_are_the_shortest_over_the_prices_of_the_cells():
     row, column = (int(each[0]) for each in planner.cells(goal[None]))
     price[row, column] = math.inf
     field = planner.cost_to_go(price, goal)
-    price[row, column] = MOST_PRICE
+    price[row, column] = MAX_PRICE
     expected = np.full(planner.shape, UNREACHED)
     for cell, time in times_from(price, 0.1, (row, column)).items():
         expected[cell] = time

@@ -10,7 +10,7 @@ import shapely
 
 from mjsim.errors import UsageError, WorldError
 from mjsim.exchange.import_world import bring_file
-from mjsim.exchange.scenes.scene_solids import MOST_SOLIDS, Scene, SceneSolid, SceneThing
+from mjsim.exchange.scenes.scene_solids import MAX_SOLIDS, Scene, SceneSolid, SceneThing
 from mjsim.exchange.scenes.sdf_in import read_sdf
 from mjsim.exchange.world_import import Brought, Newcomer, Reading
 from mjsim.world import CylinderObstacle, ModelObstacle, Source, World, parse_world, solid
@@ -347,7 +347,7 @@ def test_a_colour_that_is_no_number_is_left_out(tmp_path):
 def test_the_number_of_solids_is_that_of_the_whole_scene():
     solid_box = SceneSolid("box", (1.0, 1.0, 1.0), np.eye(4))
     found = Scene()
-    found.add(SceneThing("a", [solid_box] * MOST_SOLIDS, np.eye(4)))
+    found.add(SceneThing("a", [solid_box] * MAX_SOLIDS, np.eye(4)))
     with pytest.raises(UsageError, match="the scene has more than 20000 solids; make it simpler"):
         found.add(SceneThing("b", [solid_box], np.eye(4)))
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mjsim.logs.bags.bag_clouds import LONGEST_TURN, cloud_of, end_of
+from mjsim.logs.bags.bag_clouds import MAX_TURN, cloud_of, end_of
 
 NUMBERS = {"i1": 1, "u1": 2, "i2": 3, "u2": 4, "i4": 5, "u4": 6, "f4": 7, "f8": 8}
 POINTS = np.array([[1.0, 2.0, 3.0], [0.0, 0.0, 0.0], [4.0, -5.0, 6.0], [np.nan, 1.0, 1.0], [7.0, 8.0, 9.0]])
@@ -80,7 +80,7 @@ def test_times_of_points_are_seconds_or_nanoseconds_since_the_stamp_or_since_197
     np.testing.assert_allclose(cloud_of(told, 0.0, robot_from_sensor=TURNED).times, [-0.08, -0.04, 0.0], atol=1e-5)
 
 
-@pytest.mark.parametrize("values", [np.arange(5) * LONGEST_TURN, [0.0, np.nan, 0.1, 0.2, 0.3], np.full(5, 50.0)])
+@pytest.mark.parametrize("values", [np.arange(5) * MAX_TURN, [0.0, np.nan, 0.1, 0.2, 0.3], np.full(5, 50.0)])
 def test_numbers_that_are_no_times_of_a_turn_are_left_out(values):
     told = message({**xyz(), "time": ("f8", values)})
     assert end_of(told) == 0.0

@@ -128,7 +128,7 @@ def test_a_cache_that_cannot_be_written_is_none(tmp_path):
 
 
 def test_notes_are_bounded(tmp_path, notes, monkeypatch):
-    monkeypatch.setattr(content_notes, "MOST_NOTES", 3)
+    monkeypatch.setattr(content_notes, "MAX_NOTES", 3)
     for color in range(5):
         world_with(tmp_path, png(color))
     assert len(list(notes.iterdir())) <= 3

@@ -4,13 +4,13 @@ import asyncio
 
 import pytest
 
-from mjsim.web.server.request_bodies import SMALL, Bodies
+from mjsim.web.server.request_bodies import MAX_SMALL_BODY, Bodies
 from tests.loops import in_a_loop
 
 
 def test_large_bodies_wait_for_room_and_small_ones_do_not():
     async def work() -> list[str]:
-        bodies, order = Bodies(total=4 * SMALL), []
+        bodies, order = Bodies(total=4 * MAX_SMALL_BODY), []
         first_may_go = asyncio.Event()
 
         async def one(name: str, size: int, until: asyncio.Event | None = None) -> None:
@@ -19,12 +19,12 @@ def test_large_bodies_wait_for_room_and_small_ones_do_not():
                 if until is not None:
                     await until.wait()
 
-        holding = asyncio.create_task(one("first", 3 * SMALL, first_may_go))
+        holding = asyncio.create_task(one("first", 3 * MAX_SMALL_BODY, first_may_go))
         await asyncio.sleep(0)
-        waiting = [asyncio.create_task(one(name, 2 * SMALL)) for name in ("second", "third")]
+        waiting = [asyncio.create_task(one(name, 2 * MAX_SMALL_BODY)) for name in ("second", "third")]
         # As large as a client says, but never more than there is.
         waiting.append(asyncio.create_task(one("huge", 10**17)))
-        await one("small", SMALL)
+        await one("small", MAX_SMALL_BODY)
         assert order == ["first", "small"]
         first_may_go.set()
         await asyncio.gather(holding, *waiting)
@@ -35,15 +35,15 @@ def test_large_bodies_wait_for_room_and_small_ones_do_not():
 
 def test_a_body_that_fails_or_is_given_up_leaves_its_room():
     async def work() -> None:
-        bodies = Bodies(total=2 * SMALL)
+        bodies = Bodies(total=2 * MAX_SMALL_BODY)
         with pytest.raises(ValueError, match="damaged"):
-            async with bodies.room(2 * SMALL):
+            async with bodies.room(2 * MAX_SMALL_BODY):
                 raise ValueError("damaged")
-        async with bodies.room(2 * SMALL):
-            given_up = asyncio.create_task(bodies.room(2 * SMALL).__aenter__())
+        async with bodies.room(2 * MAX_SMALL_BODY):
+            given_up = asyncio.create_task(bodies.room(2 * MAX_SMALL_BODY).__aenter__())
             await asyncio.sleep(0)
             given_up.cancel()
-        async with bodies.room(2 * SMALL):
+        async with bodies.room(2 * MAX_SMALL_BODY):
             pass
 
     in_a_loop(work)

@@ -9,7 +9,7 @@ import pytest
 from mjsim.errors import UsageError
 from mjsim.web.server import token_penalty
 from mjsim.web.server.connections import (
-    LONGEST_COOKIE,
+    MAX_COOKIE,
     MAX_COOKIES,
     Connections,
     Limits,
@@ -19,12 +19,12 @@ from mjsim.web.server.connections import (
 from mjsim.web.server.entrance import Entrance
 from mjsim.web.server.local import HEADERS, SameOrigin
 from mjsim.web.server.peer import peer_of
-from mjsim.web.server.session_keys import LIFETIME, SHORTEST, Keys
-from mjsim.web.server.token_penalty import AT_ONCE, FORGIVEN, MAX_PEERS, Penalty, delay
+from mjsim.web.server.session_keys import LIFETIME_SECONDS, MIN_TOKEN_LENGTH, Keys
+from mjsim.web.server.token_penalty import AT_ONCE, MAX_PEERS, RESET_SECONDS, Penalty, delay
 from tests.loops import in_a_loop
 
 PORT = 8123
-TOKEN = "t" * SHORTEST
+TOKEN = "t" * MIN_TOKEN_LENGTH
 MINE, OTHERS = "user 1000", "user 1001"
 
 
@@ -72,7 +72,7 @@ def keys():
 
 @pytest.fixture
 def entrance(keys, monkeypatch):
-    monkeypatch.setattr(token_penalty, "FIRST", 0.0)
+    monkeypatch.setattr(token_penalty, "FIRST_DELAY", 0.0)
     return Entrance(_page, keys, port=PORT)
 
 
@@ -102,7 +102,7 @@ def test_a_pass_is_of_use_once_and_for_its_time(keys):
     assert keys.exchange(first.word, peer=MINE) is not None
     assert first.over.is_set()
     assert keys.exchange(first.word, peer=MINE) is None
-    keys._clock.time += LIFETIME
+    keys._clock.time += LIFETIME_SECONDS
     assert keys.exchange(second.word, peer=MINE) is None
     keys.revoke(third)
     assert third.over.is_set()
@@ -113,8 +113,8 @@ def test_the_token_lets_in_any_number_and_only_where_there_is_one(keys):
     assert keys.log_in(TOKEN, peer=MINE) != keys.log_in(TOKEN, peer=MINE)
     assert keys.log_in(TOKEN + "t", peer=MINE) is None
     assert Keys().log_in("", peer=MINE) is None
-    with pytest.raises(UsageError, match=f"has {SHORTEST - 1} characters; use at least {SHORTEST}"):
-        Keys("t" * (SHORTEST - 1))
+    with pytest.raises(UsageError, match=f"has {MIN_TOKEN_LENGTH - 1} characters; use at least {MIN_TOKEN_LENGTH}"):
+        Keys("t" * (MIN_TOKEN_LENGTH - 1))
 
 
 def test_the_entrance_gives_a_session_for_an_address_and_for_the_token(keys, entrance):
@@ -215,7 +215,7 @@ def test_wrong_tokens_wait_twice_as_long_each_time_up_to_a_limit(monkeypatch):
         await penalty.wait("a")
         await penalty.wait("a")
         await penalty.wait("b")
-        clock.time += FORGIVEN + 1.0
+        clock.time += RESET_SECONDS + 1.0
         await penalty.wait("a")
         await penalty.wait("a")
         penalty.forgive("a")
@@ -300,7 +300,7 @@ def test_a_connection_is_stuck_when_nothing_moves_for_longer_than_is_allowed():
 
 def test_a_websocket_gets_our_cookies_alone_and_a_bounded_number():
     ours = [f"mjsim-session-{number}=x".encode() for number in range(MAX_COOKIES + 1)]
-    long = b"mjsim-session-1=" + b"x" * LONGEST_COOKIE
+    long = b"mjsim-session-1=" + b"x" * MAX_COOKIE
     headers = [
         (b"cookie", b"; ".join([b"a=b", long, *ours])),
         (b"host", b"h"),

@@ -14,8 +14,8 @@ from websockets.sync.client import connect
 from mjsim.bench.entering import client_of, cookie_of, socket_of
 from mjsim.errors import UsageError
 from mjsim.web import LiveView
-from mjsim.web.server.session_keys import LIFETIME, MAX_PASSES, MAX_SESSIONS, Keys
-from mjsim.web.server.token_penalty import AT_ONCE, FIRST, LONGEST, Penalty, delay
+from mjsim.web.server.session_keys import LIFETIME_SECONDS, MAX_PASSES, MAX_SESSIONS, Keys
+from mjsim.web.server.token_penalty import AT_ONCE, FIRST_DELAY, MAX_DELAY, Penalty, delay
 from mjsim.web.studio import Studio
 from mjsim.world import parse_world
 from tests.loops import in_a_loop
@@ -131,9 +131,9 @@ def test_an_address_is_too_old_after_five_minutes():
     now = 0.0
     keys = Keys(clock=lambda: now)
     first, second = keys.new_pass(), keys.new_pass()
-    now = LIFETIME - 1.0
+    now = LIFETIME_SECONDS - 1.0
     assert keys.exchange(first.word, peer="a") is not None
-    now = LIFETIME
+    now = LIFETIME_SECONDS
     assert keys.exchange(second.word, peer="a") is None
     assert first.over.is_set()
     assert second.over.is_set()
@@ -244,15 +244,22 @@ def test_a_closed_connection_belongs_to_no_user(studio):
 
 @pytest.mark.slow
 def test_wrong_tokens_are_answered_later_each_time(folder, monkeypatch):
-    assert [delay(n) for n in (1, 2, 3, 4, 5, 60)] == [FIRST, 2 * FIRST, 4 * FIRST, 8 * FIRST, LONGEST, LONGEST]
+    assert [delay(n) for n in (1, 2, 3, 4, 5, 60)] == [
+        FIRST_DELAY,
+        2 * FIRST_DELAY,
+        4 * FIRST_DELAY,
+        8 * FIRST_DELAY,
+        MAX_DELAY,
+        MAX_DELAY,
+    ]
     with Studio(folder, token=TOKEN) as page, httpx.Client(base_url=page.address, trust_env=False) as browser:
         taken = []
         for attempt in (lambda: log_in(browser, "wrong" * 5), lambda: browser.get("/?token=wrong")):
             began = time.perf_counter()
             assert attempt().status_code == 401
             taken.append(time.perf_counter() - began)
-        assert taken[0] >= FIRST
-        assert taken[1] >= 2 * FIRST
+        assert taken[0] >= FIRST_DELAY
+        assert taken[1] >= 2 * FIRST_DELAY
         held_up = []
         monkeypatch.setattr(Penalty, "wait", lambda _, peer: held_up.append(peer))
         assert log_in(browser, TOKEN).status_code == 303

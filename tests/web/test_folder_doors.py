@@ -7,7 +7,7 @@ import pytest
 from mjsim.errors import UsageError
 from mjsim.modules import foreign_code
 from mjsim.web.server.answers import RefusedError
-from mjsim.web.worlds.folder import LONGEST, Folder
+from mjsim.web.worlds.folder import MAX_PATH_LENGTH, Folder
 from mjsim.web.worlds.trust import Trust
 from mjsim.world import load_world
 
@@ -41,9 +41,9 @@ def test_no_name_and_no_link_leads_out_of_the_folder(folder, tmp_path):
 
 
 def test_what_is_no_name_of_a_file_is_refused(folder):
-    for name in ("", "a\\b", "a" * (LONGEST + 1), "a\nb", "x" * 256):
+    for name in ("", "a\\b", "a" * (MAX_PATH_LENGTH + 1), "a\nb", "x" * 256):
         assert refused(folder, name) == 400, name
-    assert folder.path("a/" * (LONGEST // 2 - 1) + "b").name == "b"
+    assert folder.path("a/" * (MAX_PATH_LENGTH // 2 - 1) + "b").name == "b"
     os.mkfifo(folder.root / "pipe")
     assert refused(folder, "pipe") == 400
 

@@ -9,7 +9,7 @@ import pytest
 
 from mjsim.geometry import Pose, wrap_angle
 from mjsim.interface import ShownGrid, ShownLines, ShownPoints, ShownText
-from mjsim.web.review.fields import DEEPEST, LONGEST, numbers_in
+from mjsim.web.review.fields import MAX_DEPTH, MAX_LIST_LENGTH, numbers_in
 from mjsim.web.review.review_api import _number
 from mjsim.web.run.history import plain, track_json
 from mjsim.web.run.shots import depth_shown, instance_colour
@@ -18,7 +18,7 @@ from mjsim.web.server.answers import RefusedError
 from mjsim.web.worlds.folder import Folder
 from mjsim.web.worlds.mechanism_poses import moved, sliders, start_values
 from mjsim.web.worlds.shipped_parts import SHIPPED, is_shipped, shipped
-from mjsim.web.worlds.uploaded_pictures import LARGEST, _plain, _within, bring_picture, decoded, encoded, small_picture
+from mjsim.web.worlds.uploaded_pictures import MAX_SIDE, _plain, _within, bring_picture, decoded, encoded, small_picture
 from mjsim.web.worlds.viewpoints import look_at
 from mjsim.web.worlds.world_files import new_world, read_world, source_of, stamp_of
 from mjsim.world import parse_world
@@ -90,10 +90,10 @@ def test_numbers_of_a_message_have_the_names_of_their_keys():
         ("list[hip].q", 4.0),
         ("list[1].q", 5.0),
     ]
-    assert list(numbers_in({"a": [0.0] * (LONGEST + 1)})) == []
-    assert len(list(numbers_in({"a": [0.0] * LONGEST}))) == LONGEST
+    assert list(numbers_in({"a": [0.0] * (MAX_LIST_LENGTH + 1)})) == []
+    assert len(list(numbers_in({"a": [0.0] * MAX_LIST_LENGTH}))) == MAX_LIST_LENGTH
     deep = 1.0
-    for _ in range(DEEPEST):
+    for _ in range(MAX_DEPTH):
         deep = {"k": deep}
     assert len(list(numbers_in(deep))) == 1
     assert list(numbers_in({"k": deep})) == []
@@ -164,7 +164,7 @@ def test_pictures_become_eight_bits_and_three_colours_within_a_size():
     np.testing.assert_array_equal(blended[0, 0], 255)
     np.testing.assert_array_equal(blended[1, 1], 100)
     np.testing.assert_allclose(blended[0, 1], 255 - 155 * 100 / 255, atol=1.0)
-    assert _within(np.zeros((10, 3 * LARGEST, 3), np.uint8), LARGEST).shape == (3, LARGEST, 3)
+    assert _within(np.zeros((10, 3 * MAX_SIDE, 3), np.uint8), MAX_SIDE).shape == (3, MAX_SIDE, 3)
     assert _within(np.zeros((5, 6, 3), np.uint8), 6).shape == (5, 6, 3)
     np.testing.assert_array_equal(decoded(encoded(blended, ".png")), blended)
     for data in (b"", b"no picture", png(blended)[:30]):

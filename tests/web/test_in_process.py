@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mjsim.web.edit.edit_api import EditApi
-from mjsim.web.run.current_run import FAREWELL
+from mjsim.web.run.current_run import FAREWELL_SECONDS
 from mjsim.web.run.run_api import RunApi
 from mjsim.web.worlds.items import scene_of, world_values
 from mjsim.web.worlds.offered_modules import KINDS, PREFERRED, modules_in
@@ -163,7 +163,7 @@ def test_a_run_without_viewers_is_closed_at_once(folder):
     in_a_loop(visit)
     began = time.monotonic()
     api.close()
-    assert time.monotonic() - began < 0.5 * FAREWELL
+    assert time.monotonic() - began < 0.5 * FAREWELL_SECONDS
 
 
 def test_a_picture_from_where_a_robot_is_moved_shows_what_stands_there(edit):

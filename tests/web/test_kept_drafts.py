@@ -151,7 +151,7 @@ def test_the_oldest_and_largest_drafts_make_room(folder, monkeypatch):
     keep(drafts, "f" * 16, text="x" * 2000)
     assert drafts.listed()[0]["tab"] == "f" * 16
     assert len(drafts.listed()) < 6
-    clock[0] += kept.OLDEST + 1.0
+    clock[0] += kept.MAX_AGE + 1.0
     keep(drafts, "e" * 16, text="")
     assert [told["tab"] for told in drafts.listed()] == ["e" * 16]
     monkeypatch.setattr(kept, "MAX_BYTES", 10)

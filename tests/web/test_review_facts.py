@@ -292,7 +292,7 @@ def test_an_upload_that_is_no_recording_or_too_large_leaves_nothing(ask, root, m
     answer = ask("/api/recording/upload?name=x.mcap", method="POST", content=b"nothing")
     assert answer.status_code == 400
     assert "cannot be opened: 'x.mcap' is not" in answer.json()["error"]
-    monkeypatch.setattr(review_api, "LARGEST", 6)
+    monkeypatch.setattr(review_api, "MAX_UPLOAD_BYTES", 6)
     answer = ask("/api/recording/upload?name=x.mcap", method="POST", content=b"nothing")
     assert answer.status_code == 413
     assert sorted((root / "out/brought").glob("*")) == before

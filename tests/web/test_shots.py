@@ -6,7 +6,7 @@ import pytest
 
 from mjsim.interface import CameraFrame, Intrinsics
 from mjsim.video import INK, PAPER
-from mjsim.web.run.shots import FAR, NEAR, NOTHING, depth_shown, instance_colour, jpeg, segmentation_shown
+from mjsim.web.run.shots import FAR, NEAR, NO_HIT_COLOR, depth_shown, instance_colour, jpeg, segmentation_shown
 
 WIDE, HIGH = 200, 120
 
@@ -32,7 +32,7 @@ def test_depths_are_warm_near_cold_far_and_grey_where_there_is_nothing():
     np.testing.assert_array_equal(row[2], scale[128])
     np.testing.assert_array_equal(row[3], scale[0])
     np.testing.assert_array_equal(row[4], scale[0])
-    assert [tuple(each) for each in row[5:].tolist()] == [NOTHING, NOTHING]
+    assert [tuple(each) for each in row[5:].tolist()] == [NO_HIT_COLOR, NO_HIT_COLOR]
     assert row[1][0] > row[1][2]  # red before blue
 
 
@@ -56,7 +56,7 @@ def test_large_instances_have_their_names_on_plates_that_do_not_cover_each_other
     assert tuple(shown[99, 10]) == instance_colour("room/lion")
     assert tuple(shown[99, 125]) == instance_colour("owl")
     assert tuple(shown[2, 2]) == instance_colour("speck")
-    assert tuple(shown[0, 199]) == NOTHING
+    assert tuple(shown[0, 199]) == NO_HIT_COLOR
     plates = (shown == PAPER).all(axis=-1)
     count, _, boxes, middles = cv2.connectedComponentsWithStats(cv2.dilate(plates.astype(np.uint8), np.ones((5, 5))))
     assert count == 3

@@ -11,7 +11,7 @@ from websockets.exceptions import InvalidStatus
 from mjsim.bench.entering import client_of
 from mjsim.output.atomic import LEFT_BEHIND, NEW
 from mjsim.web.studio import Studio
-from mjsim.web.worlds.drafts import MAX_DRAFTS, OLDEST, Drafts, drafts_folder
+from mjsim.web.worlds.drafts import MAX_AGE, MAX_DRAFTS, Drafts, drafts_folder
 from mjsim.web.worlds.folder import Folder
 from tests.asking import ROOM, told
 from tests.browser import browser
@@ -203,7 +203,7 @@ def test_their_number_their_size_and_their_age_are_bounded(client, folder):
     assert [draft["path"] for draft in drafts(client)] == [f"{number}.yaml" for number in range(MAX_DRAFTS + 2, 2, -1)]
     (file,) = drafts_folder().glob(f"*-{MAX_DRAFTS:016x}")
     head, _, rest = file.read_text().partition("\n")
-    file.write_text(json.dumps({**json.loads(head), "when": time.time() - OLDEST - 1}) + "\n" + rest)
+    file.write_text(json.dumps({**json.loads(head), "when": time.time() - MAX_AGE - 1}) + "\n" + rest)
     keep(client, "#")
     assert not file.exists()
 

@@ -20,7 +20,7 @@ from mjsim.web import Studio
 from mjsim.web.server.answers import MAX_JSON
 from mjsim.web.server.local import HEADERS
 from mjsim.web.worlds.folder import Folder
-from mjsim.web.worlds.uploaded_pictures import LARGEST, MAX_BYTES
+from mjsim.web.worlds.uploaded_pictures import MAX_BYTES, MAX_SIDE
 
 pytestmark = pytest.mark.slow  # Each starts a server.
 
@@ -205,10 +205,10 @@ def test_an_imported_picture_is_encoded_again_under_a_free_name(client, folder):
         assert b"script" not in written
         assert cv2.imdecode(np.frombuffer(written, np.uint8), cv2.IMREAD_COLOR).shape == (300, 400, 3)
         (folder / name).unlink()
-    clear = np.zeros((10, LARGEST * 2, 4), np.uint8)
+    clear = np.zeros((10, MAX_SIDE * 2, 4), np.uint8)
     told = client.post("/api/upload?name=wide.png", content=cv2.imencode(".png", clear)[1].tobytes()).json()
     pixels = cv2.imread(str(folder / told["path"]), cv2.IMREAD_UNCHANGED)
-    assert pixels.shape == (5, LARGEST, 3)
+    assert pixels.shape == (5, MAX_SIDE, 3)
     assert pixels.min() == 255
     (folder / told["path"]).unlink()
 

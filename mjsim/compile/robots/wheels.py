@@ -13,7 +13,7 @@ RESPONSE = 0.1
 """Time constant of the wheels' velocity servos of a differential drive, with the load of the robot's mass [s]."""
 LAG = 0.05
 """Time constant of the servos of all other drives, at any load [s]."""
-LONGEST_STEP = 0.004
+MAX_STEP = 0.004
 """Longest period of the physics in a world file [s]; the stiffest servos are chosen for it and are the same at all
 periods."""
 STIFFNESS = 0.5
@@ -209,7 +209,7 @@ def _add_roller(
         friction=[0.001, 0.0, 0.0],
         # As stiff as possible on any floor: they do not sag.
         solmix=1e6,
-        solref=[2.0 * LONGEST_STEP, 1.0],
+        solref=[2.0 * MAX_STEP, 1.0],
         solimp=[0.99, 0.99, 0.001, 0.5, 2.0],
         rgba=DARK,
     )
@@ -275,7 +275,7 @@ def add_soft_servo(spec: mujoco.MjSpec, name: str, *, inertia: float, torque: fl
 def add_servo(spec: mujoco.MjSpec, wheel: WheelSpec, *, torque: float | None) -> None:
     """Add a velocity servo with a lag independent of the load, within its torque [N m]."""
     servo = _actuator(spec, wheel.name, torque)
-    servo.set_to_velocity(kv=STIFFNESS * wheel.gear / LONGEST_STEP)
+    servo.set_to_velocity(kv=STIFFNESS * wheel.gear / MAX_STEP)
     _follow(servo, LAG)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from mjsim.compile.room.prisms import Face
 from mjsim.compile.room.walls import PLANE_SPACING, VISUAL, WallBox, add_mesh_geom
-from mjsim.compile.textures import LONGEST_BEACON_SIDE, add_material, color_of, marker_picture
+from mjsim.compile.textures import MAX_BEACON_SIDE, add_material, color_of, marker_picture
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Picture
@@ -141,7 +141,7 @@ def _add_face(spec: mujoco.MjSpec, world: World, face: str | Marker | None, numb
     else:
         picture = world.read_picture(face)
     name = f"beacon/picture{number}"
-    shown = bounded(picture, LONGEST_BEACON_SIDE)
+    shown = bounded(picture, MAX_BEACON_SIDE)
     add_material(spec, name, shown, emission=1.0 / GIVEN_BACK, gray=GIVEN_BACK)
     return name, size * np.array([1.0, picture.shape[0] / picture.shape[1]])
 

@@ -5,7 +5,7 @@ import numpy as np
 
 from mjsim.compile.room.prisms import Face
 from mjsim.compile.room.walls import WallBox, add_mesh_geom
-from mjsim.compile.textures import LONGEST_TILE_SIDE, add_material, color_of, tint_of
+from mjsim.compile.textures import MAX_TILE_SIDE, add_material, color_of, tint_of
 from mjsim.geometry import Array
 from mjsim.models import bounded
 from mjsim.style import SURFACES
@@ -30,7 +30,7 @@ def add_ceiling(spec: mujoco.MjSpec, world: World, walls: list[WallBox], lower: 
     )
     geom.material, geom.rgba = "matte", color_of(ceiling.color)
     if ceiling.texture is not None:
-        add_material(spec, "ceiling", bounded(world.read_picture(ceiling.texture), LONGEST_TILE_SIDE))
+        add_material(spec, "ceiling", bounded(world.read_picture(ceiling.texture), MAX_TILE_SIDE))
         geom.material, geom.rgba = "ceiling", color_of(tint_of(ceiling))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from mjsim.compile.room.triangles import Triangles, joined, shape_triangles
 from mjsim.compile.room.unrolling import unrolled
-from mjsim.compile.textures import LONGEST_TILE_SIDE, add_material
+from mjsim.compile.textures import MAX_TILE_SIDE, add_material
 from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.models import bounded
@@ -31,7 +31,7 @@ class Covers:
         """Return the name of the material of a texture, which is added if missing."""
         if texture not in self._materials:
             name = self._materials[texture] = f"{self._prefix}/texture{len(self._materials) + 1}"
-            add_material(self._spec, name, bounded(picture, LONGEST_TILE_SIDE))
+            add_material(self._spec, name, bounded(picture, MAX_TILE_SIDE))
         return self._materials[texture]
 
     def mesh(self, shape: Triangles, tile: float) -> str:

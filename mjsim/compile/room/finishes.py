@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from mjsim.compile.room.triangles import Triangles
-from mjsim.compile.textures import LONGEST_TILE_SIDE, add_material
+from mjsim.compile.textures import MAX_TILE_SIDE, add_material
 from mjsim.geometry import Array
 from mjsim.models import bounded
 from mjsim.world import World
@@ -48,7 +48,7 @@ class Finishes:
         if kind is None:
             return None
         if kind not in self._means:
-            picture = bounded(self._world.read_picture(f"materials/{kind}.jpg"), LONGEST_TILE_SIDE)
+            picture = bounded(self._world.read_picture(f"materials/{kind}.jpg"), MAX_TILE_SIDE)
             add_material(self._spec, f"style/{kind}", picture)
             self._means[kind] = picture.mean(axis=(0, 1)) / 255
         tint = np.minimum(np.array(rgba[:3]) / self._means[kind], 1.0)

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from mjsim.compile.room.walls import COLLISION, PLANE_SPACING, VISUAL
-from mjsim.compile.textures import LONGEST_TILE_SIDE, add_material, color_of, tint_of
+from mjsim.compile.textures import MAX_TILE_SIDE, add_material, color_of, tint_of
 from mjsim.geometry import Array
 from mjsim.models import bounded
 from mjsim.style import SURFACES
@@ -101,6 +101,6 @@ def layers(patches: tuple[FloorPatch, ...]) -> list[int]:
 
 def _add_tiles(spec: mujoco.MjSpec, world: World, name: str, texture: str, tile: float) -> None:
     """Add the material of a plane that is tiled with a picture."""
-    add_material(spec, name, bounded(world.read_picture(texture), LONGEST_TILE_SIDE))
+    add_material(spec, name, bounded(world.read_picture(texture), MAX_TILE_SIDE))
     material = spec.material(name)
     material.texuniform, material.texrepeat = True, [2.0 / tile] * 2

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mjsim.compile.room.prisms import Face, Faces, Prisms, visible_faces
 from mjsim.compile.room.unrolling import metric_places, unrolled
-from mjsim.compile.textures import LONGEST_TILE_SIDE, add_material, color_of, tint_of
+from mjsim.compile.textures import MAX_TILE_SIDE, add_material, color_of, tint_of
 from mjsim.geometry import Array
 from mjsim.models import bounded
 from mjsim.style import SURFACES
@@ -172,7 +172,7 @@ def _materials(spec: mujoco.MjSpec, world: World, finishes: Sequence[WallFinish]
     for texture, _, _ in finishes:
         if texture is not None and texture not in names:
             names[texture] = f"wall/texture{len(names)}"
-            add_material(spec, names[texture], bounded(world.read_picture(texture), LONGEST_TILE_SIDE))
+            add_material(spec, names[texture], bounded(world.read_picture(texture), MAX_TILE_SIDE))
     return [names[texture] for texture, _, _ in finishes]
 
 

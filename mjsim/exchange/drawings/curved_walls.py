@@ -6,26 +6,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjsim.exchange.drawings.drawing import BOW as CURVED
+from mjsim.exchange.drawings.drawing import MAX_BOW as CURVED
 from mjsim.exchange.drawings.strokes import Arc, Pieces, arc_through, is_door_arc, runs
-from mjsim.exchange.drawings.wall_faces import FARTHEST, NEAREST, OUTERMOST
+from mjsim.exchange.drawings.wall_faces import MAX_OUTER_RATIO, MAX_THICKNESS, MIN_THICKNESS
 from mjsim.exchange.maps import WALL_HEIGHT, Bar, Cells, distinct
 from mjsim.geometry import Array
 from mjsim.world import Wall
 
 ONE_MIDDLE = 0.03
 """Maximum distance between the centres of the two faces [m]."""
-SHORTEST = 0.3
+MIN_LENGTH = 0.3
 """Minimum length shared by both faces, along the centreline [m]."""
-LEAST_GAP = 0.08
+MIN_LEAF_GAP = 0.08
 """Two door-swing arcs that are closer together than this do not form a wall [m]."""
-BOW = 0.005
+MAX_BOW = 0.005
 """Maximum deviation of the straight segments from the curve [m]."""
-SLACK = 0.015
+LINE_DISTANCE = 0.015
 """Lines this close to a curved wall are part of it [m]."""
-STRAY = 0.02
+MAX_STRAY = 0.02
 """Maximum deviation of the faces of a curved wall from a circle [m]."""
-FULL = 2 * math.pi - 1e-3
+FULL_TURN = 2 * math.pi - 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,11 +46,11 @@ class Curve:
         x, y = np.moveaxis(points - self.middle, -1, 0)
         away = np.hypot(x, y)
         # The faces are drawn as straight segments, whose midpoints lie closer to the centre.
-        slack = SLACK + 2 * CURVED * self.outer
+        slack = LINE_DISTANCE + 2 * CURVED * self.outer
         over = slack / self.inner
         turn = (np.arctan2(y, x) - self.first + over) % (2 * math.pi)
         level = (away >= self.inner - slack) & (away <= self.outer + slack)
-        return np.asarray(level & ((turn <= self.sweep + 2 * over) | (self.sweep > FULL)))
+        return np.asarray(level & ((turn <= self.sweep + 2 * over) | (self.sweep > FULL_TURN)))
 
 
 def curves_of(strokes: Sequence[Array], closed: Sequence[bool]) -> list[Curve]:
@@ -66,7 +66,7 @@ def curves_of(strokes: Sequence[Array], closed: Sequence[bool]) -> list[Curve]:
         for place, other in enumerate(arcs[:index]):
             if (curve := _between(one, other)) is not None:
                 width, middle = curve.outer - curve.inner, (curve.outer + curve.inner) / 2
-                options.append((-curve.sweep * middle - OUTERMOST * width, place, index, curve))
+                options.append((-curve.sweep * middle - MAX_OUTER_RATIO * width, place, index, curve))
     found: list[Curve] = []
     used: set[int] = set()
     for _, place, index, curve in sorted(options, key=lambda option: option[:3]):
@@ -98,10 +98,10 @@ def walls_of(curves: Sequence[Curve], bars: Sequence[Bar], thickness: float | No
     found = []
     for curve in curves:
         radius, width = (curve.inner + curve.outer) / 2, curve.outer - curve.inner
-        step = 2 * math.acos(max(0.0, 1 - BOW / radius))
+        step = 2 * math.acos(max(0.0, 1 - MAX_BOW / radius))
         turns = curve.first + np.linspace(0.0, curve.sweep, max(3, math.ceil(curve.sweep / step) + 1))
         points = curve.middle + radius * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
-        ring = curve.sweep > FULL
+        ring = curve.sweep > FULL_TURN
         if not ring:
             points = np.concatenate([_led_on(points[1::-1], bars, width), points, _led_on(points[-2:], bars, width)])
         corners = distinct(points, closed=ring)
@@ -132,7 +132,7 @@ def _arcs(strokes: Sequence[Array], closed: Sequence[bool]) -> Iterator[Arc]:
         corners = np.concatenate([points, points[:1]]) if ring else points
         for run, curved in runs(corners):
             arc = arc_through(run, index) if curved else None
-            if arc is not None and _stray(arc) <= STRAY:
+            if arc is not None and _stray(arc) <= MAX_STRAY:
                 yield arc
 
 
@@ -145,21 +145,21 @@ def _between(one: Arc, other: Arc) -> Curve | None:
     inner, outer = sorted((one.radius, other.radius))
     thickness = outer - inner
     leaves = is_door_arc(one) and is_door_arc(other)
-    if not (LEAST_GAP if leaves else NEAREST) <= thickness <= FARTHEST or inner < thickness:
+    if not (MIN_LEAF_GAP if leaves else MIN_THICKNESS) <= thickness <= MAX_THICKNESS or inner < thickness:
         return None
     if math.dist(one.middle, other.middle) > ONE_MIDDLE:
         return None
     first, sweep = _common(one, other)
-    if sweep * (inner + outer) / 2 < max(SHORTEST, thickness):
+    if sweep * (inner + outer) / 2 < max(MIN_LENGTH, thickness):
         return None
     return Curve((one.middle + other.middle) / 2, inner, outer, first, sweep)
 
 
 def _common(one: Arc, other: Arc) -> tuple[float, float]:
     """Return start and sweep of the angle range that two arcs share [rad]."""
-    if one.sweep > FULL:
+    if one.sweep > FULL_TURN:
         return other.first, other.sweep
-    if other.sweep > FULL:
+    if other.sweep > FULL_TURN:
         return one.first, one.sweep
     behind = (other.first - one.first) % (2 * math.pi)
     options = []

@@ -17,21 +17,21 @@ MAX_CORNERS = 20_000
 """Maximum number of corners in a drawing."""
 MAX_BYTES = 20_000_000
 """Maximum size of a drawing's file [bytes]."""
-FARTHEST = 1e12
+MAX_COORDINATE = 1e12
 """Maximum coordinate of a corner; maps of countries in millimetres have 1e10 [units of the drawing]."""
-SMALLEST, LARGEST = 0.5, 2000.0
+MIN_FLOOR, MAX_FLOOR = 0.5, 2000.0
 """Smallest and largest size of a floor [m]."""
-THICKNESS = 0.1
+HAIRLINE_THICKNESS = 0.1
 """Thickness of a wall drawn as a thin line [m]."""
-THINNEST, THICKEST = 0.03, 1.0
+MIN_PEN, MAX_PEN = 0.03, 1.0
 """A line width between these is taken as the thickness of the wall [m]."""
-GAP = 0.02
+MAX_END_GAP = 0.02
 """Line ends closer than this are joined [m]."""
-STRAY = 0.005
+MAX_STRAY = 0.005
 """A corner closer than this to the line between its neighbours is removed [m]."""
-SHORTEST = 0.01
+MIN_LINE = 0.01
 """Shorter lines are left out [m]."""
-BOW = 0.002
+MAX_BOW = 0.002
 """Maximum deviation of the straight segments of a curve, as a fraction of the curve's size."""
 
 
@@ -97,8 +97,8 @@ def require_near(outlines: Sequence[Array], name: str) -> None:
     if not np.isfinite(points).all():
         raise UsageError(f"'{name}' has corners without finite coordinates; correct the drawing")
     farthest = float(np.abs(points).max())
-    if farthest > FARTHEST:
-        raise UsageError(f"'{name}' has a corner at {farthest:.3g}; coordinates are at most {FARTHEST:g} units")
+    if farthest > MAX_COORDINATE:
+        raise UsageError(f"'{name}' has a corner at {farthest:.3g}; coordinates are at most {MAX_COORDINATE:g} units")
 
 
 def joined(lines: Sequence[Line]) -> list[Line]:
@@ -144,7 +144,7 @@ def _links(chains: Sequence[Array]) -> dict[tuple[int, int], tuple[int, int]]:
         return {}
     places = np.array([chains[index][-end] for index, end in ends])
     meetings = []
-    for one, other in cKDTree(places).query_pairs(GAP):
+    for one, other in cKDTree(places).query_pairs(MAX_END_GAP):
         if ends[one][0] != ends[other][0] or len(chains[ends[one][0]]) > 3:
             bend = float(_outward(chains, ends[one]) @ _outward(chains, ends[other]))
             meetings.append((bend, ends[one], ends[other]))
@@ -182,10 +182,10 @@ def corner_and_scale(drawing: Drawing, lines: Sequence[Line], scale: float | Non
             f"'{drawing.name}' does not state its unit, and measures {size[0]:.7g} x {size[1]:.7g} units;"
             f" give --scale METRES, the metres per unit{_guessed(max(size))}"
         )
-    if not SMALLEST <= max(size) * scale <= LARGEST:
+    if not MIN_FLOOR <= max(size) * scale <= MAX_FLOOR:
         raise UsageError(
             f"'{drawing.name}' is {size[0] * scale:.7g} x {size[1] * scale:.7g} m at {scale:g}m per unit;"
-            f" a floor has {SMALLEST:g} to {LARGEST:g} m, give another --scale{_guessed(max(size))}"
+            f" a floor has {MIN_FLOOR:g} to {MAX_FLOOR:g} m, give another --scale{_guessed(max(size))}"
         )
     return low, scale
 
@@ -199,7 +199,7 @@ def _guessed(size: float) -> str:
 
 def drawn_thickness(width: float) -> float:
     """Return the thickness of a wall that is drawn as one line of the given width [m]."""
-    return round(width, DIGITS) if THINNEST <= width <= THICKEST else THICKNESS
+    return round(width, DIGITS) if MIN_PEN <= width <= MAX_PEN else HAIRLINE_THICKNESS
 
 
 def wall_along(line: Line, thickness: float) -> Wall | None:
@@ -207,11 +207,11 @@ def wall_along(line: Line, thickness: float) -> Wall | None:
     import shapely
 
     points = np.concatenate([line.points, line.points[:1]]) if line.closed else line.points
-    straight = shapely.get_coordinates(shapely.simplify(shapely.linestrings(points), STRAY))
+    straight = shapely.get_coordinates(shapely.simplify(shapely.linestrings(points), MAX_STRAY))
     corners = distinct(straight, closed=line.closed)
     if line.closed and len(corners) > 2:
         corners = tuple(_without_straight(corners))
-    if len(corners) < 2 or sum(math.dist(*pair) for pair in itertools.pairwise(corners)) < SHORTEST:
+    if len(corners) < 2 or sum(math.dist(*pair) for pair in itertools.pairwise(corners)) < MIN_LINE:
         return None
     return Wall(points=corners, closed=line.closed and len(corners) > 2, thickness=thickness, height=WALL_HEIGHT)
 
@@ -220,4 +220,4 @@ def _without_straight(corners: Sequence[tuple[float, float]]) -> Iterator[tuple[
     """Yield the corners of a ring, without the first if the ring is straight there."""
     (x0, y0), (x1, y1), (x2, y2) = corners[-1], corners[0], corners[1]
     bow = abs((x1 - x0) * (y2 - y0) - (y1 - y0) * (x2 - x0)) / max(1e-12, math.hypot(x2 - x0, y2 - y0))
-    yield from corners if bow > STRAY or len(corners) < 4 else corners[1:]
+    yield from corners if bow > MAX_STRAY or len(corners) < 4 else corners[1:]

@@ -13,13 +13,13 @@ from mjsim.exchange.maps import Bar
 from mjsim.geometry import Array
 from mjsim.world import Opening, Wall
 
-NARROWEST, WIDEST = 0.4, 4.0
+MIN_WIDTH, MAX_WIDTH = 0.4, 4.0
 """Minimum and maximum width of an opening [m]."""
-BESIDE = 0.12
+MAX_SYMBOL_DISTANCE = 0.12
 """Maximum distance of a symbol from the face of its wall [m]."""
-SHARE = 0.5
+MIN_SPANNED_SHARE = 0.5
 """Minimum fraction of a gap that the symbol in it spans."""
-SILL, HEAD = 0.9, 2.0
+SILL_HEIGHT, HEAD = 0.9, 2.0
 """Height of sill and head of windows [m]."""
 MARGIN = 0.02
 """Minimum distance between an opening and the end of its wall segment [m]."""
@@ -76,7 +76,7 @@ def with_openings(walls: Sequence[Wall], holes: Sequence[Hole]) -> list[Wall]:
         if any(at < other.at + other.width + MARGIN and other.at < at + width + MARGIN for other in others):
             continue
         opening = Opening(segment=segment, at=at, width=width)
-        pane = opening.model_copy(update={"sill": SILL, "head": HEAD})
+        pane = opening.model_copy(update={"sill": SILL_HEIGHT, "head": HEAD})
         openings.setdefault(index, []).append(pane if hole.window else opening)
     return [
         wall.model_copy(update={"openings": tuple(sorted(openings.get(index, ()), key=lambda o: (o.segment, o.at)))})
@@ -90,8 +90,8 @@ def _filled_gaps(
     """Return pairs of walls with a symbol between them and the opening there; each wall is in at most one pair."""
     found: list[tuple[int, int, Hole]] = []
     taken: set[int] = set()
-    for one, other, ends in gaps(bars, WIDEST):
-        if one in taken or other in taken or not NARROWEST <= math.dist(*ends) <= WIDEST:
+    for one, other, ends in gaps(bars, MAX_WIDTH):
+        if one in taken or other in taken or not MIN_WIDTH <= math.dist(*ends) <= MAX_WIDTH:
             continue
         hole = _hole_in(ends, bars[one].width, pieces, doors, windows)
         if hole is not None:
@@ -104,7 +104,7 @@ def _hole_in(
     ends: Array, width: float, pieces: Pieces, doors: Sequence[Array], windows: Sequence[Array]
 ) -> Hole | None:
     """Return the doorway or window that the symbols in a gap stand for; each of two leaves may be half a doorway."""
-    reach = width / 2 + BESIDE
+    reach = width / 2 + MAX_SYMBOL_DISTANCE
     if any(_spans(ends, corners, reach) for corners in windows):
         return Hole(ends, window=True)
     whole = any(_spans(ends, corners, reach) for corners in doors)
@@ -122,7 +122,7 @@ def _along(ends: Array, points: Array) -> tuple[Array, Array]:
     return offset @ unit, offset @ np.array([-unit[1], unit[0]])
 
 
-def _spans(ends: Array, corners: Array, reach: float, *, share: float = SHARE) -> bool:
+def _spans(ends: Array, corners: Array, reach: float, *, share: float = MIN_SPANNED_SHARE) -> bool:
     """Return whether a symbol lies in a gap: close to its line, and along enough of it."""
     u, v = _along(ends, corners)
     length = math.dist(*ends)
@@ -155,11 +155,11 @@ def _spot(bars: Sequence[Bar], corners: Array) -> tuple[float, Array] | None:
         line = len(corners) == 2
         low, high = float(u.min()), float(u.max())
         distance = float(np.abs(v).max() if line else np.abs(v).min())
-        beside = bar.width / 2 + BESIDE
+        beside = bar.width / 2 + MAX_SYMBOL_DISTANCE
         tilted = line and abs(float(np.ptp(v))) > max(0.2 * math.dist(*corners), bar.width)
         if distance > beside or tilted or low < -MARGIN or high > bar.length + MARGIN:
             continue
-        if NARROWEST <= high - low <= WIDEST and (best is None or distance < best[0]):
+        if MIN_WIDTH <= high - low <= MAX_WIDTH and (best is None or distance < best[0]):
             unit = bar.along
             best = distance, bar.ends[0] + np.outer([low, high], unit)
     return best
@@ -179,7 +179,7 @@ def _panes(bar: Bar, pieces: Pieces) -> list[Array]:
     for low, high in itertools.pairwise(places.tolist()):
         slack = 0.1 * (high - low)
         across = (u[panes].min(axis=1) <= low + slack) & (u[panes].max(axis=1) >= high - slack)
-        if NARROWEST <= high - low <= WIDEST and across.any():
+        if MIN_WIDTH <= high - low <= MAX_WIDTH and across.any():
             found.append(bar.ends[0] + np.outer([low, high], bar.along))
     return found
 
@@ -196,7 +196,7 @@ def _distinct(holes: Sequence[Hole]) -> list[Hole]:
             if not (hole.window or other.window) and float(u.max()) - float(u.min()) > 0.0:
                 unit = (other.ends[1] - other.ends[0]) / length
                 low, high = min(0.0, float(u.min())), max(length, float(u.max()))
-                if high - low <= WIDEST:
+                if high - low <= MAX_WIDTH:
                     distinct[index] = Hole(other.ends[0] + np.outer([low, high], unit), window=False)
             break
         else:

@@ -14,25 +14,25 @@ import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
-from mjsim.exchange.drawings.drawing import BOW, MAX_BYTES, MAX_CORNERS, Drawing, Line, require_near
+from mjsim.exchange.drawings.drawing import MAX_BOW, MAX_BYTES, MAX_CORNERS, Drawing, Line, require_near
 from mjsim.exchange.drawings.dxf_tags import with_subclasses
 from mjsim.exchange.drawings.layer_roles import Role, role_of
-from mjsim.exchange.drawings.plan_in import MOSTLY
+from mjsim.exchange.drawings.plan_in import MIN_FILLED_RATIO
 from mjsim.exchange.drawings.sorting import length_of_lines
 from mjsim.exchange.drawings.tried import tried
 from mjsim.geometry import Array
 
 MAX_ENTITIES = 20_000
 """Maximum number of entities read, including those in blocks."""
-LINES = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "MLINE")
+LINE_TYPES = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "MLINE")
 """Entity types that are lines."""
-FILLED = ("SOLID", "TRACE", "HATCH", "MPOLYGON")
+FILLED_TYPES = ("SOLID", "TRACE", "HATCH", "MPOLYGON")
 """Entity types that are filled shapes."""
-BINARY = b"AutoCAD Binary DXF\r\n\x1a\x00"
+BINARY_MAGIC = b"AutoCAD Binary DXF\r\n\x1a\x00"
 """First bytes of a binary DXF file."""
-FLAT = 1e-9
+ZERO_RATIO = 1e-9
 """Lengths below this fraction of the drawing's size are zero, as are areas below this fraction of its square."""
-BODIES = ("3DFACE", "MESH")
+BODY_TYPES = ("3DFACE", "MESH")
 """Types of faces of 3-D bodies; many faces make one wall."""
 
 
@@ -72,7 +72,7 @@ def _document(data: bytes, path: Path) -> tuple[Any, Any]:
     from ezdxf.filemanagement import readfile
     from ezdxf.lldxf.const import DXFStructureError
 
-    if data.startswith(BINARY):
+    if data.startswith(BINARY_MAGIC):
         document = readfile(path)
         return document, document.audit()
     try:
@@ -125,19 +125,19 @@ def _lines(document: Any, hidden: set[str], *, walls: set[str], path: Path) -> t
             continue
         require_near([_numbers(placed.entity)], str(path))
         kind, role = _kind(placed.entity), _role(placed, walls)
-        if kind in BODIES:
+        if kind in BODY_TYPES:
             outlines = _faces_of(placed.entity)
             require_near(outlines, str(path))
             faces.setdefault(replace(placed, entity=None), []).extend(outlines)
             corners += sum(map(len, outlines))
             continue
         hatch = kind in ("HATCH", "MPOLYGON")
-        if (kind not in LINES and kind not in FILLED) or (hatch and role not in (None, "wall")):
+        if (kind not in LINE_TYPES and kind not in FILLED_TYPES) or (hatch and role not in (None, "wall")):
             left[kind] += kind != "INSERT"
             left["external references"] += kind == "INSERT" and _is_external(placed.entity)
             continue
         group = patterns if hatch and not placed.entity.dxf.solid_fill else found
-        drawn = tried(list, _filled(placed.entity) if kind in FILLED else _of_entity(placed.entity))
+        drawn = tried(list, _filled(placed.entity) if kind in FILLED_TYPES else _of_entity(placed.entity))
         if drawn is None:
             left[f"{kind} that cannot be read"] += 1
             continue
@@ -164,7 +164,7 @@ def _walls_of_patterns(patterns: Sequence[Line], lines: Sequence[Line]) -> list[
     if named := [line for line in patterns if line.role == "wall"]:
         return named
     others = [line for line in lines if line.role is None]
-    return list(patterns) if length_of_lines(patterns) > MOSTLY * length_of_lines(others) else []
+    return list(patterns) if length_of_lines(patterns) > MIN_FILLED_RATIO * length_of_lines(others) else []
 
 
 def _numbers(entity: Any) -> Array:
@@ -256,14 +256,14 @@ def _from_above(faces: Sequence[Array]) -> Iterator[Line]:
     import shapely
 
     size = float(np.ptp(np.concatenate(faces), axis=0).max())
-    level = [shape for corners in faces if (shape := shapely.Polygon(corners)).area > FLAT * size**2]
+    level = [shape for corners in faces if (shape := shapely.Polygon(corners)).area > ZERO_RATIO * size**2]
     if not level:
         edges = [shapely.LineString(corners) for corners in faces]
         yield from (
             Line(shapely.get_coordinates(part)[:, :2], False) for part in shapely.get_parts(shapely.union_all(edges))
         )
         return
-    together = shapely.union_all([shapely.make_valid(shape) for shape in level], grid_size=FLAT * size)
+    together = shapely.union_all([shapely.make_valid(shape) for shape in level], grid_size=ZERO_RATIO * size)
     for part in shapely.get_parts(together):
         for ring in (part.exterior, *part.interiors) if isinstance(part, shapely.Polygon) else ():
             yield Line(shapely.get_coordinates(ring)[:-1], closed=True, dark=1.0)
@@ -305,7 +305,9 @@ def _flattened(drawn: Any, width: float, *, dark: float | None = None) -> Iterat
         if not len(part):
             continue
         size = max(np.ptp([tuple(place)[:2] for place in part.control_vertices()], axis=0).tolist())
-        places = [(place.x, place.y) for place in itertools.islice(part.flattening(max(size * BOW, 1e-9)), MAX_CORNERS)]
+        places = [
+            (place.x, place.y) for place in itertools.islice(part.flattening(max(size * MAX_BOW, 1e-9)), MAX_CORNERS)
+        ]
         points = np.array([point for point, before in zip(places, [None, *places], strict=False) if point != before])
         closed = len(points) > 3 and bool(np.allclose(points[0], points[-1], rtol=1e-9, atol=1e-9 * size))
         yield Line(points[:-1] if closed else points, closed, width, dark=dark if closed else None)

@@ -13,18 +13,18 @@ from mjsim.exchange.maps import DIGITS, WALL_HEIGHT
 from mjsim.geometry import Array
 from mjsim.world import BoxObstacle, CylinderObstacle
 
-SMALLEST, LARGEST = 0.1, 6.0
+MIN_SIZE, MAX_SIZE = 0.1, 6.0
 """Smallest and largest size of a piece of furniture [m]."""
 HEIGHT = 0.75
 """Height of furniture, which a drawing does not state: that of a table [m]."""
-TOUCHING = 0.02
+MAX_GAP = 0.02
 """Lines closer than this belong to one piece [m]."""
-ROUND = 0.02
+ROUND_TOLERANCE = 0.02
 """Maximum deviation of the corners of a round item from its radius, as a fraction of it."""
 
-LEVEL = 1.15
+MAX_AREA_RATIO = 1.15
 """An axis-aligned box is used if its area is at most this multiple of the smallest box's."""
-HIDDEN = 0.7
+MIN_HIDDEN_SHARE = 0.7
 """An outline is part of a larger one if at least this fraction of it lies inside."""
 
 Thing = BoxObstacle | CylinderObstacle
@@ -57,7 +57,7 @@ def with_parts(lines: Sequence[Line]) -> list[Line]:
         box = np.stack([line.points.min(axis=0), -line.points.max(axis=0)])
         for number in line.parts:
             boxes[number] = np.minimum(boxes[number], box) if number in boxes else box
-    small = {number for number, (low, high) in boxes.items() if float(np.max(-high - low)) <= LARGEST}
+    small = {number for number, (low, high) in boxes.items() if float(np.max(-high - low)) <= MAX_SIZE}
     return [
         replace(line, part=next((number for number in line.parts if number in small), 0)) if line.parts else line
         for line in lines
@@ -74,7 +74,7 @@ def outlines_of(lines: Sequence[Line], name: str) -> list[Outline]:
     return found + [_outline(group, name) for group in touching(loose)]
 
 
-def touching(lines: Sequence[Line], *, reach: float = TOUCHING) -> list[list[Line]]:
+def touching(lines: Sequence[Line], *, reach: float = MAX_GAP) -> list[list[Line]]:
     """Return groups of lines that touch, or are within `reach` of each other [m]."""
     import shapely
     from scipy.sparse import coo_matrix
@@ -104,19 +104,19 @@ def thing_of(outline: Outline, *, height: float, number: int) -> Thing | None:
     name = f"{outline.name}-{number}"
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     away = np.hypot(*(points - middle).T)
-    if len(points) >= 12 and np.ptp(away) <= ROUND * away.max() and away.max() <= LARGEST / 2:
+    if len(points) >= 12 and np.ptp(away) <= ROUND_TOLERANCE * away.max() and away.max() <= MAX_SIZE / 2:
         radius = round(float(away.max()), DIGITS)
         return CylinderObstacle(name=name, at=_point(middle), cylinder=(radius, height)) if radius > 0.03 else None
     level = shapely.box(*points.min(axis=0), *points.max(axis=0))
     box = shapely.minimum_rotated_rectangle(shapely.MultiPoint(points))
-    box = level if level.area <= LEVEL * box.area else box
+    box = level if level.area <= MAX_AREA_RATIO * box.area else box
     if box.geom_type != "Polygon":
         return None
     corners = shapely.get_coordinates(box)[:4]
     sides = corners[1] - corners[0], corners[2] - corners[1]
     long, wide = sorted(sides, key=lambda side: -math.hypot(*side))
     sizes = [round(math.hypot(*side), DIGITS) for side in (long, wide)]
-    if sizes[0] > LARGEST or sizes[0] < SMALLEST or sizes[1] < 0.02:
+    if sizes[0] > MAX_SIZE or sizes[0] < MIN_SIZE or sizes[1] < 0.02:
         return None
     heading = (math.degrees(math.atan2(long[1], long[0])) + 90.0) % 180.0 - 90.0
     return BoxObstacle(
@@ -138,7 +138,7 @@ def distinct_outlines(outlines: Sequence[Outline]) -> list[Outline]:
     distinct = []
     for index, hull in enumerate(hulls):
         others = [k for k in tree.query(hull).tolist() if (hulls[k].area, -k) > (hull.area, -index)]
-        if not any(hulls[k].intersection(hull).area >= HIDDEN * hull.area for k in others):
+        if not any(hulls[k].intersection(hull).area >= MIN_HIDDEN_SHARE * hull.area for k in others):
             distinct.append(outlines[index])
     return distinct
 

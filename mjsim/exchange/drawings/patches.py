@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mjsim.exchange.drawings.drawing import Line
-from mjsim.exchange.drawings.drawn_openings import NARROWEST, Hole
+from mjsim.exchange.drawings.drawn_openings import MIN_WIDTH, Hole
 from mjsim.exchange.maps import Bar
 from mjsim.geometry import Array
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
-PEN = 0.02
+MIN_PEN = 0.02
 """Minimum width of a line that paints over others [m]."""
-WITHIN = 0.05
+MAX_OVERHANG = 0.05
 """Lines that extend beyond a patch by less belong to it [m]."""
-AGAIN = 0.5
+MIN_HIDING_SHARE = 0.5
 """A line drawn over at least this fraction of a patch hides it again [fraction of its length]."""
 
 
@@ -41,11 +41,13 @@ def painted_over(
         before = shapely.union_all([_ring(line) for line in walls if line.path < patch.path])
         # A threshold or a door leaf within the patch is not a wall.
         after = [_ring(line) for line in walls if line.path > patch.path]
-        later = shapely.union_all([line for line in after if line.is_ring or not shape.buffer(WITHIN).covers(line)])
+        later = shapely.union_all(
+            [line for line in after if line.is_ring or not shape.buffer(MAX_OVERHANG).covers(line)]
+        )
         for bar in bars:
             if (ends := _hidden(bar, shape, whole=filled)) is not None:
-                strip = shapely.LineString(ends).buffer(bar.width / 2 + PEN)
-                limit = AGAIN * math.dist(*ends)
+                strip = shapely.LineString(ends).buffer(bar.width / 2 + MIN_PEN)
+                limit = MIN_HIDING_SHARE * math.dist(*ends)
                 if strip.intersection(before).length > limit > strip.intersection(later).length:
                     holes.append(Hole(ends, window=False))
     return holes
@@ -63,7 +65,7 @@ def _hidden(bar: Bar, shape: "BaseGeometry", *, whole: bool) -> Array | None:
         along = (covered - bar.ends[0]) @ bar.along if len(covered) > 1 else np.zeros(1)
         spans.append((float(np.ptp(along)), float(along.min())))
     width, first = min(spans) if whole else max(spans)
-    if width < NARROWEST:
+    if width < MIN_WIDTH:
         return None
     return np.asarray(bar.ends[0] + np.outer([first, first + width], bar.along))
 
@@ -74,7 +76,7 @@ def _shape(patch: Line) -> "BaseGeometry":
 
     if patch.closed and patch.dark is not None:
         return shapely.make_valid(shapely.Polygon(patch.points))
-    return _ring(patch).buffer(max(PEN, patch.width / 2), cap_style="flat")
+    return _ring(patch).buffer(max(MIN_PEN, patch.width / 2), cap_style="flat")
 
 
 def _ring(line: Line) -> "BaseGeometry":

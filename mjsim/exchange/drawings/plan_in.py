@@ -19,8 +19,8 @@ from mjsim.exchange.drawings.drawing import (
     joined,
     wall_along,
 )
-from mjsim.exchange.drawings.drawn_openings import WIDEST, Hole, doors_and_windows, lines_through, with_openings
-from mjsim.exchange.drawings.filled import DARK, bars_of_filled, rest_of_filled
+from mjsim.exchange.drawings.drawn_openings import MAX_WIDTH, Hole, doors_and_windows, lines_through, with_openings
+from mjsim.exchange.drawings.filled import MIN_DARKNESS, bars_of_filled, rest_of_filled
 from mjsim.exchange.drawings.furnishing import (
     HEIGHT,
     Outline,
@@ -45,31 +45,31 @@ from mjsim.exchange.drawings.sorting import (
     with_large_rooms,
     with_rooms,
 )
-from mjsim.exchange.drawings.strokes import LEAF, Arc, Pieces, patterned, split
-from mjsim.exchange.drawings.symbols import PANES, with_symbols, without_jambs, without_leaves
+from mjsim.exchange.drawings.strokes import LEAF_TOLERANCE, Arc, Pieces, patterned, split
+from mjsim.exchange.drawings.symbols import MIN_PANES, with_symbols, without_jambs, without_leaves
 from mjsim.exchange.drawings.wall_faces import Paired, continued, merged, paired, sides_of_rooms
 from mjsim.exchange.maps import DIGITS, WALL_HEIGHT, Bar, distinct, runs_of
 from mjsim.geometry import Array
 from mjsim.world import Wall, World, solid
 
-UNIT = 0.05
+CELL_SIDE = 0.05
 """Walls are joined at corners as those of a map with cells of this size [m]."""
 BY_FACES = 0.3
 """Fraction of the total line length that must be faces for walls to count as drawn by their faces."""
-ALONE = 0.5
+MIN_SINGLE_LINE = 0.5
 """Minimum length at which a line on a wall layer is a wall by itself [m]."""
 BY_SIZE = (0.3, 3.0)
 """Sizes of closed shapes and blocks in rooms that count as furniture even if no name says so [m]."""
 
 
-DOUBLED = 0.03
+MIN_DOUBLED_SHARE = 0.03
 """Overlapping lines are merged if they make up at least this fraction of the total length."""
-BROAD = 0.5
+MIN_BROAD_SHARE = 0.5
 """Where no names mark walls, hairlines are not walls if the length of broad lines is at least this multiple of theirs.
 """
-MOSTLY = 2.0
+MIN_FILLED_RATIO = 2.0
 """Unnamed lines are not walls if the length of filled walls is at least this multiple of theirs."""
-TWICE = 0.8
+MIN_COVERED_SHARE = 0.8
 """A wall is a duplicate of filled shapes if they cover at least this fraction of its area."""
 _LEFT: dict[Role | None, str] = {"note": "lines of notes", "stairs": "lines of stairs"}
 """Descriptions of roles that are not represented in the world."""
@@ -147,7 +147,7 @@ def _walls(lines: SortedLines, thickness: float | None, counts: Counter[str]) ->
     all_arcs = [*arcs, *_arcs([*lines.doors, *lines.others, *pens.light])]
     pieces = without_leaves(pieces, all_arcs)
     solid_bars = [
-        bar for bar in solid_bars if bar.width > LEAF or len(without_leaves(_as_pieces([bar]), all_arcs).ends)
+        bar for bar in solid_bars if bar.width > LEAF_TOLERANCE or len(without_leaves(_as_pieces([bar]), all_arcs).ends)
     ]
     pattern, patterns = patterned(pieces)
     counts["hatches and stairs"] += patterns
@@ -209,10 +209,10 @@ def _straight_walls(
     faces = float(pieces.lengths[found.faces].sum())
     if bent or faces >= BY_FACES * max(1e-9, float(pieces.lengths.sum())) or (filled and not lines.named):
         seen = _outside_of(_continued_walls(found, pieces, lines, counts), filled, pieces)
-        if lines.named or _total(filled) <= MOSTLY * _total(seen):
+        if lines.named or _total(filled) <= MIN_FILLED_RATIO * _total(seen):
             return [*filled, *seen], straight
         counts["pairs of lines beside filled walls"] += len(seen)
-    elif lines.named or length_of_lines(pens.broad) < BROAD * length_of_lines(pens.hair):
+    elif lines.named or length_of_lines(pens.broad) < MIN_BROAD_SHARE * length_of_lines(pens.hair):
         straight += _without(pens.hair, arcs)
     return [*filled], straight
 
@@ -231,8 +231,8 @@ def _outside_of(bars: Sequence[Bar], filled: Sequence[Bar], pieces: Pieces) -> l
     found = []
     for bar in bars:
         outline = shapely.Polygon(bar.outline())
-        window = bar.length <= WIDEST and lines_through(bar.ends, bar.width, pieces) >= PANES
-        if not window and outline.intersection(covered).area < TWICE * outline.area:
+        window = bar.length <= MAX_WIDTH and lines_through(bar.ends, bar.width, pieces) >= MIN_PANES
+        if not window and outline.intersection(covered).area < MIN_COVERED_SHARE * outline.area:
             found.append(bar)
     return found
 
@@ -241,7 +241,7 @@ def _continued_walls(found: Paired, pieces: Pieces, lines: SortedLines, counts: 
     """Return the walls of pairs of faces, and of single lines where names mark them as walls."""
     bars = continued(found.bars, pieces)
     left = pieces.where(~found.faces)
-    long = left.where(left.lengths >= ALONE)
+    long = left.where(left.lengths >= MIN_SINGLE_LINE)
     if not lines.named:
         rings = [line.points for line in lines.walls if line.closed]
         of_room = sides_of_rooms(rings, found.bars, long)
@@ -309,19 +309,28 @@ def _is_doubled(pieces: Pieces) -> bool:
     import shapely
 
     whole = float(pieces.lengths.sum())
-    return float(shapely.union_all(shapely.linestrings(np.round(pieces.ends, 3))).length) < (1 - DOUBLED) * whole
+    return (
+        float(shapely.union_all(shapely.linestrings(np.round(pieces.ends, 3))).length) < (1 - MIN_DOUBLED_SHARE) * whole
+    )
 
 
 def _by_bars(bars: Sequence[Bar], thickness: float | None) -> list[Wall]:
     """Return the runs formed by straight walls, joined as those of a map."""
     small = [
-        Bar(bar.x / UNIT, bar.y / UNIT, bar.heading, bar.length / UNIT, (thickness or bar.width) / UNIT) for bar in bars
+        Bar(
+            bar.x / CELL_SIDE,
+            bar.y / CELL_SIDE,
+            bar.heading,
+            bar.length / CELL_SIDE,
+            (thickness or bar.width) / CELL_SIDE,
+        )
+        for bar in bars
     ]
     walls = []
     for run in runs_of(small):
-        corners = distinct(run.points * UNIT, closed=run.closed)
+        corners = distinct(run.points * CELL_SIDE, closed=run.closed)
         if len(corners) > 1:
-            width = round(run.thickness * UNIT, DIGITS)
+            width = round(run.thickness * CELL_SIDE, DIGITS)
             closed = run.closed and len(corners) > 2
             walls.append(Wall(points=corners, closed=closed, thickness=width, height=WALL_HEIGHT))
     return walls
@@ -362,7 +371,7 @@ def _furniture(lines: SortedLines, walls: Sequence[Wall]) -> list[Outline]:
 
     unnamed = [*lines.others, *([] if lines.named else lines.walls)]
     small = [line for line in unnamed if float(np.ptp(line.points, axis=0).max()) <= BY_SIZE[1]]
-    closed = [line for line in small if (line.closed or line.part) and (line.dark or 0.0) < DARK]
+    closed = [line for line in small if (line.closed or line.part) and (line.dark or 0.0) < MIN_DARKNESS]
     closed = [line for line in closed if line.part or not _arcs([line])]
     shape = solid(World(walls=tuple(walls)))
     # The sections between openings are still part of the wall.

@@ -10,13 +10,13 @@ import numpy as np
 from mjsim.exchange.maps import Cells
 from mjsim.geometry import Array
 
-FULL = 0.85
+MIN_FILLED_SHARE = 0.85
 """An outline that fills at least this fraction of its rectangle is that rectangle."""
-SAME = 0.05
+LINE_TOLERANCE = 0.05
 """Corners closer than this along an axis are on one line [m]."""
-INSIDE = 0.5
+MIN_CELL_SHARE = 0.5
 """A cell belongs to an outline that covers at least this fraction of it."""
-EXACT = 0.1
+MAX_AREA_ERROR = 0.1
 """Maximum difference of the area of the rectangles from that of the outline, as a fraction of it."""
 MAX_PARTS, MAX_LINES = 6, 24
 """Maximum number of rectangles of one outline, and of lines through its corners along an axis."""
@@ -35,14 +35,14 @@ def rectangles_in(strokes: Sequence[Array]) -> list[Array]:
     if shape is None:
         return []
     box = shapely.minimum_rotated_rectangle(shape)
-    if box.geom_type != "Polygon" or shape.area >= FULL * box.area:
+    if box.geom_type != "Polygon" or shape.area >= MIN_FILLED_SHARE * box.area:
         return []
     (x, y), (to_x, to_y) = shapely.get_coordinates(box)[:2]
     turn = math.atan2(to_y - y, to_x - x)
     level = affinity.rotate(shape, -turn, origin=(0.0, 0.0), use_radians=True)
     boxes = _boxes(level) if _is_rectilinear(level) else []
     area = sum(part.area for part in boxes)
-    if not 2 <= len(boxes) <= MAX_PARTS or abs(area - shape.area) > EXACT * shape.area:
+    if not 2 <= len(boxes) <= MAX_PARTS or abs(area - shape.area) > MAX_AREA_ERROR * shape.area:
         return []
     turned = [affinity.rotate(part, turn, origin=(0.0, 0.0), use_radians=True) for part in boxes]
     return [shapely.get_coordinates(part)[:4] for part in turned]
@@ -62,7 +62,7 @@ def _is_rectilinear(shape: Any) -> bool:
     import shapely
 
     sides = np.abs(np.diff(shapely.get_coordinates(shape.exterior), axis=0))
-    return float(sides.min(axis=1).sum()) <= EXACT * float(sides.sum())
+    return float(sides.min(axis=1).sum()) <= MAX_AREA_ERROR * float(sides.sum())
 
 
 def _boxes(shape: Any) -> list[Any]:
@@ -76,7 +76,7 @@ def _boxes(shape: Any) -> list[Any]:
     cells = np.array(
         [
             [
-                shape.intersection(cell := shapely.box(left, low, right, high)).area >= INSIDE * cell.area
+                shape.intersection(cell := shapely.box(left, low, right, high)).area >= MIN_CELL_SHARE * cell.area
                 for left, right in pairwise(columns)
             ]
             for low, high in pairwise(rows)
@@ -94,7 +94,7 @@ def _steps(values: Array) -> list[float]:
     """Return the distinct values among coordinates, ascending; close ones become one."""
     steps: list[float] = []
     for value in sorted(values.tolist()):
-        if not steps or value - steps[-1] > SAME:
+        if not steps or value - steps[-1] > LINE_TOLERANCE:
             steps.append(value)
     return steps
 

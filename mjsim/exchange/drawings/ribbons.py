@@ -6,22 +6,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjsim.exchange.drawings.curved_walls import Curve
-from mjsim.exchange.drawings.drawing import BOW as CURVED
+from mjsim.exchange.drawings.drawing import MAX_BOW as CURVED
 from mjsim.exchange.drawings.strokes import Pieces, runs
-from mjsim.exchange.drawings.wall_faces import FARTHEST, NEAREST
+from mjsim.exchange.drawings.wall_faces import MAX_THICKNESS, MIN_THICKNESS
 from mjsim.exchange.maps import DIGITS, WALL_HEIGHT, Cells, distinct
 from mjsim.geometry import Array
 from mjsim.world import Wall
 
-LONGEST_STEP = 0.1
+MAX_STEP = 0.1
 """Maximum spacing of the points at which two faces are compared [m]."""
-SHORTEST, SHORTEST_NAMED = 6.0, 1.0
+SHORTEST, MIN_NAMED = 6.0, 1.0
 """Minimum length of a wall along its centreline, where names do not mark walls and where they do [m]."""
-EVEN = 0.2
+MAX_THICKNESS_DEVIATION = 0.2
 """Maximum deviation of its thickness from the median [fraction of it]."""
-BOW = 0.005
+MAX_BOW = 0.005
 """Maximum deviation of the straight segments from the curve [m]."""
-SLACK = 0.015
+LINE_DISTANCE = 0.015
 """Lines this close to the wall are part of it [m]."""
 
 
@@ -39,7 +39,7 @@ class Ribbon:
 
         line = shapely.LineString(self.points)
         size = float(np.ptp(self.points, axis=0).max())
-        reach = self.width * (1 + EVEN) / 2 + SLACK + CURVED * size
+        reach = self.width * (1 + MAX_THICKNESS_DEVIATION) / 2 + LINE_DISTANCE + CURVED * size
         return np.asarray(shapely.distance(line, shapely.points(points)) <= reach)
 
     def wall(self, thickness: float | None) -> Wall:
@@ -77,7 +77,7 @@ def ribbons_of(
     found: list[Ribbon] = []
     used: set[int] = set()
     for length, place, index, ribbon in sorted(options, key=lambda option: option[:3]):
-        if -length >= (SHORTEST_NAMED if named else SHORTEST) and not used & {place, index}:
+        if -length >= (MIN_NAMED if named else SHORTEST) and not used & {place, index}:
             found.append(ribbon)
             used |= {place, index}
     return found
@@ -100,9 +100,9 @@ def _between(one: Array, other: Array) -> Ribbon | None:
     import shapely
 
     first, second = shapely.LineString(one), shapely.LineString(other)
-    if first.distance(second) > FARTHEST:
+    if first.distance(second) > MAX_THICKNESS:
         return None
-    places = shapely.get_coordinates(shapely.segmentize(first, LONGEST_STEP))
+    places = shapely.get_coordinates(shapely.segmentize(first, MAX_STEP))
     along = shapely.line_locate_point(second, shapely.points(places))
     facing = shapely.get_coordinates(shapely.line_interpolate_point(second, along))
     # There is no wall beyond an end of the other face.
@@ -111,8 +111,8 @@ def _between(one: Array, other: Array) -> Ribbon | None:
     if np.count_nonzero(beside) < 4:
         return None
     width = float(np.median(widths[beside]))
-    even = beside & (np.abs(widths - width) <= EVEN * width)
-    if not NEAREST <= width <= FARTHEST or np.count_nonzero(even) < 0.8 * np.count_nonzero(beside):
+    even = beside & (np.abs(widths - width) <= MAX_THICKNESS_DEVIATION * width)
+    if not MIN_THICKNESS <= width <= MAX_THICKNESS or np.count_nonzero(even) < 0.8 * np.count_nonzero(beside):
         return None
     middle = ((places + facing) / 2)[beside]
-    return Ribbon(shapely.get_coordinates(shapely.simplify(shapely.LineString(middle), BOW)), width)
+    return Ribbon(shapely.get_coordinates(shapely.simplify(shapely.LineString(middle), MAX_BOW)), width)

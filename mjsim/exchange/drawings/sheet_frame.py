@@ -11,9 +11,9 @@ from mjsim.geometry import Array
 
 MARGIN = 0.6
 """Minimum distance between the frame of a sheet and the building [m]."""
-LARGE = 0.35
+MIN_BUILDING_SHARE = 0.35
 """Minimum size of the building, as a fraction of the frame's."""
-REACH = 0.6
+MAX_LINE_DISTANCE = 0.6
 """Lines within this distance of the building belong to it [m]."""
 SMALL, SLIM = 0.2, 0.35
 """A group outside the building is dropped if it is smaller than this fraction of it, or narrower than this [m]."""
@@ -49,7 +49,7 @@ def _is_building(inner: Sequence[Line], lines: Sequence[Line], low: Array, high:
     boxes = np.array([_box(line.points) for line in inner])
     first, last = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     away = min(*(first - low).tolist(), *(high - last).tolist()) >= MARGIN
-    large = float(np.hypot(*(last - first))) >= LARGE * float(np.hypot(*(high - low)))
+    large = float(np.hypot(*(last - first))) >= MIN_BUILDING_SHARE * float(np.hypot(*(high - low)))
     return away and large and len(inner) >= 0.5 * len(lines)
 
 
@@ -62,14 +62,16 @@ def without_outliers(lines: Sequence[Line]) -> list[Line]:
         return list(lines)
     points = [np.concatenate([line.points for line in group]) for group in groups]
     sizes = [float(np.hypot(*np.ptp(each, axis=0))) for each in points]
-    hull = shapely.MultiPoint(points[int(np.argmax(sizes))]).convex_hull.buffer(REACH)
+    hull = shapely.MultiPoint(points[int(np.argmax(sizes))]).convex_hull.buffer(MAX_LINE_DISTANCE)
     # A large group beside the building is another part of it.
     large = [
         each
         for each, size in zip(points, sizes, strict=True)
         if size >= SMALL * max(sizes) and np.ptp(each, axis=0).min() > SLIM
     ]
-    hull = shapely.union_all([hull, *(shapely.MultiPoint(each).convex_hull.buffer(REACH) for each in large)])
+    hull = shapely.union_all(
+        [hull, *(shapely.MultiPoint(each).convex_hull.buffer(MAX_LINE_DISTANCE) for each in large)]
+    )
     inside = [group for group, each in zip(groups, points, strict=True) if hull.intersects(shapely.MultiPoint(each))]
     chosen = {id(line) for group in inside for line in group}
     return [line for line in lines if id(line) in chosen]

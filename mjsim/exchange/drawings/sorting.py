@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mjsim.errors import UsageError
-from mjsim.exchange.drawings.drawing import THINNEST, Line
-from mjsim.exchange.drawings.filled import DARK, NARROW
+from mjsim.exchange.drawings.drawing import MIN_PEN, Line
+from mjsim.exchange.drawings.filled import MAX_MEAN_WIDTH, MIN_DARKNESS
 from mjsim.exchange.drawings.sheet_frame import without_frames, without_outliers
 from mjsim.exchange.drawings.strokes import split
-from mjsim.exchange.drawings.united import SLENDER
+from mjsim.exchange.drawings.united import MIN_SLENDERNESS
 from mjsim.exchange.drawings.wall_faces import TOUCHING, merged, paired, sides_of_rooms
 from mjsim.exchange.maps import Bar, fitted_rectangle
 from mjsim.geometry import Array
@@ -20,9 +20,9 @@ from mjsim.geometry import Array
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
-SAMPLE, MOST_PAIRS = 200, 5e6
+SAMPLE_LINES, MAX_PAIRS = 200, 5e6
 """Number of lines by which those that may cross are counted, and the maximum number of pairs that do."""
-ROOM = 2.3
+MIN_ROOM_WIDTH = 2.3
 """A wider outline with the name of a kitchen or bath is that of the room, not of furniture [m]."""
 
 
@@ -86,7 +86,7 @@ def with_large_rooms(lines: Sequence[Line]) -> list[Line]:
         return list(lines)
 
     def is_room(line: Line) -> bool:
-        return line.role == "furniture" and line.closed and float(np.ptp(line.points, axis=0).min()) >= ROOM
+        return line.role == "furniture" and line.closed and float(np.ptp(line.points, axis=0).min()) >= MIN_ROOM_WIDTH
 
     return [replace(line, role=None) if is_room(line) else line for line in lines]
 
@@ -133,12 +133,12 @@ def by_pen(lines: Sequence[Line]) -> Pens:
         if line.dark is not None and (inked or line.width == 0.0) and line.closed and not _is_filled(line)
     ]
     filling = {id(line) for line in _between(light, filled)}
-    filled += [replace(line, dark=max(DARK, line.dark or 0.0)) for line in light if id(line) in filling]
+    filled += [replace(line, dark=max(MIN_DARKNESS, line.dark or 0.0)) for line in light if id(line) in filling]
     light = [line for line in light if id(line) not in filling]
     chosen = {id(line) for line in (*filled, *light)} | filling
     drawn = [line for line in lines if id(line) not in chosen]
-    broad = [line for line in drawn if line.width >= THINNEST]
-    hair = [line for line in drawn if line.width < THINNEST]
+    broad = [line for line in drawn if line.width >= MIN_PEN]
+    hair = [line for line in drawn if line.width < MIN_PEN]
     if broad and _are_faces(broad):
         hair, broad = [*hair, *broad], []
     # Where adjacent floors are painted, the walls are the gaps between them.
@@ -150,7 +150,11 @@ def _darkened(line: Line, inked: bool) -> Line:
     if line.dark is None or line.width > 0.0 or (inked and line.role != "wall"):
         return line
     bar = fitted_rectangle(line.points)
-    return replace(line, dark=max(line.dark, 0.5)) if bar is not None and bar.length >= SLENDER * bar.width else line
+    return (
+        replace(line, dark=max(line.dark, 0.5))
+        if bar is not None and bar.length >= MIN_SLENDERNESS * bar.width
+        else line
+    )
 
 
 def _between(light: Sequence[Line], filled: Sequence[Line]) -> list[Line]:
@@ -163,7 +167,7 @@ def _between(light: Sequence[Line], filled: Sequence[Line]) -> list[Line]:
     found = []
     for line in light:
         bar = fitted_rectangle(line.points)
-        if bar is not None and bar.length >= SLENDER * bar.width and bar.width <= NARROW:
+        if bar is not None and bar.length >= MIN_SLENDERNESS * bar.width and bar.width <= MAX_MEAN_WIDTH:
             found += [line] if _abuts(bar, dark) else []
     return found
 
@@ -178,7 +182,7 @@ def _abuts(bar: Bar, shape: "BaseGeometry") -> bool:
 
 
 def _is_filled(line: Line) -> bool:
-    return len(line.points) > 2 and line.dark is not None and line.dark >= DARK
+    return len(line.points) > 2 and line.dark is not None and line.dark >= MIN_DARKNESS
 
 
 def length_of_lines(lines: Sequence[Line]) -> float:
@@ -208,10 +212,10 @@ def require_sparse(lines: Sequence[Line], name: str) -> None:
         np.concatenate([extreme(line.points[:-1], line.points[1:]) for line in lines])
         for extreme in (np.minimum, np.maximum)
     )
-    some = slice(None, None, max(1, len(low) // SAMPLE))
+    some = slice(None, None, max(1, len(low) // SAMPLE_LINES))
     meet = (low[some, None] <= high).all(axis=2) & (low <= high[some, None]).all(axis=2)
     pairs = float(meet.mean()) * len(low) ** 2
-    if pairs > MOST_PAIRS:
+    if pairs > MAX_PAIRS:
         raise UsageError(
             f"'{name}' has {pairs / 1e6:.0f} million pairs of lines that may cross; name the --layer of its walls"
         )

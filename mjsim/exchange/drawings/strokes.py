@@ -20,15 +20,15 @@ DOOR_SWEEP = (math.radians(40.0), math.radians(125.0))
 """Minimum and maximum angle of a door-swing arc without a leaf [rad]."""
 LEAF_SWEEP = (math.radians(4.0), math.radians(185.0))
 """The same with a leaf, a line from the hinge to an end of the arc [rad]."""
-LEAF = 0.08
+LEAF_TOLERANCE = 0.08
 """Lines this close to the open or closed position of a leaf, and no longer than it, are part of it [m]."""
-ROUND = 0.03
+ROUND_TOLERANCE = 0.03
 """Maximum deviation of an arc from its circle, as a fraction of its radius."""
 STEP_SPACING = (0.18, 0.42)
 """Minimum and maximum spacing of stair steps [m]."""
-EVEN = 0.15
+SPACING_TOLERANCE = 0.15
 """Maximum relative difference of spacings and lengths in a pattern."""
-MANY, MANY_STEPS = 5, 4
+MIN_HATCH_LINES, MANY_STEPS = 5, 4
 """Minimum number of evenly spaced parallel lines in a hatch, and in stairs."""
 
 
@@ -105,8 +105,8 @@ def split(strokes: Sequence[Array], closed: Sequence[bool]) -> tuple[Pieces, lis
 def _has_leaf(arc: Arc, ends: Array) -> bool:
     """Return whether a straight piece, of shape (n, 2, 2) [m], runs from the hinge to an end of an arc."""
     starts = np.concatenate([ends, ends[:, ::-1]])
-    at_hinge = starts[np.hypot(*(starts[:, 0] - arc.middle).T) <= LEAF]
-    return any((np.hypot(*(at_hinge[:, 1] - end).T) <= LEAF).any() for end in arc.ends)
+    at_hinge = starts[np.hypot(*(starts[:, 0] - arc.middle).T) <= LEAF_TOLERANCE]
+    return any((np.hypot(*(at_hinge[:, 1] - end).T) <= LEAF_TOLERANCE).any() for end in arc.ends)
 
 
 def runs(corners: Array) -> list[tuple[Array, bool]]:
@@ -139,7 +139,7 @@ def arc_through(points: Array, owner: int) -> Arc | None:
     (x, y, rest), *_ = np.linalg.lstsq(A, (shifted**2).sum(axis=1), rcond=None)
     radius = math.sqrt(max(0.0, rest + x * x + y * y))
     away = shifted - [x, y]
-    if np.abs(np.hypot(*away.T) - radius).max() > ROUND * radius:
+    if np.abs(np.hypot(*away.T) - radius).max() > ROUND_TOLERANCE * radius:
         return None
     turns = np.unwrap(np.arctan2(away[:, 1], away[:, 0]))
     sweep = float(turns[-1] - turns[0])
@@ -170,7 +170,7 @@ def patterned(pieces: Pieces) -> tuple[Cells, int]:
 def _changes(headings: Array, lengths: Array) -> Cells:
     """Return where the next piece differs in direction or length, shape (n - 1,)."""
     turned = np.abs(np.diff(headings)) > math.radians(1.5)
-    return np.asarray(turned | (np.diff(lengths) > EVEN * lengths[:-1]) | (np.diff(lengths) < 0))
+    return np.asarray(turned | (np.diff(lengths) > SPACING_TOLERANCE * lengths[:-1]) | (np.diff(lengths) < 0))
 
 
 def _ladders(pieces: Pieces, group: Indices) -> list[Indices]:
@@ -188,7 +188,11 @@ def _ladders(pieces: Pieces, group: Indices) -> list[Indices]:
         gaps = np.diff(v[order])
         first = 0
         for index in range(len(gaps) + 1):
-            even = index < len(gaps) and index > first and abs(gaps[index] - gaps[first]) <= EVEN * gaps[first] + 2e-3
+            even = (
+                index < len(gaps)
+                and index > first
+                and abs(gaps[index] - gaps[first]) <= SPACING_TOLERANCE * gaps[first] + 2e-3
+            )
             if index == len(gaps) or (index > first and not even):
                 if _is_pattern(index - first + 1, gaps[first:index], length):
                     ladders.append(group[order[first : index + 1]])
@@ -201,7 +205,7 @@ def _is_pattern(count: int, gaps: Array, length: float) -> bool:
         return False
     spacing = float(gaps.mean())
     steps = STEP_SPACING[0] <= spacing <= STEP_SPACING[1] and 0.6 <= length <= 4.0
-    return count >= (MANY_STEPS if steps else MANY) and spacing <= STEP_SPACING[1]
+    return count >= (MANY_STEPS if steps else MIN_HATCH_LINES) and spacing <= STEP_SPACING[1]
 
 
 def _columns(u: Array, reach: float) -> list[Indices]:

@@ -14,10 +14,10 @@ import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
-from mjsim.exchange.drawings.drawing import BOW, MAX_BYTES, MAX_CORNERS, Drawing, Line, require_near
+from mjsim.exchange.drawings.drawing import MAX_BOW, MAX_BYTES, MAX_CORNERS, Drawing, Line, require_near
 from mjsim.exchange.drawings.layer_roles import Role, role_of
 from mjsim.exchange.drawings.paint import darkness_of, opacity_of, share_of
-from mjsim.exchange.drawings.svg_tree import METRES, SHAPES, length_of, made_plain, tag_of
+from mjsim.exchange.drawings.svg_tree import METRES_PER_UNIT, SHAPE_TAGS, length_of, made_plain, tag_of
 from mjsim.exchange.drawings.tried import tried
 from mjsim.geometry import Array
 from mjsim.models import RefusedXmlError, checked_xml
@@ -27,11 +27,11 @@ CURVE_STEPS = 48
 LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 UNIT = "data-metres-per-unit"
 """Attribute of files written by mjsim: metres per user unit."""
-BUILDING = (2.0, 500.0)
+BUILDING_SIZES = (2.0, 500.0)
 """Sizes at which a drawing with a stated paper size is assumed to be at scale 1 : 1 [m]."""
-WHOLE = 0.98
+MIN_BACKGROUND_SHARE = 0.98
 """A rectangle that covers at least this fraction of the drawing is its background."""
-PALE, OPAQUE = 0.06, 0.9
+MAX_PALE_DIFFERENCE, MIN_OPACITY = 0.06, 0.9
 """Maximum difference from the background colour, and minimum opacity, of what hides the lines beneath it [0 to 1]."""
 _IMPERIAL = re.compile(
     r"""(?<!\d)(\d{1,4})(?:/(\d{1,4}))?\s*(?:"|\u2033|in\b)\s*=\s*"""
@@ -189,12 +189,12 @@ def _paper(root: Element) -> float:
     for key in ("background-color", "background"):
         if (color := _own(root, key)) is not None:
             return darkness_of(color) * opacity_of(color)
-    first = next((element for element in root.iter() if tag_of(element) in (*SHAPES, "path")), None)
+    first = next((element for element in root.iter() if tag_of(element) in (*SHAPE_TAGS, "path")), None)
     if first is None or tag_of(first) != "rect":
         return 0.0
     box = _box(root)
     size = [length_of(first.get(key)) or 0.0 for key in ("width", "height")]
-    whole = len(box) == 4 and all(side >= WHOLE * page for side, page in zip(size, box[2:], strict=True))
+    whole = len(box) == 4 and all(side >= MIN_BACKGROUND_SHARE * page for side, page in zip(size, box[2:], strict=True))
     fill = _own(first, "fill")
     return darkness_of(fill) * opacity_of(fill) if whole and fill not in ("none", "transparent") else 0.0
 
@@ -258,8 +258,12 @@ def _ink(element: Element, tree: _Tree) -> _Ink:
     solid = sheer * share_of(value_of("fill-opacity")) * opacity_of(fill)
     none = fill in ("none", "transparent") or tag_of(element) == "line"
     dark = None if none else abs(darkness_of(fill) - tree.paper) * solid
-    covers = dark is not None and dark <= PALE and solid >= OPAQUE
-    painted = not bare and abs(darkness_of(stroke) - tree.paper) <= PALE and sheer * opacity_of(stroke) >= OPAQUE
+    covers = dark is not None and dark <= MAX_PALE_DIFFERENCE and solid >= MIN_OPACITY
+    painted = (
+        not bare
+        and abs(darkness_of(stroke) - tree.paper) <= MAX_PALE_DIFFERENCE
+        and sheer * opacity_of(stroke) >= MIN_OPACITY
+    )
     return _Ink(pen, not none and fill is not None, dark, covers if bare else painted and (dark is None or covers))
 
 
@@ -283,7 +287,7 @@ def _along(curve: Any, name: str) -> list[complex]:
     places = [curve.point(step / CURVE_STEPS) for step in range(CURVE_STEPS + 1)]
     points = np.array([(place.real, place.imag) for place in places])
     require_near([points], name)
-    bow = float(np.ptp(points, axis=0).max()) * BOW
+    bow = float(np.ptp(points, axis=0).max()) * MAX_BOW
     simplified = shapely.get_coordinates(shapely.simplify(shapely.linestrings(points), bow))
     return [complex(x, y) for x, y in simplified[1:].tolist()]
 
@@ -301,7 +305,7 @@ def _unit(root: Element) -> float | None:
     size = length_of(wide)
     if size is None or re.fullmatch(r"[\d.\s]*(px)?", wide) or len(box) != 4 or box[2] <= 0.0:
         return None
-    paper = size * METRES / box[2]
+    paper = size * METRES_PER_UNIT / box[2]
     texts = " ".join(
         text
         for element in root.iter()
@@ -309,7 +313,7 @@ def _unit(root: Element) -> float | None:
         for text in " ".join(element.itertext()).split()
     )
     unit = paper * _ratio(texts)
-    return unit if BUILDING[0] <= unit * box[2] <= BUILDING[1] else None
+    return unit if BUILDING_SIZES[0] <= unit * box[2] <= BUILDING_SIZES[1] else None
 
 
 def _ratio(texts: str) -> float:

@@ -10,11 +10,11 @@ SVG = "{http://www.w3.org/2000/svg}"
 HREFS = ("href", "{http://www.w3.org/1999/xlink}href")
 UNITS = {"": 1.0, "px": 1.0, "pt": 96 / 72, "pc": 16.0, "mm": 96 / 25.4, "cm": 96 / 2.54, "in": 96.0, "m": 96 / 0.0254}
 """User units per unit (CSS Values and Units 3, section 6.2)."""
-METRES = 0.0254 / 96
+METRES_PER_UNIT = 0.0254 / 96
 """Metres per user unit of a file that states its paper size."""
-SHAPES = ("rect", "circle", "ellipse", "line")
-LENGTHS = ("x", "y", "width", "height", "cx", "cy", "r", "rx", "ry", "x1", "y1", "x2", "y2")
-GROUPS = ("a", "switch", "svg", "symbol")
+SHAPE_TAGS = ("rect", "circle", "ellipse", "line")
+LENGTH_ATTRIBUTES = ("x", "y", "width", "height", "cx", "cy", "r", "rx", "ry", "x1", "y1", "x2", "y2")
+GROUP_TAGS = ("a", "switch", "svg", "symbol")
 """Container elements that are drawn like groups."""
 MAX_ELEMENTS = 50_000
 """Maximum number of elements in a drawing, including clones."""
@@ -41,7 +41,7 @@ def made_plain(root: Element, name: str) -> int:
     _expand(root, name)
     _apply_styles(root)
     for element in root.iter():
-        if element is not root and tag_of(element) in GROUPS:
+        if element is not root and tag_of(element) in GROUP_TAGS:
             element.tag = f"{SVG}g"
     return _without_percent(root)
 
@@ -113,9 +113,9 @@ def _without_percent(root: Element) -> int:
     count = 0
     for parent in list(root.iter()):
         for shape in list(parent):
-            if tag_of(shape) not in SHAPES:
+            if tag_of(shape) not in SHAPE_TAGS:
                 continue
-            lengths = {key: length_of(shape.get(key)) for key in LENGTHS if shape.get(key) is not None}
+            lengths = {key: length_of(shape.get(key)) for key in LENGTH_ATTRIBUTES if shape.get(key) is not None}
             if None in lengths.values():
                 parent.remove(shape)
                 count += 1

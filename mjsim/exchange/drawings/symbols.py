@@ -7,23 +7,23 @@ from dataclasses import replace
 import numpy as np
 
 from mjsim.exchange.drawings.drawing import Line
-from mjsim.exchange.drawings.furnishing import TOUCHING, touching
+from mjsim.exchange.drawings.furnishing import MAX_GAP, touching
 from mjsim.exchange.drawings.layer_roles import Role
-from mjsim.exchange.drawings.strokes import LEAF, Arc, Pieces, split
+from mjsim.exchange.drawings.strokes import LEAF_TOLERANCE, Arc, Pieces, split
 from mjsim.exchange.maps import Cells
 from mjsim.geometry import Array
 
-LARGER = 2.6
+MAX_BLOCK_RATIO = 2.6
 """Maximum size of a door block, as a multiple of the radius of its arc: two leaves and a frame."""
-SHORTER = 0.03
+LENGTH_TOLERANCE = 0.03
 """Maximum difference of the length of a half-open leaf from the radius of its arc [m]."""
-JAMB = 0.4
+MAX_JAMB = 0.4
 """Maximum length of a line across the end of a doorway [m]."""
-BESIDE = 0.2
+MAX_LINE_DISTANCE = 0.2
 """Maximum distance between the lines of one symbol [m]."""
-PANES = 3
+MIN_PANES = 3
 """Minimum number of lines along a window; two, of a plain rectangle, are a doorway."""
-SPANS = 0.9
+MIN_PANE_SHARE = 0.9
 """Minimum length of a pane, as a fraction of the window's length."""
 
 
@@ -34,10 +34,10 @@ def with_symbols(lines: Sequence[Line]) -> list[Line]:
     arc are doors, those with three lines from end to end are windows, and the rest are doors.
     """
     found = list(lines)
-    for group in _groups([(n, line) for n, line in enumerate(lines) if line.part], TOUCHING):
+    for group in _groups([(n, line) for n, line in enumerate(lines) if line.part], MAX_GAP):
         if _is_door([lines[n] for n in group]):
             _become(found, group, "door")
-    for reach, symbol in ((TOUCHING, _is_door), (BESIDE, None)):
+    for reach, symbol in ((MAX_GAP, _is_door), (MAX_LINE_DISTANCE, None)):
         for group in _groups([(n, line) for n, line in enumerate(found) if line.role == "opening"], reach):
             members = [lines[n] for n in group]
             if symbol is None:
@@ -65,17 +65,19 @@ def without_jambs(pieces: Pieces, arcs: Sequence[Arc]) -> Pieces:
     """Return straight pieces without the short ones across the ends of a doorway."""
     middles, part = pieces.ends.mean(axis=1), np.zeros(len(pieces.ends), dtype=bool)
     for place in (place for arc in arcs for place in (arc.middle, *arc.ends)):
-        part |= np.hypot(*(middles - place).T) <= LEAF
-    return pieces.where(~(part & (pieces.lengths <= JAMB)))
+        part |= np.hypot(*(middles - place).T) <= LEAF_TOLERANCE
+    return pieces.where(~(part & (pieces.lengths <= MAX_JAMB)))
 
 
 def _tips(pieces: Pieces, arc: Arc) -> Array:
     """Return the ends of pieces from the hinge of an arc to a place on it, as of leaves half open, shape (n, 2) [m]."""
     ends = np.concatenate([pieces.ends, pieces.ends[:, ::-1]])
     along = ends[:, 1] - arc.middle
-    at_hinge = np.hypot(*(ends[:, 0] - arc.middle).T) <= LEAF
+    at_hinge = np.hypot(*(ends[:, 0] - arc.middle).T) <= LEAF_TOLERANCE
     turn = (np.arctan2(along[:, 1], along[:, 0]) - arc.first) % (2.0 * math.pi)
-    return np.asarray(ends[at_hinge & (np.abs(np.hypot(*along.T) - arc.radius) <= SHORTER) & (turn <= arc.sweep), 1])
+    return np.asarray(
+        ends[at_hinge & (np.abs(np.hypot(*along.T) - arc.radius) <= LENGTH_TOLERANCE) & (turn <= arc.sweep), 1]
+    )
 
 
 def _on(pieces: Pieces, start: Array, end: Array) -> Cells:
@@ -84,7 +86,11 @@ def _on(pieces: Pieces, start: Array, end: Array) -> Cells:
     unit = (end - start) / max(1e-9, length)
     u = (pieces.ends - start) @ unit
     v = (pieces.ends - start) @ np.array([-unit[1], unit[0]])
-    within = (u.min(axis=1) >= -LEAF) & (u.max(axis=1) <= length + LEAF) & (np.abs(v).max(axis=1) <= LEAF)
+    within = (
+        (u.min(axis=1) >= -LEAF_TOLERANCE)
+        & (u.max(axis=1) <= length + LEAF_TOLERANCE)
+        & (np.abs(v).max(axis=1) <= LEAF_TOLERANCE)
+    )
     return np.asarray(within)
 
 
@@ -106,7 +112,7 @@ def _is_door(symbol: Sequence[Line]) -> bool:
     """Return whether a symbol has a door-swing arc and is no larger than a door."""
     size = float(np.ptp(np.concatenate([line.points for line in symbol]), axis=0).max())
     arcs = split([line.points for line in symbol], [line.closed for line in symbol])[1]
-    return any(size <= LARGER * arc.radius for arc in arcs)
+    return any(size <= MAX_BLOCK_RATIO * arc.radius for arc in arcs)
 
 
 def _has_panes(symbol: Sequence[Line]) -> bool:
@@ -114,4 +120,4 @@ def _has_panes(symbol: Sequence[Line]) -> bool:
     pieces, _ = split([line.points for line in symbol], [line.closed for line in symbol])
     points = pieces.ends.reshape(-1, 2)
     span = float(np.hypot(*np.ptp(points, axis=0))) if len(points) else 0.0
-    return int(np.count_nonzero(pieces.lengths >= SPANS * span)) >= PANES
+    return int(np.count_nonzero(pieces.lengths >= MIN_PANE_SHARE * span)) >= MIN_PANES

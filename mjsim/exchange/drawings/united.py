@@ -14,11 +14,11 @@ from mjsim.geometry import Array
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
-SLENDER = 2.0
+MIN_SLENDERNESS = 2.0
 """Minimum ratio of length to width of a wall."""
-CONVEX = 0.95
+MIN_HULL_SHARE = 0.95
 """Minimum fraction of its convex hull that a column covers."""
-ABUTTING = 0.005
+TOUCHING_DISTANCE = 0.005
 """Shapes this close touch; a corner this close to the line between its neighbours is removed [m]."""
 
 
@@ -57,7 +57,7 @@ def is_compact(points: Array) -> bool:
 
     shape = shapely.Polygon(points)
     length, width = _sides(shape)
-    return length < SLENDER * width and shape.area >= CONVEX * shape.convex_hull.area
+    return length < MIN_SLENDERNESS * width and shape.area >= MIN_HULL_SHARE * shape.convex_hull.area
 
 
 def _parts_of_one(shapes: Sequence["BaseGeometry"]) -> list[tuple[int, int]]:
@@ -65,14 +65,14 @@ def _parts_of_one(shapes: Sequence["BaseGeometry"]) -> list[tuple[int, int]]:
     import shapely
 
     sides = [_sides(shape) for shape in shapes]
-    one, other = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=ABUTTING)
+    one, other = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=TOUCHING_DISTANCE)
     found = []
     for i, j in zip(one[one < other].tolist(), other[one < other].tolist(), strict=True):
         small, large = (i, j) if sides[i] < sides[j] else (j, i)
-        shared = shapes[large].buffer(2 * ABUTTING).intersection(shapes[small].boundary).length
-        if shared < sides[small][0] / SLENDER:
+        shared = shapes[large].buffer(2 * TOUCHING_DISTANCE).intersection(shapes[small].boundary).length
+        if shared < sides[small][0] / MIN_SLENDERNESS:
             continue
-        slender = all(length >= SLENDER * width for length, width in (sides[i], sides[j]))
+        slender = all(length >= MIN_SLENDERNESS * width for length, width in (sides[i], sides[j]))
         if slender or _is_rectangle(_union([shapes[i], shapes[j]])):
             found.append((i, j))
     return found
@@ -93,8 +93,8 @@ def _union(shapes: Sequence["BaseGeometry"]) -> "BaseGeometry":
     """Return the union of shapes, including the cracks between them."""
     import shapely
 
-    grown = shapely.buffer(np.array(shapes, dtype=object), ABUTTING, join_style="mitre")
-    return shapely.union_all(grown).buffer(-ABUTTING, join_style="mitre")
+    grown = shapely.buffer(np.array(shapes, dtype=object), TOUCHING_DISTANCE, join_style="mitre")
+    return shapely.union_all(grown).buffer(-TOUCHING_DISTANCE, join_style="mitre")
 
 
 def _is_rectangle(shape: "BaseGeometry") -> bool:
@@ -111,6 +111,6 @@ def _rings(shape: "BaseGeometry") -> Iterator[Array]:
             points = shapely.get_coordinates(ring)[:-1]
             before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
             span = np.maximum(1e-12, np.hypot(*(before + after).T))
-            bends = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]) / span > ABUTTING
+            bends = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]) / span > TOUCHING_DISTANCE
             if np.count_nonzero(bends) > 2:
                 yield points[bends]

@@ -14,23 +14,23 @@ from mjsim.geometry import Array
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
-NEAREST, FARTHEST = 0.04, 0.5
+MIN_THICKNESS, MAX_THICKNESS = 0.04, 0.5
 """Minimum and maximum distance between the faces of a wall [m]."""
 PARALLEL = math.sin(math.radians(1.5))
 """Maximum sine of the angle between two faces."""
 TOUCHING, LEVEL = 0.02, 0.005
 """Collinear lines are merged if their ends are this close, and if they are this close to each other's line [m]."""
-LONG = 0.8
+MIN_LENGTH_RATIO = 0.8
 """Minimum ratio of length to thickness of a wall."""
-OUTERMOST = 2.5
+MAX_OUTER_RATIO = 2.5
 """Of parallel lines, the outer two form a wall: at a corner, the inner face is shorter by twice the thickness."""
-COVERED = 0.3
+MAX_COVERED_SHARE = 0.3
 """A pair is dropped if longer parallel walls cover more than this fraction of it."""
 COMMON, SIMILAR_WIDTH = 0.08, 0.015
 """Fraction of the pairs' total length that makes a thickness usual; a pair matches if it differs by less [m]."""
-ROOM, ENCLOSED = 1.5, 0.25
+MIN_ROOM_WIDTH, MIN_ENCLOSED_SHARE = 1.5, 0.25
 """Minimum width of a room's outline [m], and the fraction of its length that must be faces of walls."""
-WIDEST_GAP = 0.7
+MAX_GAP = 0.7
 """Longest gap across which a wall continues if one of its faces does [m]."""
 
 
@@ -70,10 +70,15 @@ def paired(pieces: Pieces, *, solid: "BaseGeometry | None" = None, usual_only: b
     """
     import shapely
 
-    one, other = _close_pairs(pieces.ends, FARTHEST)
+    one, other = _close_pairs(pieces.ends, MAX_THICKNESS)
     sine, offset, overlap = _relations(pieces.ends, one, other)
     widths = np.abs(offset)
-    good = (np.abs(sine) < PARALLEL) & (widths >= NEAREST) & (widths <= FARTHEST) & (overlap >= LONG * widths)
+    good = (
+        (np.abs(sine) < PARALLEL)
+        & (widths >= MIN_THICKNESS)
+        & (widths <= MAX_THICKNESS)
+        & (overlap >= MIN_LENGTH_RATIO * widths)
+    )
     one, other, widths, overlap = one[good], other[good], widths[good], overlap[good]
     bars = [_between(pieces.ends[i], pieces.ends[j]) for i, j in zip(one, other, strict=True)]
     if solid is not None:
@@ -167,7 +172,7 @@ def _without_overlaps(bars: Sequence[Bar]) -> list[int]:
     outlines = shapely.polygons([bar.outline() for bar in bars])
     shapely.prepare(outlines)
     tree = shapely.STRtree(outlines)
-    order = sorted(range(len(bars)), key=lambda k: -bars[k].length - OUTERMOST * bars[k].width)
+    order = sorted(range(len(bars)), key=lambda k: -bars[k].length - MAX_OUTER_RATIO * bars[k].width)
     rank = {index: place for place, index in enumerate(order)}
     chosen: set[int] = set()
     for index in order:
@@ -176,7 +181,7 @@ def _without_overlaps(bars: Sequence[Bar]) -> list[int]:
         parallel = [k for k in others if abs(math.sin(bars[k].heading - bar.heading)) < 0.1]
         hidden = shapely.union_all(outlines[parallel]).intersection(outlines[index]).area if parallel else 0.0
         crossed = shapely.union_all(outlines[others]).intersection(outlines[index]).area if others else 0.0
-        if hidden <= COVERED * outlines[index].area and crossed <= 0.9 * outlines[index].area:
+        if hidden <= MAX_COVERED_SHARE * outlines[index].area and crossed <= 0.9 * outlines[index].area:
             chosen.add(index)
     return [index for index in order if index in chosen]
 
@@ -214,12 +219,12 @@ def sides_of_rooms(rings: Sequence[Array], bars: Sequence[Bar], pieces: Pieces) 
     """
     import shapely
 
-    large = [shapely.Polygon(ring) for ring in rings if len(ring) > 3 and np.ptp(ring, axis=0).min() >= ROOM]
+    large = [shapely.Polygon(ring) for ring in rings if len(ring) > 3 and np.ptp(ring, axis=0).min() >= MIN_ROOM_WIDTH]
     if not large or not bars:
         return np.zeros(len(pieces.ends), dtype=bool)
     walls = shapely.union_all([shapely.Polygon(bar.outline(grown=TOUCHING)) for bar in bars])
     shares = [room.exterior.intersection(walls).length / room.exterior.length for room in large]
-    rooms = [room.exterior for room, share in zip(large, shares, strict=True) if share >= ENCLOSED]
+    rooms = [room.exterior for room, share in zip(large, shares, strict=True) if share >= MIN_ENCLOSED_SHARE]
     if not rooms:
         return np.zeros(len(pieces.ends), dtype=bool)
     places = np.concatenate([pieces.ends, pieces.ends.mean(axis=1, keepdims=True)], axis=1).reshape(-1, 2)
@@ -268,7 +273,7 @@ def _joints(bars: Sequence[Bar], pieces: Pieces) -> list[tuple[int, int]]:
     outlines = shapely.polygons([bar.outline(grown=0.01) for bar in bars])
     tree = shapely.STRtree(outlines)
     found: dict[int, int] = {}
-    for one, other, ends in gaps(bars, WIDEST_GAP):
+    for one, other, ends in gaps(bars, MAX_GAP):
         if one in found or other in found:
             continue
         gap = shapely.LineString(ends)

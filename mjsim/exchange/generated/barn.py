@@ -10,13 +10,13 @@ from mjsim.exchange.preset_files import inhabited, robot_of
 from mjsim.geometry import Array
 from mjsim.world import CylinderObstacle, Floor, Modules, Run, Use, World
 
-WORLDS, KEPT = 300, 6
+WORLD_COUNT, TEST_STRIDE = 300, 6
 """Number of worlds of the benchmark; the challenge tests on every sixth of them, and these are not shipped."""
 RADIUS, HEIGHT = 0.075, 1.0
 """Of the cylinders; the height is ours [m]."""
 START, HEADING_DEG, GOAL = (-2.25, 3.0), 90.0, (-2.25, 13.0)
 """Position [m] and heading of the robot at the start, and its goal [m]."""
-SECONDS = 100.0
+TIME_LIMIT = 100.0
 """Time within which it has to arrive [s]."""
 CELL, ORIGIN = 0.15, (-4.575, 5.075)
 """Side of a cell of the reference path, and position of its cell (0, 0) [m]."""
@@ -49,7 +49,7 @@ def barn_world(
         return world
     robot = robot_of({"name": ROBOT, "preset": preset, "at": list(START), "heading_deg": HEADING_DEG}, folder)
     goal = Use.model_validate({"use": "mjsim.algorithms.go_to_goal:GoToGoal", "goals": [list(GOAL)]})
-    run = Run(seconds=SECONDS, drivers={ROBOT: Modules(navigator=goal)})
+    run = Run(seconds=TIME_LIMIT, drivers={ROBOT: Modules(navigator=goal)})
     return inhabited(world, robot, run, folder)
 
 
@@ -72,7 +72,9 @@ def barn_score(arrival: float | None, length: float) -> float:
 
 def _array(kind: str, number: int) -> Array:
     """Return an array of a world; raises UsageError if it is not shipped."""
-    if not 0 <= number < WORLDS or not number % KEPT:
-        raise UsageError(f"no BARN world {number}; give a number from 1 to {WORLDS - 1} that is no multiple of {KEPT}")
+    if not 0 <= number < WORLD_COUNT or not number % TEST_STRIDE:
+        raise UsageError(
+            f"no BARN world {number}; give a number from 1 to {WORLD_COUNT - 1} that is no multiple of {TEST_STRIDE}"
+        )
     with resources.files("mjsim.assets").joinpath("barn/barn.npz").open("rb") as file, np.load(file) as worlds:
         return np.asarray(worlds[f"{kind}_{number}"], dtype=float)

@@ -16,17 +16,17 @@ from mjsim.world import BoxObstacle, CylinderObstacle, Floor, Modules, Obstacle,
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
-SHORTEST, LONGEST = 3.0, 40.0
+MIN_ROOM_SIDE, MAX_ROOM_SIDE = 3.0, 40.0
 """Shortest and longest side of the room [m]."""
 AREA_OF_ONE = 5.0
 """Floor area per obstacle [m^2]."""
-TRIES = 60
+MAX_TRIES = 60
 """Attempts to place an obstacle; if all fail, it is left out."""
 MIN_GAP = 0.25
 """Minimum distance between obstacles, and between an obstacle and a wall [m]."""
-PASSAGE = 0.8
+MIN_PASSAGE = 0.8
 """Minimum width of the passages that connect all free space [m]."""
-SLIVER = 0.05
+MIN_FREE_AREA = 0.05
 """Free areas smaller than this are ignored [m^2]."""
 WALL_HEIGHT, THICKNESS = 1.2, 0.1
 """Height and thickness of the walls [m]."""
@@ -63,15 +63,17 @@ def clutter_world(
     """
     import shapely
 
-    if not all(SHORTEST <= side <= LONGEST for side in size):
-        raise UsageError(f"the room is {size[0]:g} x {size[1]:g} m; a side has {SHORTEST:g} to {LONGEST:g} m")
+    if not all(MIN_ROOM_SIDE <= side <= MAX_ROOM_SIDE for side in size):
+        raise UsageError(
+            f"the room is {size[0]:g} x {size[1]:g} m; a side has {MIN_ROOM_SIDE:g} to {MAX_ROOM_SIDE:g} m"
+        )
     rng = np.random.default_rng(seed)
     room = shapely.box(0.0, 0.0, *size)
     count = round(size[0] * size[1] / AREA_OF_ONE)
     things: list[Obstacle] = []
     taken: BaseGeometry = shapely.Polygon()
     for number in range(1, count + 1):
-        for _ in range(TRIES):
+        for _ in range(MAX_TRIES):
             thing = _thing(rng, number, at=rng.uniform((0.0, 0.0), size), color=COLORS[number % len(COLORS)])
             shape = shapely.union_all([shapely.Polygon(footprint(part)) for part in thing])
             if _fits(shape, taken, room):
@@ -114,7 +116,7 @@ def _thing(rng: Generator, number: int, *, at: Array, color: str) -> list[Obstac
     name, bars = (
         ("box", [(0.7 * long, 0.6 * deep, 0.0, 0.0)]),
         ("angle", [(long, wide, 0.0, 0.0), (wide, deep, (wide - long) / 2, (wide + deep) / 2)]),
-        ("bay", _bay(max(long, PASSAGE + 0.1) + 2 * wide, wide, deep)),
+        ("bay", _bay(max(long, MIN_PASSAGE + 0.1) + 2 * wide, wide, deep)),
         ("cross", [(long, wide, 0.0, 0.0), (wide, deep + wide, 0.0, 0.0)]),
     )[kind - 1]
     turned = np.array([[_cosine(heading), -_sine(heading)], [_sine(heading), _cosine(heading)]])
@@ -153,15 +155,15 @@ def _fits(shape: "BaseGeometry", taken: "BaseGeometry", room: "BaseGeometry") ->
 
     if not room.buffer(-MIN_GAP).contains(shape) or taken.distance(shape) < MIN_GAP:
         return False
-    free = room.buffer(-PASSAGE / 2).difference(taken.union(shape).buffer(PASSAGE / 2))
-    return bool(np.sum(shapely.area(shapely.get_parts(free)) > SLIVER) == 1)
+    free = room.buffer(-MIN_PASSAGE / 2).difference(taken.union(shape).buffer(MIN_PASSAGE / 2))
+    return bool(np.sum(shapely.area(shapely.get_parts(free)) > MIN_FREE_AREA) == 1)
 
 
 def _with_robot(world: World, free: "BaseGeometry", rng: Generator, *, preset: str, folder: Path | None) -> World:
     """Return the room with a robot at a free place, commanded to drive straight ahead with avoidance enabled."""
     import shapely
 
-    elbow_room = free.buffer(-PASSAGE / 2 - 0.1)
+    elbow_room = free.buffer(-MIN_PASSAGE / 2 - 0.1)
     low_x, low_y, high_x, high_y = elbow_room.bounds
     while True:
         x, y = np.round(rng.uniform((low_x, low_y), (high_x, high_y)), 2).tolist()

@@ -16,7 +16,7 @@ from mjsim.world import Beacon, Floor, Marker, Modules, Run, Use, Wall, World
 
 FEWEST, MAX_SIDE = 3, 50
 """Minimum and maximum number of cells per side."""
-NARROWEST, WIDEST = 0.9, 10.0
+MIN_CELL_SIDE, MAX_CELL_SIDE = 0.9, 10.0
 """Minimum and maximum side of a cell [m]."""
 WALL_HEIGHT = 1.2
 """Low enough for a video from above to show the robot [m]."""
@@ -63,8 +63,8 @@ def maze_world(
     """
     if not all(FEWEST <= side <= MAX_SIDE for side in size):
         raise UsageError(f"the maze has {size[0]} x {size[1]} cells; a side has {FEWEST} to {MAX_SIDE}")
-    if not NARROWEST <= cell <= WIDEST:
-        raise UsageError(f"a cell is {cell:g} m wide; it must be {NARROWEST:g} to {WIDEST:g} m")
+    if not MIN_CELL_SIDE <= cell <= MAX_CELL_SIDE:
+        raise UsageError(f"a cell is {cell:g} m wide; it must be {MIN_CELL_SIDE:g} to {MAX_CELL_SIDE:g} m")
     if not 0 <= beacons <= MAX_BEACONS:
         raise UsageError(f"{beacons} markers are too many; a maze has 0 to {MAX_BEACONS}")
     rock = _dug(size, seed)

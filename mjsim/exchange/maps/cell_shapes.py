@@ -68,8 +68,8 @@ def fitted_bar(points: Array) -> tuple[Bar, float]:
     middle = points.mean(axis=0)
     x, y = middle.tolist()
     offsets = points - middle
-    cov = offsets.T @ offsets / len(points)
-    principal = math.atan2(2 * cov[0, 1], cov[0, 0] - cov[1, 1]) / 2
+    covariance = offsets.T @ offsets / len(points)
+    principal = math.atan2(2 * covariance[0, 1], covariance[0, 0] - covariance[1, 1]) / 2
     around = _lattice(points) - middle
     best: tuple[Bar, float] | None = None
     for heading in (0.0, principal, _hull_heading(points)):

@@ -10,11 +10,11 @@ from mjsim.errors import UsageError
 from mjsim.exchange.maps.map_pixels import Cells
 from mjsim.world import Grid
 
-REACHES = (4, 2, 1)
+GROUP_DISTANCES = (4, 2, 1)
 """Distances within which cells form one group [cells]; the denser the noise, the smaller the distance used."""
-SPARSE = 0.5
+MAX_NEIGHBOURS = 0.5
 """Noise cells must have fewer noise neighbours than this on average, otherwise their groups grow without bound."""
-SOLVED = 20
+MAX_ITERATIONS = 20
 """Number of iterations after which the noise fraction has converged."""
 MORE, SOME = 3.0, 2.0
 """Groups are not noise if there are more of them than this multiple of the number by chance, plus this number."""
@@ -41,8 +41,10 @@ def without_specks(grid: Grid) -> Cleaned:
         UsageError: There are more connected components than in a building.
     """
     ground = _ground(grid)
-    dense = _noise(grid.occupied, ground, REACHES[-1])
-    reach = next((reach for reach in REACHES if _neighbours(reach) * dense < SPARSE), REACHES[-1])
+    dense = _noise(grid.occupied, ground, GROUP_DISTANCES[-1])
+    reach = next(
+        (reach for reach in GROUP_DISTANCES if _neighbours(reach) * dense < MAX_NEIGHBOURS), GROUP_DISTANCES[-1]
+    )
     noise = _noise(grid.occupied, ground, reach)
     groups, sizes = _groups(grid.occupied, reach)
     chosen = sizes >= _least(sizes, _neighbours(reach) * noise)
@@ -64,7 +66,7 @@ def has_lone_things(grid: Grid, single: int, *, noise: float) -> bool:
     """
     import cv2
 
-    side = 2 * REACHES[0] + 1
+    side = 2 * GROUP_DISTANCES[0] + 1
     around = cv2.dilate(grid.occupied.astype(np.uint8), np.ones((side, side), dtype=np.uint8))
     close = int(np.count_nonzero((around > 0) & grid.free))
     return single > MORE * noise * close + SOME
@@ -85,7 +87,7 @@ def _noise(occupied: Cells, ground: Cells, reach: int) -> float:
     _, sizes = _groups(occupied & ground, reach)
     alone = int(np.count_nonzero(sizes == 1)) / max(1, int(np.count_nonzero(ground)))
     neighbours, noise = _neighbours(reach), alone
-    for _ in range(SOLVED):
+    for _ in range(MAX_ITERATIONS):
         noise = min(1.0 / (neighbours + 1), alone / (1.0 - noise) ** neighbours)
     return noise
 

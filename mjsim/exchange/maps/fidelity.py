@@ -10,7 +10,7 @@ from mjsim.world import Grid, World, cells_of, solid
 
 TOLERANCE = 1.0
 """A cell is explained if its centre is within this distance of something solid [cells]."""
-DEEP = 0.5
+MIN_COVERED_DEPTH = 0.5
 """A free cell is covered if its centre is deeper than this inside something solid [cells]."""
 
 
@@ -42,7 +42,7 @@ def fidelity(world: World, grid: Grid) -> Fidelity:
     shape, cell = solid(world), grid.resolution
     close: Cells = cells_of(shape.buffer(TOLERANCE * cell), grid)
     touched: Cells = cells_of(shape.buffer(cell / 2, join_style="mitre"), grid)
-    deep: Cells = cells_of(shape.buffer(-DEEP * cell), grid)
+    deep: Cells = cells_of(shape.buffer(-MIN_COVERED_DEPTH * cell), grid)
     return Fidelity(
         occupied=int(np.count_nonzero(grid.occupied)),
         explained=int(np.count_nonzero(grid.occupied & close)),

@@ -10,13 +10,13 @@ import numpy as np
 from mjsim.exchange.maps.cell_shapes import Bar
 from mjsim.geometry import Array
 
-COVERED = 0.4
+MIN_COVERED_SHARE = 0.4
 """Minimum fraction of the length that fragments of one object cover."""
-PAIRED = 0.6
+MIN_PAIR_SHARE = 0.6
 """The same for two fragments: two that are farther apart are separate objects, such as the legs of a chair."""
-HELD = 0.95
+MIN_INSIDE_SHARE = 0.95
 """Minimum fraction of their cells inside the rectangle, with a margin of one cell."""
-BULGE = 1.0
+MAX_EXTRA_WIDTH = 1.0
 """Maximum excess of the joined width over that of the wider fragment [cells]."""
 MAX_FRAGMENTS = 6_000
 """Above this number, fragments are not joined."""
@@ -35,7 +35,7 @@ class _Line:
     @property
     def whole(self) -> bool:
         """Whether its fragments are parts of one object."""
-        return self.covered >= (PAIRED if len(self.parts) == 2 else COVERED)
+        return self.covered >= (MIN_PAIR_SHARE if len(self.parts) == 2 else MIN_COVERED_SHARE)
 
     @property
     def covered(self) -> float:
@@ -85,21 +85,21 @@ def _joined(one: _Line, other: _Line) -> _Line | None:
     """Return two fragments as one line; None if they are not collinear or too sparse."""
     points = np.concatenate([one.points, other.points])
     line = _Line((*one.parts, *other.parts), points, _bar(points))
-    bulge = max(one.bar.width, other.bar.width) + BULGE
+    bulge = max(one.bar.width, other.bar.width) + MAX_EXTRA_WIDTH
     longer = line.bar.length > max(one.bar.length, other.bar.length)
-    if line.bar.width > bulge or line.covered < COVERED or not longer:
+    if line.bar.width > bulge or line.covered < MIN_COVERED_SHARE or not longer:
         return None
     c, s = line.bar.along
     distances = np.abs((points - [line.bar.x, line.bar.y]) @ [-s, c])
-    return line if np.mean(distances <= _slimmed(line).width / 2 + 1.0) >= HELD else None
+    return line if np.mean(distances <= _slimmed(line).width / 2 + 1.0) >= MIN_INSIDE_SHARE else None
 
 
 def _bar(points: Array) -> Bar:
     """Return the rectangle along the principal axis of cells, without the outermost twentieth on each side."""
     middle = points.mean(axis=0)
     offsets = points - middle
-    cov = offsets.T @ offsets
-    heading = float(np.arctan2(2 * cov[0, 1], cov[0, 0] - cov[1, 1]) / 2)
+    scatter = offsets.T @ offsets
+    heading = float(np.arctan2(2 * scatter[0, 1], scatter[0, 0] - scatter[1, 1]) / 2)
     c, s = np.cos(heading), np.sin(heading)
     u, v = (offsets @ [[c, -s], [s, c]]).T
     low, high = np.quantile(v, [0.05, 0.95])

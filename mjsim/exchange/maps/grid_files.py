@@ -23,7 +23,7 @@ MAX_BYTES = 200_000_000
 """Maximum size of an image [bytes]."""
 OCCUPIED, UNKNOWN, FREE = 0, 205, 254
 """Grey values as map_saver writes them."""
-MIDDLE = 0.6 / 255
+UNKNOWN_TOLERANCE = 0.6 / 255
 """Tolerance for the grey of unknown cells, with 8 and with 16 bits [fraction of white]."""
 PICTURES = (".pgm", ".ppm", ".pbm", ".pnm", ".png", ".jpg", ".jpeg", ".bmp")
 """File suffixes of map images."""
@@ -136,7 +136,9 @@ def _shares(gray: Array, opaque: Cells, header: MapHeader) -> tuple[Array, Cells
     # In mode scale, map_saver writes unknown cells in middle grey and transparent; PGM keeps only the grey.
     # In mode trinary it writes them as 205, which is below the threshold of 0.25 that Nav2 writes for free cells.
     unknown = 0.5 if header.mode == "scale" else UNKNOWN / 255
-    known = opaque if header.negate and header.mode != "scale" else opaque & (np.abs(gray - unknown) > MIDDLE)
+    known = (
+        opaque if header.negate and header.mode != "scale" else opaque & (np.abs(gray - unknown) > UNKNOWN_TOLERANCE)
+    )
     return np.asarray(gray if header.negate else 1.0 - gray), known
 
 

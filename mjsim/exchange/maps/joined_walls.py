@@ -11,9 +11,9 @@ from mjsim.geometry import Array
 
 STEEP = math.sin(math.radians(15.0))
 """Walls that meet at a smaller angle are not joined (sine of the angle)."""
-SLACK = 1.0
+MAX_CORNER_DISTANCE = 1.0
 """Maximum distance from the end of a wall to the corner [cells]."""
-UNLIKE = 0.8
+MAX_THICKNESS_DIFFERENCE = 0.8
 """Walls whose thicknesses differ by more are not joined into one run [cells]."""
 
 End = tuple[int, int]
@@ -54,7 +54,7 @@ def _meetings(bars: Sequence[Bar], ends: Array) -> list[tuple[float, End, End, A
         return []
     from shapely import STRtree, polygons
 
-    outlines = polygons([bar.outline(grown=2 * SLACK) for bar in bars])
+    outlines = polygons([bar.outline(grown=2 * MAX_CORNER_DISTANCE) for bar in bars])
     found = []
     for one, other in STRtree(outlines).query(outlines, predicate="intersects").T.tolist():
         if one == other:
@@ -71,7 +71,7 @@ def _meetings(bars: Sequence[Bar], ends: Array) -> list[tuple[float, End, End, A
         if gap_a > reach_a or abs(u_b) > b.length / 2 + reach_b or a.length < gap_a:
             continue
         end, place = (one, int(u_a > 0)), np.array([a.x, a.y]) + a.along * u_a
-        if gap_b <= reach_b and abs(a.width - b.width) <= UNLIKE and one < other:
+        if gap_b <= reach_b and abs(a.width - b.width) <= MAX_THICKNESS_DIFFERENCE and one < other:
             found.append((gap_a + gap_b, end, (other, int(u_b > 0)), place))
         elif gap_b > reach_b:
             found.append((100.0 + gap_a, end, (other, 2), place))
@@ -80,7 +80,7 @@ def _meetings(bars: Sequence[Bar], ends: Array) -> list[tuple[float, End, End, A
 
 def _reach(a: Bar, b: Bar, sine: float) -> float:
     """Return how far from the crossing of the centrelines wall `a` may end if it ends at `b`."""
-    return (b.width + a.width * math.sqrt(max(0.0, 1.0 - sine**2))) / abs(sine) / 2 + SLACK
+    return (b.width + a.width * math.sqrt(max(0.0, 1.0 - sine**2))) / abs(sine) / 2 + MAX_CORNER_DISTANCE
 
 
 def _chains(count: int, corners: dict[End, End]) -> list[tuple[list[End], bool]]:

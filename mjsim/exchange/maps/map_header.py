@@ -17,7 +17,7 @@ OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
 MODES = ("trinary", "scale", "raw")
 NO, YES = {"", "0", "n", "no", "false", "off"}, {"1", "y", "yes", "true", "on"}
 """Words that mean false, and true, in YAML 1.1, which ROS reads."""
-FARTHEST = 9000.0
+MAX_ORIGIN = 9000.0
 """Maximum absolute value of x and y of an origin [m]."""
 
 
@@ -153,7 +153,7 @@ def _origin(keys: _Keys) -> Pose:
     if origin is None:
         return Pose(0.0, 0.0, 0.0)
     numbers = isinstance(origin, list) and all(
-        isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= FARTHEST for value in origin
+        isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= MAX_ORIGIN for value in origin
     )
     if not numbers or len(origin) not in (2, 3):
         raise UsageError(

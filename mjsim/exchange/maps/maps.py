@@ -16,7 +16,7 @@ WALL_HEIGHT = 2.5
 """Height of walls, which a map does not state [m]."""
 THING_HEIGHT = 1.0
 """Height of obstacles other than walls [m]."""
-THIN, BESIDE = 1.5, 0.05
+MAX_WALL_RATIO, MAX_WALL_DISTANCE = 1.5, 0.05
 """Maximum thickness of a box as a multiple of the usual wall's, and distance to a wall [m], to be as high as walls."""
 DIGITS = 3
 """Coordinates are rounded to the millimetre."""
@@ -36,7 +36,7 @@ def world_from_grid(grid: Grid, *, name: str = "world") -> World:
             walls.append(
                 Wall(name=f"wall-{number}", points=corners, closed=closed, thickness=thickness, height=WALL_HEIGHT)
             )
-    close_to_walls = solid(World(walls=tuple(walls))).buffer(BESIDE)
+    close_to_walls = solid(World(walls=tuple(walls))).buffer(MAX_WALL_DISTANCE)
     usual = float(np.median([wall.thickness for wall in walls])) if walls else 0.0
     things: list[BoxObstacle | CylinderObstacle] = []
     for bar in traced.boxes:
@@ -44,7 +44,7 @@ def world_from_grid(grid: Grid, *, name: str = "world") -> World:
         sizes = [max(1e-3, round(size * grid.resolution, DIGITS)) for size in (bar.length, bar.width)]
         at = _point(grid, bar.x, bar.y)
         heading = round((turn + 90.0) % 180.0 - 90.0, 2) + 0.0
-        part_of_wall = sizes[1] <= THIN * usual and close_to_walls.intersects(
+        part_of_wall = sizes[1] <= MAX_WALL_RATIO * usual and close_to_walls.intersects(
             shapely.polygons(grid.corners(bar.outline()))
         )
         height = WALL_HEIGHT if part_of_wall else THING_HEIGHT

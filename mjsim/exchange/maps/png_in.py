@@ -5,13 +5,13 @@ import zlib
 from collections.abc import Iterator, Sequence
 
 HEAD = b"\x89PNG\r\n\x1a\n"
-DRAWN = (b"IHDR", b"PLTE", b"tRNS", b"IDAT", b"IEND")
+IMAGE_CHUNKS = (b"IHDR", b"PLTE", b"tRNS", b"IDAT", b"IEND")
 """Chunks that affect the image."""
 CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
 """Number of channels of each colour type."""
 PASSES = ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2))
 """First column and row, and column and row steps, of each pass of an interlaced image."""
-STEP = 1 << 20
+STEP_BYTES = 1 << 20
 """Bytes decompressed at a time."""
 DAMAGED = "is a damaged PNG picture; save it again"
 
@@ -25,7 +25,7 @@ def plain_png(data: bytes) -> bytes:
     References:
         W3C, Portable Network Graphics (PNG) Specification, second edition, sections 5, 7.2, 8 and 10.
     """
-    chunks = [(kind, body) for kind, body in _chunks(data) if kind in DRAWN]
+    chunks = [(kind, body) for kind, body in _chunks(data) if kind in IMAGE_CHUNKS]
     if chunks[0][0] != b"IHDR" or len(chunks[0][1]) != 13:
         raise ValueError(DAMAGED)
     columns, rows, depth, color, _, _, interlaced = struct.unpack(">IIBBBBB", chunks[0][1])
@@ -55,7 +55,7 @@ def _chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
         size, kind = struct.unpack_from(">I4s", data, place)
         end = place + 8 + size
         if len(data) < end + 4 or (
-            kind in DRAWN and struct.unpack_from(">I", data, end)[0] != zlib.crc32(data[place + 4 : end])
+            kind in IMAGE_CHUNKS and struct.unpack_from(">I", data, end)[0] != zlib.crc32(data[place + 4 : end])
         ):
             raise ValueError(DAMAGED)
         yield kind, data[place + 8 : end]
@@ -75,9 +75,9 @@ def _holds(parts: Sequence[bytes], size: int) -> bool:
         for part in parts:
             rest = part
             while rest and left > 0:
-                left -= len(unpacker.decompress(rest, STEP))
+                left -= len(unpacker.decompress(rest, STEP_BYTES))
                 rest = unpacker.unconsumed_tail
-        while left > 0 and (more := unpacker.decompress(unpacker.unconsumed_tail, STEP)):
+        while left > 0 and (more := unpacker.decompress(unpacker.unconsumed_tail, STEP_BYTES)):
             left -= len(more)
     except zlib.error:
         return False

@@ -9,13 +9,13 @@ from mjsim.exchange.maps.cell_shapes import Bar, cells_in
 from mjsim.exchange.maps.map_pixels import Cells
 from mjsim.geometry import Array
 
-ALONG = 0.15
+PARALLEL_TOLERANCE = 0.15
 """Rectangles whose directions differ by less are parallel [rad]."""
-GAP = 1.5
+MAX_GAP = 1.5
 """Maximum gap between two rectangles of one object [cells]."""
-SAME = 0.7
+MIN_OVERLAP = 0.7
 """Minimum length of the shorter and minimum overlap of both [fraction of the longer]."""
-FILLED = 0.85
+MIN_FILLED_SHARE = 0.85
 """Minimum occupied fraction of the area of the merged rectangle."""
 
 
@@ -31,7 +31,7 @@ def unstacked(bars: Sequence[Bar], cells: Cells) -> list[Bar]:
     left = list(bars)
     while len(left) > 1:
         outlines = shapely.polygons([bar.outline() for bar in left])
-        one, other = shapely.STRtree(outlines).query(outlines, predicate="dwithin", distance=GAP)
+        one, other = shapely.STRtree(outlines).query(outlines, predicate="dwithin", distance=MAX_GAP)
         taken: set[int] = set()
         made: list[Bar] = []
         for i, j in zip(one[one < other].tolist(), other[one < other].tolist(), strict=True):
@@ -47,15 +47,15 @@ def unstacked(bars: Sequence[Bar], cells: Cells) -> list[Bar]:
 def _both(one: Bar, other: Bar, cells: Cells) -> Bar | None:
     """Return the bar around two adjacent bars; None if they are not adjacent, or it is not sufficiently occupied."""
     longer, shorter = (one, other) if one.length >= other.length else (other, one)
-    if shorter.length < SAME * longer.length or abs(math.sin(one.heading - other.heading)) > ALONG:
+    if shorter.length < MIN_OVERLAP * longer.length or abs(math.sin(one.heading - other.heading)) > PARALLEL_TOLERANCE:
         return None
     c, s = longer.along
     corners: Array = (np.concatenate([one.outline(), other.outline()]) - [longer.x, longer.y]) @ [[c, -s], [s, c]]
     middle, sides = (corners.min(axis=0) + corners.max(axis=0)) / 2, np.ptp(corners, axis=0)
-    if shorter.length < SAME * sides[0]:
+    if shorter.length < MIN_OVERLAP * sides[0]:
         return None
     x, y = (np.array([[c, -s], [s, c]]) @ middle + [longer.x, longer.y]).tolist()
     whole = Bar(x, y, longer.heading, float(sides[0]), float(sides[1]))
     window, inner = cells_in(whole.outline(), cells.shape)
     count, occupied = (int(np.count_nonzero(each)) for each in (inner, inner & cells[window]))
-    return whole if occupied >= FILLED * max(1, count) else None
+    return whole if occupied >= MIN_FILLED_SHARE * max(1, count) else None

@@ -9,7 +9,7 @@ from mjsim.exchange.maps.cell_shapes import Bar, bar_between, cells_in
 from mjsim.exchange.maps.map_pixels import Cells
 from mjsim.geometry import Array
 
-STEP = 0.25
+SAMPLE_SPACING = 0.25
 """Spacing of sample points [cells]."""
 GAP, BLIND_GAP = 2.5, 10.0
 """Maximum gap within a wall, where cells are known and where they are unknown [cells]."""
@@ -19,7 +19,7 @@ SQUARE_DRIFT = 1.0
 """A short wall is aligned if it deviates by less than this over its length [cells]."""
 LEVEL = math.radians(0.3)
 """The main direction is rounded to the grid axes within this angle [rad]."""
-NEW = 0.3
+MIN_NEW_SHARE = 0.3
 """A wall is accepted if at least this fraction of it is not explained by earlier walls."""
 MAX_FREE = 0.2
 """Maximum fraction of a wall in cells that the map knows as free."""
@@ -44,7 +44,7 @@ def along_walls(slim: Cells, cells: Cells, lines: Sequence[Array], free: Cells, 
         window, inner = cells_in(bar.outline(), cells.shape)
         count = max(1, int(np.count_nonzero(inner)))
         new = int(np.count_nonzero(inner & cells[window] & ~explained[window]))
-        if new >= NEW * count and np.count_nonzero(inner & free[window]) <= MAX_FREE * count:
+        if new >= MIN_NEW_SHARE * count and np.count_nonzero(inner & free[window]) <= MAX_FREE * count:
             chosen.append(bar)
             window, covered = cells_in(bar.outline(grown=0.75), cells.shape)
             explained[window] |= covered
@@ -82,12 +82,12 @@ def _sides(cells: Cells, bar: Bar, thickest: float) -> tuple[Array, Array, Array
     count = max(3, round(bar.length))
     inset = min(bar.length / 6, thickest / 2)
     u = np.linspace(-bar.length / 2 + inset, bar.length / 2 - inset, count)
-    v = np.arange(STEP / 2, reach, STEP)
+    v = np.arange(SAMPLE_SPACING / 2, reach, SAMPLE_SPACING)
     across = np.concatenate([-v[::-1], v])
     inside = _values_at(cells, bar, u[:, None], across)
     up, down = inside[:, len(v) :], inside[:, : len(v)][:, ::-1]
-    high = np.where(up.all(axis=1), len(v), np.argmin(up, axis=1)) * STEP
-    low = np.where(down.all(axis=1), len(v), np.argmin(down, axis=1)) * STEP
+    high = np.where(up.all(axis=1), len(v), np.argmin(up, axis=1)) * SAMPLE_SPACING
+    low = np.where(down.all(axis=1), len(v), np.argmin(down, axis=1)) * SAMPLE_SPACING
     width = high + low
     found = width > 0
     if np.count_nonzero(found) < 2:
@@ -158,8 +158,8 @@ def _followed(cells: Cells, free: Cells, bar: Bar) -> Bar:
 
 def _ends(cells: Cells, free: Cells, bar: Bar, *, reach: float) -> tuple[float, float]:
     """Return how far a wall extends ahead of and behind its centre, within the search range [cells]."""
-    count = math.ceil(reach / STEP)
-    u = np.asarray((np.arange(-count, count) + 0.5)[:, None] * STEP, dtype=float)
+    count = math.ceil(reach / SAMPLE_SPACING)
+    u = np.asarray((np.arange(-count, count) + 0.5)[:, None] * SAMPLE_SPACING, dtype=float)
     across = np.array([-0.4, -0.2, 0.0, 0.2, 0.4]) * bar.width
     solid = np.count_nonzero(_values_at(cells, bar, u, across), axis=1) >= 3
     seen = np.count_nonzero(_values_at(free, bar, u, across), axis=1) >= 3
@@ -174,6 +174,6 @@ def _goes_on(solid: Cells, seen: Cells) -> float:
     gaps = np.diff(filled) - 1
     freed = np.concatenate([[0], np.cumsum(seen)])
     free_gaps = freed[filled[1:]] - freed[filled[:-1] + 1]
-    ends = np.flatnonzero((gaps > BLIND_GAP / STEP) | (free_gaps > GAP / STEP))
+    ends = np.flatnonzero((gaps > BLIND_GAP / SAMPLE_SPACING) | (free_gaps > GAP / SAMPLE_SPACING))
     last = filled[ends[0]] if len(ends) else filled[-1]
-    return float(last + 1) * STEP
+    return float(last + 1) * SAMPLE_SPACING

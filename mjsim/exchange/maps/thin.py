@@ -7,7 +7,7 @@ import numpy as np
 from mjsim.exchange.maps.map_pixels import Cells
 from mjsim.geometry import Array
 
-BEND = 1.5
+MAX_BEND = 1.5
 """Maximum deviation of a line from its cells before it is cut [cells]."""
 
 Cell = tuple[int, int]
@@ -55,7 +55,7 @@ def lines(cells: Cells, *, spur: float) -> list[Array]:
             continue
         points = np.array(branch, dtype=np.float32)[:, ::-1]
         closed = len(branch) > 3 and branch[0] == branch[-1]
-        corners = cv2.approxPolyDP(points[:-1] if closed else points, BEND, closed)[:, 0].astype(float) + 0.5
+        corners = cv2.approxPolyDP(points[:-1] if closed else points, MAX_BEND, closed)[:, 0].astype(float) + 0.5
         if closed:
             corners = np.concatenate([corners, corners[:1]])
         found += [np.array(pair) for pair in itertools.pairwise(corners)]

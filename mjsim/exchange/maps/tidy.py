@@ -6,11 +6,11 @@ from mjsim.errors import UsageError
 from mjsim.exchange.maps.map_pixels import Cells
 from mjsim.world import Grid
 
-CRACK = 0.05
+MAX_CRACK = 0.05
 """Narrower gaps in walls are closed, even if they are free [m]."""
 BETWEEN = 0.30
 """Two faces within this distance, with only unknown cells between them, belong to one wall [m]."""
-HOLLOW = 2.0
+MAX_HOLLOW = 2.0
 """An isolated object no wider than this that encloses hardly any free cells is solid [m]."""
 MAX_FREE = 0.15
 """Maximum free fraction of the enclosed area of such an object."""
@@ -31,7 +31,7 @@ def tidied(clean: Cells, grid: Grid) -> Cells:
         UsageError: The cells have gaps everywhere.
     """
     cells = clean
-    crack = min(3, round(CRACK / grid.resolution))
+    crack = min(3, round(MAX_CRACK / grid.resolution))
     cells = cells | _closed(cells, crack / 2 + 0.55) if crack else cells
     cells = cells | (_closed(cells, BETWEEN / 2 / grid.resolution) & ~grid.free)
     swollen = np.count_nonzero(_crowded(cells, grid.resolution) & ~clean)
@@ -67,7 +67,7 @@ def _hollows(cells: Cells, grid: Grid) -> Cells:
 
     _, parts, stats, _ = cv2.connectedComponentsWithStats(cells.astype(np.uint8), connectivity=8)
     found = np.zeros_like(cells)
-    small = np.min(stats[:, 2:4], axis=1) * grid.resolution <= HOLLOW
+    small = np.min(stats[:, 2:4], axis=1) * grid.resolution <= MAX_HOLLOW
     for index in np.flatnonzero(small[1:] & (stats[1:, cv2.CC_STAT_AREA] > 6)) + 1:
         left, top, width, height, _ = stats[index].tolist()
         window = slice(top, top + height), slice(left, left + width)

@@ -22,35 +22,35 @@ from mjsim.exchange.maps.tidy import tidied
 from mjsim.geometry import Array
 from mjsim.world import Grid
 
-THICKEST, BROADEST = 0.6, 1.2
+MAX_THICKNESS, MAX_USUAL_THICKNESS = 0.6, 1.2
 """Maximum thickness of a wall, and its maximum where walls are usually thick; thicker parts are objects [m]."""
-SHORTEST = 0.4
+MIN_LENGTH = 0.4
 """Minimum length of an isolated wall; shorter parts are objects [m]."""
-BULKY = 2.0
+MAX_THICKNESS_RATIO = 2.0
 """A part this many times as thick as the usual wall is not a wall, unless it is very long."""
-LONG = 12.0
+LONG_WALL_RATIO = 12.0
 """Ratio of length to thickness that counts as very long: the outer walls of a building."""
-SLENDER = 4.0
+MIN_SLENDERNESS = 4.0
 """Minimum ratio of length to thickness of a wall; a shorter part is an object."""
 SIMILARITY = 0.85
 """Minimum overlap with the cells (intersection over union) at which a shape represents them."""
 MIN_SIMILARITY = 0.65
 """The same for remaining cells, before they are cut in two."""
-ROUND = 1.2
+MAX_DISC_RATIO = 1.2
 """Maximum ratio of length to width of a disc."""
-ROUNDER = 0.03
+DISC_PREFERENCE = 0.03
 """A disc is preferred to a rectangle if its overlap is smaller by at most this."""
-SPECK = 2
+MIN_CELLS = 2
 """Isolated groups of fewer cells are noise, unless the map has many more of them than noise explains."""
-FRAGMENT = 0.1
+MIN_OBJECT_AREA = 0.1
 """A smaller part may be a fragment of a larger object [m^2]."""
-TOGETHER = 0.3
+MAX_FRAGMENT_GAP = 0.3
 """Maximum distance between fragments of one wall [m]."""
 REACH = 1.0
 """A cell is explained by a shape if its centre is within this distance of it [cells]."""
 MAX_OCCUPIED, MAX_MIDDLES, MAX_LINES = 6_000_000, 500_000, 4_000
 """Maximum numbers of occupied cells, of thinned cells, and of straight lines in a map."""
-DEEPEST = 12
+MAX_DEPTH = 12
 """Maximum number of times that remaining cells are cut in two."""
 
 
@@ -73,7 +73,7 @@ def trace(grid: Grid) -> Traced:
     clean = without_specks(grid)
     cells = tidied(clean.cells, grid)
     single = sum(np.count_nonzero(part) == 1 for _, part in _parts(cells))
-    least = 1 if has_lone_things(grid, single, noise=clean.noise) else SPECK
+    least = 1 if has_lone_things(grid, single, noise=clean.noise) else MIN_CELLS
     alone, network = _alone(cells, grid.resolution, least)
     walls = _walls(network, grid)
     explained = np.zeros_like(cells)
@@ -81,7 +81,7 @@ def trace(grid: Grid) -> Traced:
         window, inner = cells_in(wall.outline(grown=REACH), cells.shape)
         explained[window] |= inner
     left = [_middles(window, part) for window, part in _parts(network & ~explained)]
-    rows, single = gathered(left, gap=TOGETHER / grid.resolution)
+    rows, single = gathered(left, gap=MAX_FRAGMENT_GAP / grid.resolution)
     bars = [
         *alone.boxes,
         *rows,
@@ -97,14 +97,14 @@ def trace(grid: Grid) -> Traced:
 
 def _thickest(network: Cells) -> float:
     """Return the maximum thickness of walls that are not very long; thicker parts are attached objects."""
-    return max(BULKY * _usual_thickness(network), 3.0)
+    return max(MAX_THICKNESS_RATIO * _usual_thickness(network), 3.0)
 
 
 def _is_slender(bar: Bar, thick: float, resolution: float) -> bool:
     """Return whether a rectangle outside the connected walls is a wall by itself."""
-    if bar.length < max(SLENDER * bar.width, SHORTEST / resolution) or bar.width > THICKEST / resolution:
+    if bar.length < max(MIN_SLENDERNESS * bar.width, MIN_LENGTH / resolution) or bar.width > MAX_THICKNESS / resolution:
         return False
-    return bar.width <= thick or bar.length >= LONG * bar.width
+    return bar.width <= thick or bar.length >= LONG_WALL_RATIO * bar.width
 
 
 def _alone(cells: Cells, resolution: float, least: int) -> tuple[Traced, Cells]:
@@ -114,11 +114,11 @@ def _alone(cells: Cells, resolution: float, least: int) -> tuple[Traced, Cells]:
     fragments: list[Array] = []
     for window, part in _parts(cells):
         points = _middles(window, part)
-        if len(points) * resolution**2 <= FRAGMENT:
+        if len(points) * resolution**2 <= MIN_OBJECT_AREA:
             fragments.append(points)
         elif not _taken(points, found):
             network[window] |= part
-    rows, single = gathered(fragments, gap=TOGETHER / resolution)
+    rows, single = gathered(fragments, gap=MAX_FRAGMENT_GAP / resolution)
     found.boxes.extend(rows)
     for points in single:
         if len(points) >= least and not _taken(points, found):
@@ -133,7 +133,7 @@ def _walls(network: Cells, grid: Grid) -> list[Bar]:
         UsageError: There are more lines than in a building.
     """
     thick = _thickest(network)
-    thickest = min(max(THICKEST, thick * grid.resolution), BROADEST) / grid.resolution
+    thickest = min(max(MAX_THICKNESS, thick * grid.resolution), MAX_USUAL_THICKNESS) / grid.resolution
     slim = network & ~_bulky(network, min(thickest, thick), thickest)
     middles = thinned(slim)
     _bounded(int(np.count_nonzero(middles)), MAX_MIDDLES, "cells of walls, thinned")
@@ -179,9 +179,9 @@ def _taken(points: Array, found: Traced) -> bool:
 def _one_shape(points: Array) -> Bar | Disc | None:
     """Return the rectangle or disc that represents cells; None if neither does."""
     bar, similarity = fitted_bar(points)
-    if len(points) >= 12 and bar.length < ROUND * bar.width:
+    if len(points) >= 12 and bar.length < MAX_DISC_RATIO * bar.width:
         disc, round_similarity = fitted_disc(points)
-        if round_similarity >= SIMILARITY and round_similarity > similarity - ROUNDER:
+        if round_similarity >= SIMILARITY and round_similarity > similarity - DISC_PREFERENCE:
             return disc
     return bar if similarity >= SIMILARITY or len(points) <= 6 else None
 
@@ -194,7 +194,7 @@ def _bulky(cells: Cells, limit: float, thickest: float) -> Cells:
     for window, part in _parts(bulky):
         away = cv2.distanceTransform(np.pad(part.astype(np.uint8), 1), cv2.DIST_L2, 5)
         thickness = 2.0 * float(np.max(away))
-        if thickness <= thickest + 1.0 and np.count_nonzero(part) >= LONG * thickness**2:
+        if thickness <= thickest + 1.0 and np.count_nonzero(part) >= LONG_WALL_RATIO * thickness**2:
             bulky[window] &= ~part
     return bulky
 
@@ -223,7 +223,7 @@ def _usual_thickness(cells: Cells) -> float:
 def rectangles_for(points: Array, depth: int) -> list[Bar]:
     """Return rectangles that represent cells: one, or those of the connected components of both halves."""
     bar, similarity = fitted_bar(points)
-    if similarity >= MIN_SIMILARITY or len(points) <= 2 * SPECK or depth == DEEPEST:
+    if similarity >= MIN_SIMILARITY or len(points) <= 2 * MIN_CELLS or depth == MAX_DEPTH:
         return [bar]
     ahead = (points - [bar.x, bar.y]) @ bar.along > 0.0
     if ahead.all() or not ahead.any():

@@ -24,10 +24,10 @@ from mjsim.geometry import Array
 from mjsim.world import Beacon, Modules, Robot, Run, Source, Use, Wall, World, has_asset
 
 SLAM = "mjsim.algorithms.ekf_slam:EkfSlam"
-SPEED = 0.6
+WAYPOINT_SPEED = 0.6
 """Speed along the waypoints [m/s]."""
 MAX_BYTES, MAX_LANDMARKS, MAX_WAYPOINTS, MAX_CORNERS = 10_000_000, 2000, 1000, 5000
-FARTHEST = 5000.0
+MAX_DISTANCE = 5000.0
 """Maximum distance of a point from the map's origin [m]."""
 DIGITS = 3
 """Coordinates are rounded to the millimetre."""
@@ -120,8 +120,8 @@ def read_landmarks(path: Path, *, scale: float, rows: bool = False) -> LandmarkM
         (*told, *([f"not used: {', '.join(unused):.300}"] if unused else [])),
     )
     farthest = float(np.abs(map.points).max())
-    if farthest > FARTHEST:
-        raise UsageError(f"'{path}' reaches {farthest:g} m; the farthest is {FARTHEST:g} m, give a smaller --scale")
+    if farthest > MAX_DISTANCE:
+        raise UsageError(f"'{path}' reaches {farthest:g} m; the farthest is {MAX_DISTANCE:g} m, give a smaller --scale")
     return map
 
 
@@ -156,9 +156,9 @@ def world_from_landmarks(
         start, heading = np.array(pose[:2]), round(math.degrees(pose[2]), DIGITS)
     robot = _robot(preset, start, heading, folder, map.equipment)
     points = [list(_at(point)) for point in map.waypoints[1:]]
-    length = Use.model_validate({"use": WAYPOINTS, "points": points, "speed": SPEED}) if points else None
+    length = Use.model_validate({"use": WAYPOINTS, "points": points, "speed": WAYPOINT_SPEED}) if points else None
     modules = Modules(estimator=estimator or Use(use=SLAM), navigator=length)
-    seconds = float(max(60, math.ceil(1.4 * map.length() / SPEED)))
+    seconds = float(max(60, math.ceil(1.4 * map.length() / WAYPOINT_SPEED)))
     run = Run(seconds=seconds, drivers={ROBOT: modules})
     return inhabited(world, robot, run, folder)
 

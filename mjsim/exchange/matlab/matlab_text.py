@@ -12,7 +12,7 @@ from mjsim.geometry import Array
 
 MAX_ELEMENTS = 100_000
 """Maximum number of elements of a matrix."""
-DEPTH = 40
+MAX_DEPTH = 40
 """Maximum nesting of brackets."""
 OPENS, CLOSES = {"if", "for", "while", "switch", "try", "do", "parfor"}, {"end", "endif", "endfor", "endwhile", "until"}
 QUIET = {"clear", "clc", "close", "format", "more", "warning", "return", "end", "endfunction", "function", "1"}
@@ -193,7 +193,7 @@ class _Statement:
 
     def _primary(self, inside: bool) -> Any:
         self._depth += 1
-        if self._depth > DEPTH:
+        if self._depth > MAX_DEPTH:
             raise _NotLiteralError
         try:
             return self._atom(inside)

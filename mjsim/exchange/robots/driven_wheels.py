@@ -9,7 +9,7 @@ import numpy as np
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.exchange.robots.ahead import ALONG, forward_of, shown
 from mjsim.exchange.robots.found_wheels import (
-    LEVEL,
+    MAX_AXLE_RISE,
     FoundWheel,
     bare,
     could_be_axle,
@@ -34,9 +34,9 @@ from mjsim.models import Anatomy, SaidDrive, said_about
 CASTER = re.compile(r"cast[eo]r|swivel|support|lenkrolle", re.IGNORECASE)
 FLOOR_MARGIN = 0.3
 """A wheel stands on the floor if its lowest point is this close to the lowest of all, in wheel radii."""
-SMALL = 0.6
+MAX_PASSIVE_RATIO = 0.6
 """A passive wheel is smaller than this fraction of the largest wheel."""
-ROW = 0.5
+AXLE_TOLERANCE = 0.5
 """Wheels this close to each other along the robot share an axle, in wheel radii."""
 HINGELESS = "it has no level hinge at all; wheels, and the ends of tracks, turn on joints without limits"
 DRIVES = ("differential", "skid_steer", "ackermann", "tricycle", "mecanum", "omni3")
@@ -123,7 +123,7 @@ def _named(anatomy: Anatomy, names: Sequence[str], file: str) -> list[FoundWheel
         if name not in known:
             raise UsageError(f"no hinge '{name}' in {file}{did_you_mean(name, known)}")
         joint = known[name]
-        if abs(joint.axis[2]) > LEVEL:
+        if abs(joint.axis[2]) > MAX_AXLE_RISE:
             raise UsageError(f"joint '{name}' of {file} turns about {shown(joint.axis)}; a wheel's axle is level")
         wheels = measured(anatomy, joint) or [bare(joint)]
         found += [replace(wheel, swivels=False) for wheel in wheels[:1]]
@@ -140,7 +140,7 @@ def _guessed(anatomy: Anatomy, file: str, said: Sequence[SaidDrive]) -> tuple[li
         # What turns is not round, but what is said of it tells its radius.
         whole = [bare(joint) for joint in anatomy.joints if joint.driven and could_be_axle(joint)]
     if not whole:
-        level = [joint for joint in anatomy.joints if not joint.slides and abs(joint.axis[2]) < LEVEL]
+        level = [joint for joint in anatomy.joints if not joint.slides and abs(joint.axis[2]) < MAX_AXLE_RISE]
         hinges = listed([joint.name for joint in level])
         reason = _instead(anatomy) or (f"its level hinges are {hinges}" if level else HINGELESS)
         name_them = "; name them with --left-wheel JOINT and --right-wheel JOINT" if level else ""
@@ -155,7 +155,7 @@ def _guessed(anatomy: Anatomy, file: str, said: Sequence[SaidDrive]) -> tuple[li
 
     def bears(wheel: FoundWheel) -> bool:
         named = CASTER.search(wheel.name) or any(CASTER.search(n) for n in anatomy.parts[wheel.joint.part].names)
-        return bool(wheel.swivels or named or (wheel.radius < SMALL * largest and not wheel.joint.driven))
+        return bool(wheel.swivels or named or (wheel.radius < MAX_PASSIVE_RATIO * largest and not wheel.joint.driven))
 
     bearing = [wheel for wheel in standing if bears(wheel)]
     chosen = [wheel for wheel in standing if not bears(wheel)] or standing
@@ -176,7 +176,9 @@ def _instead(anatomy: Anatomy) -> str | None:
     if wheels:
         return f"{listed(wheels[:4])} {'is' if len(wheels) == 1 else 'are'} called so and cannot turn, give them hinges"
     slides = [
-        j.name for j in anatomy.joints if j.slides and abs(j.axis[2]) < LEVEL and anatomy.parts[j.part].parent < 1
+        j.name
+        for j in anatomy.joints
+        if j.slides and abs(j.axis[2]) < MAX_AXLE_RISE and anatomy.parts[j.part].parent < 1
     ]
     return f"it moves by slides ({listed(slides[:4])})" if slides else None
 
@@ -366,7 +368,9 @@ def _rows(wheels: list[FoundWheel], forward: Array) -> list[list[FoundWheel]]:
     """Return wheels by axles, front axle first."""
     rows: list[list[FoundWheel]] = []
     for wheel in sorted(wheels, key=lambda w: -float(w.middle[:2] @ forward)):
-        same_row = rows and abs(float((rows[-1][0].middle - wheel.middle)[:2] @ forward)) < ROW * wheel.radius
+        same_row = (
+            rows and abs(float((rows[-1][0].middle - wheel.middle)[:2] @ forward)) < AXLE_TOLERANCE * wheel.radius
+        )
         if same_row:
             rows[-1].append(wheel)
         else:

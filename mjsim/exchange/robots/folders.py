@@ -11,16 +11,16 @@ from mjsim.world import read_regular
 
 MAX_BYTES = 64_000_000
 """Maximum size of one file [bytes]."""
-AROUND = 3
+MAX_PARENTS = 3
 """Number of parent folders of the description that may be its package."""
-MANIFESTS = ("package.xml", "manifest.xml", "model.config")
+MANIFEST_FILES = ("package.xml", "manifest.xml", "model.config")
 """A folder that contains one of these is a ROS package, or a model of Gazebo."""
-PARTS = ("meshes", "assets", "urdf")
+PACKAGE_FOLDERS = ("meshes", "assets", "urdf")
 """A folder that contains one of these is laid out like a package."""
 DESCRIPTION = "_description"
-FAMILY = ("_control", "_controllers", "_bringup", "_base", "_node", "_gazebo", "_controller_configuration")
+PACKAGE_SUFFIXES = ("_control", "_controllers", "_bringup", "_base", "_node", "_gazebo", "_controller_configuration")
 """Packages of a robot beside NAME_description: NAME with one of these endings."""
-PARAMETERS = ("config", "param", "params")
+PARAMETER_FOLDERS = ("config", "param", "params")
 """Folders of a package that hold parameters of its controllers."""
 MAX_PARAMETERS, MAX_YAML = 100, 100_000
 """Maximum number of such files in a folder, and their maximum size [bytes]."""
@@ -40,8 +40,8 @@ class Folders:
             search: Folders in which the user keeps ROS packages.
         """
         self._path, self._search = path, search
-        around = [path.parent, *path.parent.parents][: AROUND + 1]
-        likely = [folder for signs in (MANIFESTS, PARTS) for folder in around if _has(folder, signs)]
+        around = [path.parent, *path.parent.parents][: MAX_PARENTS + 1]
+        likely = [folder for signs in (MANIFEST_FILES, PACKAGE_FOLDERS) for folder in around if _has(folder, signs)]
         self.root = likely[0] if likely else path.parent
         self._packages = {name: folder.resolve() for name, folder in packages.items()}
         self.used: set[str] = set()
@@ -65,13 +65,13 @@ class Folders:
         """Yield the YAML files of the description's packages, and of those beside them for the same robot."""
         known = {self.root.name: self.root, **self._packages}
         for name in [name for name in known if name.endswith(DESCRIPTION)]:
-            for ending in FAMILY:
+            for ending in PACKAGE_SUFFIXES:
                 other = name.removesuffix(DESCRIPTION) + ending
-                place = next((p for p in self._likely(other) if p.is_dir() and _has(p, MANIFESTS)), None)
+                place = next((p for p in self._likely(other) if p.is_dir() and _has(p, MANIFEST_FILES)), None)
                 if place is not None and other not in self._packages:
                     known[other] = self._packages[other] = place.resolve()
         for package in known.values():
-            for folder in PARAMETERS:
+            for folder in PARAMETER_FOLDERS:
                 files = sorted((package / folder).glob("*.y*ml"))[:MAX_PARAMETERS]
                 yield from (path for path in files if path.is_file() and path.stat().st_size < MAX_YAML)
 
@@ -79,9 +79,9 @@ class Folders:
         """Return where a package may be; only the user's own settings name folders that do not look like one."""
         around = [self._path.parent, *self._path.parent.parents]
         named = [place for place in around if place.name == name]
-        beside = [place / name for place in around[: AROUND + 2]]
+        beside = [place / name for place in around[: MAX_PARENTS + 2]]
         given = [place for path in self._search for place in _in_path(path, name)]
-        signs = (*MANIFESTS, *PARTS)
+        signs = (*MANIFEST_FILES, *PACKAGE_FOLDERS)
         return [*(place for place in named if _has(place, signs)), *given, *(p for p in beside if _has(p, signs))]
 
     def locate(self, name: str, beside: Path) -> list[Path]:

@@ -8,24 +8,24 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.models import Anatomy, FileJoint, Shape
 
-LEVEL = 0.2
+MAX_AXLE_RISE = 0.2
 """Maximum vertical component of an axle's unit vector."""
-UPRIGHT = 0.85
+MIN_STEERING_RISE = 0.85
 """Minimum vertical component of a steering axis."""
-ROUND = 0.85
+MIN_ROUND_RATIO = 0.85
 """Minimum width of a round part, as a fraction of its maximum width."""
-SQUARE = 0.69
+MIN_BOX_RATIO = 0.69
 """The same for a box that stands for a wheel."""
-RIM = 0.9
+RIM_RATIO = 0.9
 """The part of a wheel beyond this distance from its axle rolls on the floor, in wheel radii; the rest is hub and motor.
 """
 DIRECTIONS = 24
 """Number of directions around an axle in which widths are compared."""
 WHOLE_TURN = 2.0 * math.pi * 0.95
 """A joint with a smaller range is not a wheel's [rad]."""
-TRAIL = 0.2
+MIN_CASTER_TRAIL = 0.2
 """A wheel farther than this behind its vertical joint is a caster, in wheel radii."""
-AXLE = 3.0
+MIN_AXLE_RATIO = 3.0
 """A part wider than this, in wheel radii, and round at both ends, has a wheel at each end."""
 
 
@@ -74,7 +74,7 @@ def turns_freely(joint: FileJoint) -> bool:
 
 def could_be_axle(joint: FileJoint) -> bool:
     """Return whether a joint is level and can turn without limit."""
-    return turns_freely(joint) and abs(float(joint.axis[2])) < LEVEL
+    return turns_freely(joint) and abs(float(joint.axis[2])) < MAX_AXLE_RISE
 
 
 def bare(joint: FileJoint) -> FoundWheel:
@@ -95,7 +95,9 @@ def _settled(wheel: FoundWheel) -> FoundWheel:
     if wheel.steer is None or not (wheel.swivels and wheel.steer.placeholder):
         return wheel
     across = np.cross([0.0, 0.0, 1.0], wheel.axis)
-    return replace(wheel, swivels=bool(abs(float((wheel.middle - wheel.steer.at) @ across)) > TRAIL * wheel.radius))
+    return replace(
+        wheel, swivels=bool(abs(float((wheel.middle - wheel.steer.at) @ across)) > MIN_CASTER_TRAIL * wheel.radius)
+    )
 
 
 def _shaped(anatomy: Anatomy, unsized: FoundWheel) -> list[FoundWheel]:
@@ -108,7 +110,11 @@ def _shaped(anatomy: Anatomy, unsized: FoundWheel) -> list[FoundWheel]:
     called = "wheel" in " ".join([joint.name, *anatomy.parts[joint.part].names]).lower()
     pictured = [shape for shape in shapes if shape.seen] or shapes
     # The collision shape of a wheel may be a box, for speed; then its visual shape is round, or its sides are equal.
-    for group, least in ((solid, ROUND), (pictured, ROUND), *(((solid, SQUARE),) if called else ())):
+    for group, least in (
+        (solid, MIN_ROUND_RATIO),
+        (pictured, MIN_ROUND_RATIO),
+        *(((solid, MIN_BOX_RATIO),) if called else ()),
+    ):
         wheels = [_around(unsized, end, least) for end in _ends(unsized, group)]
         if found := [wheel for wheel in wheels if wheel.radius > 0.0]:
             return found
@@ -120,7 +126,7 @@ def _steered(anatomy: Anatomy, joint: FileJoint) -> tuple[FileJoint | None, bool
     part = anatomy.parts[joint.part].parent
     while part > 0:
         for other in anatomy.joints:
-            if other.part == part and not other.slides and abs(other.axis[2]) > UPRIGHT:
+            if other.part == part and not other.slides and abs(other.axis[2]) > MIN_STEERING_RISE:
                 return other, turns_freely(other) and not other.driven
         part = anatomy.parts[part].parent
     return None, False
@@ -135,7 +141,7 @@ def _ends(unsized: FoundWheel, shapes: list[Shape]) -> list[list[Shape]]:
         [shape for shape, a in zip(shapes, along, strict=True) if sign * float(a.mean()) > 0.25 * width]
         for sign in (1.0, -1.0)
     ]
-    if width > AXLE * radius and all(sides):
+    if width > MIN_AXLE_RATIO * radius and all(sides):
         return sides
     return [shapes]
 
@@ -157,10 +163,10 @@ def _around(unsized: FoundWheel, shapes: list[Shape], least: float) -> FoundWhee
     axle = unsized.joint.axis
     distances = np.linalg.norm(points - np.outer(points @ axle, axle), axis=1)
     corners = float(distances.max())
-    along = points[distances > RIM * corners] @ unsized.axis
+    along = points[distances > RIM_RATIO * corners] @ unsized.axis
     return replace(
         unsized,
         middle=unsized.middle + unsized.axis * (along.min() + along.max()) / 2,
-        radius=corners if widths.min() >= ROUND * widths.max() else float(widths.min()),
+        radius=corners if widths.min() >= MIN_ROUND_RATIO * widths.max() else float(widths.min()),
         width=float(np.ptp(along)),
     )

@@ -12,7 +12,7 @@ from mjsim.exchange.robots.mounts import find_mounts
 from mjsim.exchange.robots.omni import without_rollers
 from mjsim.exchange.robots.preset import (
     ACCELERATION,
-    ROLLERS,
+    ROLLER_DRIVES,
     Plan,
     first_plan,
     preset_text,
@@ -29,13 +29,13 @@ SDF = (".sdf", ".world")
 """Endings of files of Gazebo."""
 MARGIN = 1.2
 """Acceleration that the robot must withstand without tipping, as a multiple of the largest commanded one."""
-SMALLEST, LARGEST = 0.02, 20.0
+MIN_DIAMETER, MAX_DIAMETER = 0.02, 20.0
 """Smallest and largest diameter of accepted robots [m]."""
-MECANUM = 4
+MECANUM_WHEELS = 4
 """Number of mecanum wheels."""
 MAX_ITERATIONS = 4
 """Maximum number of measuring runs, each with the result of the previous one."""
-CLOSE = 0.0003
+MAX_ODOMETRY_ERROR = 0.0003
 """Maximum relative error of odometry after calibration, in distance and in turn."""
 
 
@@ -118,7 +118,12 @@ def moved_sideways(gear: Gear, anatomy: Anatomy, robot: RobotFiles, options: Rob
         options: What the user specified; a drive is left as it is.
         file: Name of the file in messages.
     """
-    if options.drive is not None or not robot.sideways or gear.drive != "skid_steer" or len(gear.wheels()) != MECANUM:
+    if (
+        options.drive is not None
+        or not robot.sideways
+        or gear.drive != "skid_steer"
+        or len(gear.wheels()) != MECANUM_WHEELS
+    ):
         return gear
     found = find_gear(anatomy, replace(options, drive="mecanum"), file=file, urdf=robot.files.urdf)
     note = f"its wheels are mecanum, as '{robot.sideways}' moves it; --drive skid_steer makes them plain"
@@ -138,10 +143,10 @@ def _perhaps_missing(source: RobotSource, robot: RobotFiles) -> str:
 def _check_size(path: Path, stand: Stand) -> None:
     """Raise UsageError for a robot too large or too small to drive indoors: its file uses other units."""
     across = 2 * stand.radius
-    if not SMALLEST <= across <= LARGEST:
+    if not MIN_DIAMETER <= across <= MAX_DIAMETER:
+        allowed = f"{MIN_DIAMETER} to {MAX_DIAMETER:g} m"
         raise UsageError(
-            f"{path}: the robot is {across:.3g} m across; it must be {SMALLEST} to {LARGEST:g} m, and lengths of a"
-            " robot's file are in metres"
+            f"{path}: the robot is {across:.3g} m across; it must be {allowed}, and lengths of a robot's file in metres"
         )
 
 
@@ -149,7 +154,7 @@ def _calibrated(plan: Plan, files: Mapping[str, bytes], path: Path) -> tuple[Pla
     """Return a plan whose odometry matches the measured drives, and the last measurement."""
     for _ in range(MAX_ITERATIONS):
         measured = _measured(plan, files, path)
-        if all(abs(ratio - 1.0) < CLOSE for ratio in (measured.distance, measured.turn, measured.strafe)):
+        if all(abs(ratio - 1.0) < MAX_ODOMETRY_ERROR for ratio in (measured.distance, measured.turn, measured.strafe)):
             break
         plan = plan.measured(distance=measured.distance, turn=measured.turn, strafe=measured.strafe)
     return plan, measured
@@ -160,7 +165,7 @@ def _as_driven(
 ) -> tuple[Plan, list[str]]:
     """Return a plan that models the slip of its drive, and notes."""
     drive = plan.gear.drive
-    if drive in ROLLERS:
+    if drive in ROLLER_DRIVES:
         return _rolling(plan, files, path)
     if drive == "skid_steer":
         return _slipping(plan, files, path, anatomy, robot)

@@ -7,13 +7,13 @@ from mjsim.geometry import Array, wrap_angles
 from mjsim.sim import slip_shares
 from mjsim.world import Slip
 
-JUDGED = 10
+JUDGED_TICKS = 10
 """Errors are evaluated every this many ticks."""
-FLOOR = 1e-10
+MIN_VARIANCE = 1e-10
 """Minimum variance [m^2], [rad^2]."""
 START = {"forward": 0.019, "left": 0.015, "turn": 0.028, "outward": 0.03, "surge": 0.029, "swing": 0.02}
 SMALLEST, LARGEST = 1e-4, 2.0
-EVEN = 10.0
+EVEN_WEIGHT = 10.0
 """Penalty weight: cost at each time if the mean normalised error of all drives is off by a factor of e."""
 DIGITS = 3
 
@@ -56,7 +56,7 @@ def _unlikely(logs: Array, errors: Array, shares: Array, drives: int) -> tuple[f
         drives: Number of drives.
     """
     squares = np.exp(2.0 * logs)
-    covariances = np.einsum("k,nkij->nij", squares, shares) + np.eye(3) * FLOOR
+    covariances = np.einsum("k,nkij->nij", squares, shares) + np.eye(3) * MIN_VARIANCE
     inverses = np.linalg.inv(covariances)
     solved = np.einsum("nij,nj->ni", inverses, errors)
     nees = np.einsum("ni,ni->n", errors, solved)
@@ -66,8 +66,8 @@ def _unlikely(logs: Array, errors: Array, shares: Array, drives: int) -> tuple[f
     at_times = nees.reshape(-1, drives).mean(axis=1)
     ratios = np.log(at_times / errors.shape[1])
     falls = erred.reshape(len(ratios), drives, -1).mean(axis=1) / at_times[:, None]
-    slopes = (expected - erred).mean(axis=0) - 2.0 * EVEN * (ratios[:, None] * falls).mean(axis=0)
-    return value + EVEN * float(np.mean(ratios**2)), 2.0 * squares * slopes
+    slopes = (expected - erred).mean(axis=0) - 2.0 * EVEN_WEIGHT * (ratios[:, None] * falls).mean(axis=0)
+    return value + EVEN_WEIGHT * float(np.mean(ratios**2)), 2.0 * squares * slopes
 
 
 def _reckoned(odometry: Array, poses: Array, *, dt: float) -> tuple[Array, Array]:
@@ -79,7 +79,7 @@ def _reckoned(odometry: Array, poses: Array, *, dt: float) -> tuple[Array, Array
         believed, F, G = _stepped(believed, odometry[:, tick])
         new = G[:, None] * increments[:, tick, :, None, :] @ np.swapaxes(G, 1, 2)[:, None]
         covariances = F[:, None] @ covariances @ np.swapaxes(F, 1, 2)[:, None] + new
-        if tick % JUDGED == JUDGED - 1:
+        if tick % JUDGED_TICKS == JUDGED_TICKS - 1:
             error = believed - poses[:, tick + 1]
             error[:, 2] = wrap_angles(error[:, 2])
             errors.append(error)

@@ -28,7 +28,7 @@ LIGHT = 0.01
 """Bodies below this mass are placeholders, whose inertia does not matter [kg]."""
 BEYOND = 1.2
 """A radius of gyration that exceeds the reach of the shapes by this factor cannot be."""
-CLOSE = 0.02
+SIZE_TOLERANCE = 0.02
 """Sizes of the file and of its plug-ins that differ by less than this fraction are equal."""
 
 
@@ -81,7 +81,7 @@ def _differing(plan: Plan) -> Iterator[FileItem]:
         ("wheel radius", said.wheel_radius, plan.wheel_radius),
         ("track", said.separation if plan.gear.drive == "differential" else None, plan.track),
     ):
-        if stated is not None and abs(stated - shown) > CLOSE * shown:
+        if stated is not None and abs(stated - shown) > SIZE_TOLERANCE * shown:
             yield FileItem(
                 Fate.KEPT, f"{name} of {shown:.4f} m, of the shapes", why=f"{said.source} has {stated:.4f} m"
             )

@@ -11,13 +11,13 @@ from mjsim.interface import Command
 from mjsim.sim import Simulation
 from mjsim.world import OdometryNoise, Source, WheelOdometry, parse_world
 
-SETTLE = 1.0
+SETTLING_SECONDS = 1.0
 """Pause before and after a drive [s]."""
 TILT = math.radians(12.0)
 """A robot that leans more has fallen over [rad]."""
-DISTANCE = 1.0
+DRIVE_LENGTH = 1.0
 """Length of a drive [m]."""
-SLOW, STEER = 0.5, 0.7
+SPEED_RATIO, CURVATURE_RATIO = 0.5, 0.7
 """Fractions of the maximum speed and of the maximum curvature."""
 MAX_TIME = 120.0
 """Time limit of a drive [s]."""
@@ -92,13 +92,13 @@ def measure(text: str, files: Mapping[str, bytes], *, file: str) -> Measured:
         pilot = _Pilot(sim, robot.name, file)
         pilot.settle()
         info = sim.robots[robot.name]
-        speed, rate = SLOW * info.max_speed, SLOW * min(info.max_turn, 2.0)
+        speed, rate = SPEED_RATIO * info.max_speed, SPEED_RATIO * min(info.max_turn, 2.0)
         car = math.isfinite(info.max_curvature)
         ahead, back = (pilot.straight(sign * speed) for sign in (1.0, -1.0))
         if car:
-            rate = STEER * info.max_curvature * speed
+            rate = CURVATURE_RATIO * info.max_curvature * speed
         left, right = (pilot.turning(speed if car else 0.0, sign * rate) for sign in (1.0, -1.0))
-        sideways = [pilot.sideways(sign * SLOW * info.max_left) for sign in (1.0, -1.0) if info.max_left]
+        sideways = [pilot.sideways(sign * SPEED_RATIO * info.max_left) for sign in (1.0, -1.0) if info.max_left]
     return Measured(ahead, back, left, right, not car, tuple(sideways))
 
 
@@ -113,7 +113,7 @@ class _Pilot:
     def settle(self) -> None:
         """Stand still, and check that the robot has not fallen over."""
         start = self._sim.truth(self._robot)
-        self._go(Command(), SETTLE)
+        self._go(Command(), SETTLING_SECONDS)
         pose = self._sim.pose(self._robot)
         lean = math.acos(max(-1.0, min(1.0, float(pose[2, 2]))))
         if lean > TILT:
@@ -127,13 +127,13 @@ class _Pilot:
 
     def straight(self, speed: float) -> MeasuredDrive:
         """Drive one metre, and stop."""
-        moved, odometry = self._moved(Command(speed), DISTANCE / abs(speed))
+        moved, odometry = self._moved(Command(speed), DRIVE_LENGTH / abs(speed))
         self._check("drives", moved.x, odometry.x, "m")
         return MeasuredDrive(odometry.x, moved.x)
 
     def sideways(self, speed: float) -> MeasuredDrive:
         """Drive one metre to the left or to the right, and stop."""
-        moved, odometry = self._moved(Command(left=speed), DISTANCE / abs(speed))
+        moved, odometry = self._moved(Command(left=speed), DRIVE_LENGTH / abs(speed))
         self._check("drives sideways", moved.y, odometry.y, "m")
         return MeasuredDrive(odometry.y, moved.y)
 
@@ -141,14 +141,14 @@ class _Pilot:
         """Return the true and the odometry displacement under a command, both relative to the start."""
         start, odometry = self._sim.truth(self._robot), self._odometry_pose
         self._go(command, seconds)
-        self._go(Command(), SETTLE)
+        self._go(Command(), SETTLING_SECONDS)
         return start.inverse() @ self._sim.truth(self._robot), odometry.inverse() @ self._odometry_pose
 
     def turning(self, speed: float, rate: float) -> MeasuredDrive:
         """Turn once around, and stop."""
         turned, odometry = self._turned, self._odometry_turn
         self._go(Command(speed, turn=rate), 2.0 * math.pi / abs(rate))
-        self._go(Command(), SETTLE)
+        self._go(Command(), SETTLING_SECONDS)
         self._check("turns", self._turned - turned, self._odometry_turn - odometry, "rad")
         return MeasuredDrive(self._odometry_turn - odometry, self._turned - turned)
 

@@ -21,13 +21,13 @@ WORDS = {
 }
 """Names of links that carry a sensor."""
 NO_SENSOR = re.compile(r"mount|standoff|bracket|holder|support|tower|screw|plate|(^|_)cap($|_)")
-SAME = 0.15
+MAX_TWIN_DISTANCE = 0.15
 """Sensors of one kind closer together than this, and looking the same way, are one sensor [m]."""
 ALIKE = math.cos(math.radians(20.0))
 """Sensors whose directions differ by less than this angle look the same way."""
 MAX_GUESSED = {"lidar": 2, "camera": 2, "imu": 1}
 """Maximum number of sensors of each kind that only names suggest; all that are described come in."""
-FEW, SHORT = 16, 5.0
+MAX_FAN_BEAMS, MAX_FAN_RANGE = 16, 5.0
 """A fan of at most this many beams and rings, which reach no farther than this, is a proximity sensor [m]."""
 MAX_BEAMS, MAX_RINGS, MAX_SIDE = 10_000, 256, 1920
 """Limits of a world: beams of a lidar, rings of a 3-D one, pixels along a picture."""
@@ -35,13 +35,13 @@ RING = "a fan of few short beams; each robot has a ring of 16 ranges instead, Ob
 LOWEST = {"lidar": 0.02, "lidar3d": 0.02, "camera": 0.02, "imu": -0.01}
 """Minimum height above the floor; lower frames are placeholders, or see only the floor [m]."""
 WIDTH, HEIGHT = 640, 480
-WIDEST = 150.0
+MAX_FOV = 150.0
 """Maximum field of view of a camera [deg]."""
-STEEP = 85.0
+MAX_PITCH = 85.0
 """Sensors that look up or down more steeply are left out [deg]."""
 ALL_AROUND = 355.0
 """A lidar with a larger field of view sees all around [deg]."""
-NARROW = 0.1
+BEAM_FOV = 0.1
 """Field of view of a range finder with a single beam, for which mjsim has two [deg]."""
 RATES = (25.0, 12.5, 5.0, 2.5, 1.0)
 """Rates that divide the tick rate of 25 Hz [Hz]."""
@@ -114,13 +114,13 @@ def _looks_alike(one: SensorMount, other: SensorMount) -> bool:
 
 def _same_as(mount: SensorMount, others: Sequence[SensorMount]) -> str:
     """Return which of some other sensors is the same one; '' if none is."""
-    found = next((other.name for other in others if math.dist(other.at, mount.at) < SAME), None)
+    found = next((other.name for other in others if math.dist(other.at, mount.at) < MAX_TWIN_DISTANCE), None)
     return "" if found is None else f"at the place of '{found}', which looks the same way"
 
 
 def _unfit(mount: SensorMount) -> str:
     """Return why a sensor cannot be part of a world; '' if it can."""
-    if abs(mount.pitch_deg) >= STEEP:
+    if abs(mount.pitch_deg) >= MAX_PITCH:
         return f"looks {'up' if mount.pitch_deg > 0 else 'down'}, by {abs(mount.pitch_deg):.0f} degrees"
     if mount.at[2] <= LOWEST[mount.kind]:
         return f"{mount.at[2]:.3f} m above the floor; the least is {LOWEST[mount.kind]:g}"
@@ -162,7 +162,11 @@ def _unlike(sensor: SaidSensor, place: FileFrame | None) -> str:
     if sensor.kind not in LOWEST:
         return "mjsim has no sensor of this type"
     beams, farthest = sensor.keys.get("beams", math.inf), sensor.keys.get("farthest", math.inf)
-    if sensor.kind == "lidar" and max(beams, sensor.keys.get("rings", 1)) <= FEW and farthest <= SHORT:
+    if (
+        sensor.kind == "lidar"
+        and max(beams, sensor.keys.get("rings", 1)) <= MAX_FAN_BEAMS
+        and farthest <= MAX_FAN_RANGE
+    ):
         return RING
     return "" if place is not None else f"its link '{sensor.link}' is not in the file"
 
@@ -176,8 +180,8 @@ def _changed(sensor: SaidSensor) -> Iterator[str]:
         yield f"at most {MAX_BEAMS} beams in {MAX_RINGS} rings"
     if max(keys.get("width", 0), keys.get("height", 0)) > MAX_SIDE:
         yield f"at most {MAX_SIDE} pixels to a side"
-    if sensor.kind == "camera" and keys.get("fov_deg", 0.0) > WIDEST:
-        yield f"{WIDEST:g} degrees wide for {keys['fov_deg']:.0f}, the most of a camera"
+    if sensor.kind == "camera" and keys.get("fov_deg", 0.0) > MAX_FOV:
+        yield f"{MAX_FOV:g} degrees wide for {keys['fov_deg']:.0f}, the most of a camera"
 
 
 def _rate(rate: float) -> float:
@@ -222,7 +226,7 @@ def _named(anatomy: Anatomy, stand: Stand) -> Iterator[SensorMount]:
 def _ahead(place: FileFrame, stand: Stand, kind: str) -> Array:
     """Return the viewing direction of a link: along x, or along z for an optical frame of ROS."""
     ahead = place.axes[:, 2] if "optical" in place.name else place.axes[:, 0]
-    if kind == "imu" or abs(ahead[2]) > math.sin(math.radians(STEEP)):
+    if kind == "imu" or abs(ahead[2]) > math.sin(math.radians(MAX_PITCH)):
         return np.array([math.cos(stand.heading), math.sin(stand.heading), 0.0])
     return np.asarray(ahead)
 
@@ -265,7 +269,7 @@ def _fan(stated: Mapping[str, float], kind: str) -> dict[str, object]:
     if stated.get("fov_deg", 0) > 0:
         keys["fov_deg"] = 360.0 if stated["fov_deg"] > ALL_AROUND else round(stated["fov_deg"], 2)
     if stated.get("beams") == 1 and kind == "lidar":
-        keys |= {"beams": 2, "fov_deg": NARROW}
+        keys |= {"beams": 2, "fov_deg": BEAM_FOV}
     if kind == "lidar3d":
         keys["rings"] = min(round(stated["rings"]), MAX_RINGS)
         ends = [max(-89.0, min(89.0, stated.get(f"{end}_deg", 0.0))) for end in ("lowest", "highest")]
@@ -281,7 +285,7 @@ def _fan(stated: Mapping[str, float], kind: str) -> dict[str, object]:
 
 def _within(angle: float) -> float:
     """Return a field of view limited to the valid range, given in [rad], returned in [deg]."""
-    return round(min(max(math.degrees(angle), 5.0), WIDEST), 2)
+    return round(min(max(math.degrees(angle), 5.0), MAX_FOV), 2)
 
 
 def _plain(name: str) -> str:

@@ -14,7 +14,7 @@ from mjsim.models import Anatomy
 from mjsim.world import OMNI3_BEARINGS
 
 ROLLERS = re.compile(r"mecanum|omni_?wheel|swedish|rotacaster", re.IGNORECASE)
-FEWEST_ROLLERS = 4
+MIN_ROLLERS = 4
 """Minimum number of rollers on a wheel."""
 MECANUM_WHEELS = 4
 PARALLEL = math.cos(math.radians(12.0))
@@ -35,7 +35,7 @@ def without_rollers(anatomy: Anatomy) -> tuple[Anatomy, set[int]]:
         on_it = [part for part in free if anatomy.parts[part].parent == number]
         # The gears of a differential turn about the axis of their ring gear.
         on_it = [part for part in on_it if abs(float(free[part].axis @ hub.axis)) < PARALLEL]
-        if len(on_it) >= FEWEST_ROLLERS:
+        if len(on_it) >= MIN_ROLLERS:
             wheel_of |= dict.fromkeys(on_it, number)
     joints = tuple(joint for joint in anatomy.joints if joint.part not in wheel_of)
     shapes = tuple(replace(shape, part=wheel_of.get(shape.part, shape.part)) for shape in anatomy.shapes)

@@ -17,7 +17,7 @@ from mjsim.world import CORNERS, OMNI3_BEARINGS, Slip
 
 WHEEL_SPEED = 12.5
 """Wheel speed if no file states it: the middle of those in data sheets, which are 6 to 24 [rad/s]."""
-FASTEST = 1.5
+MAX_GUESSED_SPEED = 1.5
 """Maximum of a guessed speed [m/s]."""
 MAX_TURN = 400.0
 """Maximum turn rate that a preset takes from a file [deg/s]."""
@@ -35,7 +35,7 @@ LIDAR3D = {"rings": 16, "columns": 900, "range": [0.3, 50.0], "rate_hz": 5, "noi
 CAMERA = {"width": 640, "height": 480, "fov_deg": 60, "rate_hz": 5}
 IMU = {"noise": {"acceleration": 0.02, "turn": 0.002}}
 SIDES = ("left", "right")
-ROLLERS = ("mecanum", "omni3")
+ROLLER_DRIVES = ("mecanum", "omni3")
 """Drives on wheels with rollers; their dimensions are kept when their slip is measured."""
 KEYS: Mapping[str, Mapping[str, object]] = {"lidar": LIDAR, "lidar3d": LIDAR3D, "camera": CAMERA, "imu": IMU}
 """Default keys of sensors, where the file does not state them."""
@@ -72,7 +72,7 @@ class Plan:
             strafe: True sideways distance per metre of odometry.
         """
         plan = replace(self, wheel_radius=self.wheel_radius * distance)
-        if self.gear.drive in ROLLERS:
+        if self.gear.drive in ROLLER_DRIVES:
             return replace(plan, strafe=self.strafe * strafe / distance, spin=self.spin * turn / distance)
         return replace(plan, track=self.track * distance / turn)
 
@@ -113,7 +113,7 @@ def wheelbase_of(gear: Gear) -> float:
 def max_speed(plan: Plan) -> float:
     """Return the maximum speed, from the file or guessed [m/s]."""
     stated = stated_speed(plan.gear)
-    return round(stated or min(FASTEST, WHEEL_SPEED * plan.wheel_radius), 2) or 0.05
+    return round(stated or min(MAX_GUESSED_SPEED, WHEEL_SPEED * plan.wheel_radius), 2) or 0.05
 
 
 def stated_speed(gear: Gear) -> float | None:
@@ -175,7 +175,7 @@ def _drive(plan: Plan) -> list[str]:
     keys |= _sizes(plan)
     if gear.drive in ("ackermann", "tricycle"):
         keys["max_steer_deg"] = round(max_steer_deg(plan), 1)
-    if gear.drive in ROLLERS:
+    if gear.drive in ROLLER_DRIVES:
         keys["max_left"] = max_speed(plan)
     lines += [f"      {key}: {value}" for key, value in keys.items()]
     lines += [

@@ -10,21 +10,21 @@ from mjsim.exchange.robots.driven_wheels import CASTER, Gear
 from mjsim.geometry import Array
 from mjsim.models import Anatomy, Shape
 
-SLACK = 0.3
+MAX_SUPPORT_HEIGHT = 0.3
 """A fixed part this close to the floor supports the robot, as a fraction of the wheel radius."""
-LEAST_SLACK = 0.006
+MIN_SLACK = 0.006
 """Minimum of that distance [m]."""
-LOWEST_POINTS = 0.003
+MIN_POINTS = 0.003
 """Points of a shape within this height above its lowest point touch the floor [m]."""
-LEAST_SUPPORT = 0.004
+MIN_SUPPORT = 0.004
 """Smaller shapes only mark a frame, such as that of the footprint, and support nothing [m]."""
 SAME_PLACE = 0.02
 """Casters closer together than this are one [m]."""
 MAX_CASTERS = 12
 GRAVITY = 9.81
-REACH = 0.8
+CASTER_POSITION = 0.8
 """Position of a caster that the file lacks, as a fraction of the extent of the body's lower part."""
-LOWER = 1.5
+BASE_HEIGHT = 1.5
 """Height of that part, which has no arms, in wheel diameters."""
 
 
@@ -105,12 +105,12 @@ def _casters(anatomy: Anatomy, gear: Gear, stand: Stand, solid: list[Shape]) -> 
         if shape.part in turning:
             continue
         points = stand.point(shape.points)
-        if float(np.ptp(points, axis=0).max()) < LEAST_SUPPORT:
+        if float(np.ptp(points, axis=0).max()) < MIN_SUPPORT:
             continue
         lowest = float(points[:, 2].min())
         named = any(CASTER.search(name) for name in shape.names)
-        if lowest < max(SLACK * least * (1.5 if named else 0.5), LEAST_SLACK):
-            low = points[points[:, 2] < lowest + LOWEST_POINTS]
+        if lowest < max(MAX_SUPPORT_HEIGHT * least * (1.5 if named else 0.5), MIN_SLACK):
+            low = points[points[:, 2] < lowest + MIN_POINTS]
             x, y = (low[:, :2].min(axis=0) + low[:, :2].max(axis=0)) / 2
             size = float(np.ptp(points, axis=0).max()) / 2
             _keep(found, x, y, float(np.clip(size, 0.2 * least, 0.5 * least)))
@@ -135,11 +135,11 @@ def _steadied(
     spare = max(0.002, float(center[2]) * acceleration / GRAVITY)
     small = 0.3 * min(float(wheel[2]) for wheel in wheels)
     notes, steady = [], list(casters)
-    below = points[points[:, 2] < 2.0 * LOWER * max(float(wheel[2]) for wheel in wheels)]
+    below = points[points[:, 2] < 2.0 * BASE_HEIGHT * max(float(wheel[2]) for wheel in wheels)]
     for sign, word in ((1.0, "ahead"), (-1.0, "behind")):
         if max(sign * x for x in along) >= sign * float(center[0]) + spare:
             continue
-        reach = REACH * float((sign * (below if len(below) else points)[:, 0]).max())
+        reach = CASTER_POSITION * float((sign * (below if len(below) else points)[:, 0]).max())
         x = sign * max(sign * float(center[0]) + spare, reach)
         steady.append((x, 0.0, small))
         notes.append(f"a caster that slides at {x:.3f} m {word}, as it would tip over its wheels without")

@@ -22,7 +22,7 @@ Opened = Callable[[str], tuple[Element, str] | None]
 """Returns the root of the SDF file that a URI names, and the URI of its folder; None if it cannot be had."""
 MAX_NESTED = 12
 """Maximum nesting of models."""
-ENDLESS = 1e3
+MAX_HINGE_LIMIT = 1e3
 """Limits of a hinge beyond this mean none [rad]."""
 AXES = {"revolute": 1, "continuous": 1, "prismatic": 1, "revolute2": 2, "universal": 2}
 """Joints that URDF can have -> number of their axes."""
@@ -309,7 +309,7 @@ def _limit(made: Element, axis: Element, *, slides: bool) -> None:
     """Give a joint of URDF its type and limits."""
     found = {key: _number(axis.findtext(f"limit/{key}")) for key in ("lower", "upper", "velocity", "effort")}
     lower, upper = found["lower"], found["upper"]
-    endless = lower is None or upper is None or max(abs(lower), abs(upper)) > ENDLESS
+    endless = lower is None or upper is None or max(abs(lower), abs(upper)) > MAX_HINGE_LIMIT
     made.set("type", "prismatic" if slides else "continuous" if endless else "revolute")
     keys = {key: repr(value) for key, value in found.items() if value is not None and abs(value) < 1e15}
     if endless:

@@ -20,19 +20,19 @@ from mjsim.interface import Command, Odometry, RobotInfo
 from mjsim.sim import Simulation, arc_end
 from mjsim.world import OdometryNoise, Robot, Slip, Source, WheelOdometry, World, parse_world
 
-ROBOTS, TOGETHER = 80, 5
+DRIVE_COUNT, ROBOTS_AT_ONCE = 80, 5
 """Number of drives, and number of robots simulated at a time."""
 ON_ROLLERS = 5
 """Number of drives of robots on rollers, whose slip hardly varies."""
 MANY_JOINTS, FEWER = 30, 24
 """Robots with at least this many joints are slow to simulate: they make fewer drives, one at a time."""
-TICKS, HELD = 500, 50
+TICKS_PER_DRIVE, TICKS_PER_COMMAND = 500, 50
 """Ticks per drive, and ticks for which a command is held."""
-LONG = 125
+COMPARED_TICKS = 125
 """Ticks over which distances are compared, long enough for the lag after a change of command to be negligible."""
-STEADY = 15
+SETTLING_TICKS = 15
 """Ticks until a robot follows a command steadily."""
-SPACING = 50.0
+ROBOT_SPACING = 50.0
 """Distance between robots [m]."""
 SEED = 4711
 
@@ -82,8 +82,8 @@ def learned(text: str, files: Mapping[str, bytes], *, file: str) -> Learned:
     world = parse_world(text, source=Source(file=file, attached=files))
     with Simulation(world) as sim:
         slow = sim.model.njnt > MANY_JOINTS
-    together = 1 if slow else TOGETHER
-    lots = [_driven(_lot(world, together), first) for first in range(0, FEWER if slow else ROBOTS, together)]
+    together = 1 if slow else ROBOTS_AT_ONCE
+    lots = [_driven(_lot(world, together), first) for first in range(0, FEWER if slow else DRIVE_COUNT, together)]
     odometry, poses = (
         np.concatenate(parts) for parts in zip(*((lot.odometry, lot.poses) for lot in lots), strict=True)
     )
@@ -101,12 +101,14 @@ def rolled(text: str, files: Mapping[str, bytes], *, file: str) -> tuple[float, 
         files: Files that the world refers to, by name.
         file: Name of the manufacturer's file, for messages.
     """
-    world = _lot(parse_world(text, source=Source(file=file, attached=files)), TOGETHER)
-    lots = [_driven(world, first) for first in range(0, ON_ROLLERS, TOGETHER)]
+    world = _lot(parse_world(text, source=Source(file=file, attached=files)), ROBOTS_AT_ONCE)
+    lots = [_driven(world, first) for first in range(0, ON_ROLLERS, ROBOTS_AT_ONCE)]
     odometry, driven = (
         np.concatenate(parts) for parts in zip(*((lot.odometry, _displacements(lot)) for lot in lots), strict=True)
     )
-    odometry, driven = (displacements.reshape(-1, LONG, 3).sum(axis=1) for displacements in (odometry, driven))
+    odometry, driven = (
+        displacements.reshape(-1, COMPARED_TICKS, 3).sum(axis=1) for displacements in (odometry, driven)
+    )
     _, strafe, spin = (np.sum(odometry * driven, axis=0) / np.sum(odometry * odometry, axis=0)).tolist()
     return strafe, spin
 
@@ -119,7 +121,8 @@ def _lot(world: World, together: int) -> World:
     (robot,) = world.robots
     odometry = {"sensors": (), "odometry": WheelOdometry(noise=OdometryNoise())}
     robots: list[Robot] = [
-        robot.model_copy(update={**odometry, "name": f"robot{k}", "at": (SPACING * k, 0.0)}) for k in range(together)
+        robot.model_copy(update={**odometry, "name": f"robot{k}", "at": (ROBOT_SPACING * k, 0.0)})
+        for k in range(together)
     ]
     run = world.run.model_copy(update={"drivers": {}})
     return world.model_copy(update={"robots": tuple(robots), "run": run})
@@ -131,8 +134,8 @@ def _driven(world: World, first: int) -> Drives:
     with Simulation(world, seed=SEED + first) as sim:
         chances = {name: np.random.default_rng([SEED, first + k]) for k, name in enumerate(sim.robots)}
         odometry, poses = [], [[pose.as_array() for pose in sim.truths().values()]]
-        for tick in range(TICKS):
-            if tick % HELD == 0:
+        for tick in range(TICKS_PER_DRIVE):
+            if tick % TICKS_PER_COMMAND == 0:
                 for name, rng in chances.items():
                     sim.apply(name, _some_command(sim.robots[name], rng))
             sim.step()
@@ -156,8 +159,8 @@ def _along_the_arc(odometry: Odometry) -> tuple[float, float, float]:
 
 def _turn(drives: Drives) -> float:
     """Return the true turn per radian of wheel odometry, by least squares over all commands."""
-    odometry = drives.odometry[..., 2].reshape(len(drives.odometry), -1, HELD).sum(axis=-1)
-    was = drives.poses[:, HELD::HELD, 2] - drives.poses[:, :-1:HELD, 2]
+    odometry = drives.odometry[..., 2].reshape(len(drives.odometry), -1, TICKS_PER_COMMAND).sum(axis=-1)
+    was = drives.poses[:, TICKS_PER_COMMAND::TICKS_PER_COMMAND, 2] - drives.poses[:, :-1:TICKS_PER_COMMAND, 2]
     # Wheel odometry is wrong by far less than half a turn of the robot.
     driven = odometry + wrap_angles(was - odometry)
     return float(np.sum(odometry * driven) / np.sum(odometry * odometry))
@@ -173,12 +176,18 @@ def _center(drives: Drives) -> float:
         Mandow et al., Experimental Kinematics for Wheeled Skid-Steer Mobile Robots, IROS 2007: the centre of rotation.
     """
     _, lateral, turn = np.moveaxis(_displacements(drives), -1, 0)
-    steady = np.arange(lateral.shape[1]) % HELD >= STEADY
+    steady = np.arange(lateral.shape[1]) % TICKS_PER_COMMAND >= SETTLING_TICKS
 
     def sums(values: Array) -> Array:
-        return np.asarray(values[:, steady].reshape(len(values), -1, HELD - STEADY).sum(axis=-1).ravel())
+        return np.asarray(
+            values[:, steady].reshape(len(values), -1, TICKS_PER_COMMAND - SETTLING_TICKS).sum(axis=-1).ravel()
+        )
 
-    accelerations = sums(drives.odometry[..., 0]) * sums(drives.odometry[..., 2]) / ((HELD - STEADY) * drives.dt)
+    accelerations = (
+        sums(drives.odometry[..., 0])
+        * sums(drives.odometry[..., 2])
+        / ((TICKS_PER_COMMAND - SETTLING_TICKS) * drives.dt)
+    )
     found = np.linalg.lstsq(np.column_stack([sums(turn), accelerations]), sums(lateral), rcond=None)[0]
     return float(-found[0])
 

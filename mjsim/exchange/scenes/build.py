@@ -20,17 +20,17 @@ from mjsim.geometry import Array
 from mjsim.inventory import Fate
 from mjsim.world import BoxObstacle, CylinderObstacle, Lamp, ModelObstacle, Source, SphereObstacle, Wall, World
 
-FLOOR, SLAB, LARGE = 0.03, 0.12, 4.0
+MAX_FLOOR_HEIGHT, MAX_SLAB_HEIGHT, MIN_SLAB_AREA = 0.03, 0.12, 4.0
 """What ends at most this high above the floor is floor, and so is what ends below the second height [m] and is at least
 this large [m^2]."""
-OVERHEAD = 2.2
+MIN_OVERHEAD = 2.2
 """What begins above this height meets no robot [m]."""
-RAISED, MOST = 0.3, 0.5
+MAX_SLAB_TOP, MIN_AREA_SHARE = 0.3, 0.5
 """Maximum height of a slab on which things stand [m], and its minimum fraction of the area of the scene."""
-MOST_LAMPS = 100
-TOUCHING = 0.02
+MAX_LAMPS = 100
+MAX_GAP = 0.02
 """Solids this close are one obstacle [m]."""
-THINNEST = 1e-3
+MIN_SIZE = 1e-3
 """Minimum size [m]."""
 
 Obstacle = BoxObstacle | CylinderObstacle | SphereObstacle | ModelObstacle
@@ -95,10 +95,12 @@ def _lower_to_floor(scene: Scene) -> None:
     slabs = [
         (float(high[2]), thing.name)
         for low, high, thing in ends
-        if thing.mass is None and high[2] <= RAISED and np.prod((high - low)[:2]) >= max(LARGE, MOST * wide * deep)
+        if thing.mass is None
+        and high[2] <= MAX_SLAB_TOP
+        and np.prod((high - low)[:2]) >= max(MIN_SLAB_AREA, MIN_AREA_SHARE * wide * deep)
     ]
     level, name = max(slabs, default=(0.0, ""))
-    if level <= FLOOR or not any(abs(low[2] - level) <= TOUCHING / 2 for low, *_ in ends):
+    if level <= MAX_FLOOR_HEIGHT or not any(abs(low[2] - level) <= MAX_GAP / 2 for low, *_ in ends):
         return
     scene.tell(Fate.GUESSED, "floor", name, f"its top is the floor of the world, {level:.2f} m lower than in the file")
     down = np.eye(4)
@@ -114,11 +116,11 @@ def _counts(scene: Scene, thing: SceneThing, solid: SceneSolid) -> bool:
     """Return whether a static solid is something that a robot can meet or see."""
     points = solid.corners()
     heights, (wide, deep) = points[:, 2], np.ptp(points[:, :2], axis=0)
-    if heights.max() <= FLOOR or (heights.max() <= SLAB and wide * deep >= LARGE):
+    if heights.max() <= MAX_FLOOR_HEIGHT or (heights.max() <= MAX_SLAB_HEIGHT and wide * deep >= MIN_SLAB_AREA):
         scene.tell(Fate.KEPT, "floor", thing.name)
         return False
-    if heights.min() >= OVERHEAD:
-        scene.tell(Fate.LEFT_OUT, "overhead part", thing.name, f"it begins above {OVERHEAD} m")
+    if heights.min() >= MIN_OVERHEAD:
+        scene.tell(Fate.LEFT_OUT, "overhead part", thing.name, f"it begins above {MIN_OVERHEAD} m")
         return False
     return True
 
@@ -159,7 +161,7 @@ def _touching(solids: Sequence[SceneSolid]) -> list[list[SceneSolid]]:
     if not solids:
         return []
     ends = np.array([[points.min(axis=0), points.max(axis=0)] for points in (solid.corners() for solid in solids)])
-    low, high = ends[:, 0, :2] - TOUCHING, ends[:, 1, :2] + TOUCHING
+    low, high = ends[:, 0, :2] - MAX_GAP, ends[:, 1, :2] + MAX_GAP
     boxes = shapely.box(*low.T, *high.T)
     pairs = shapely.STRtree(boxes).query(boxes, predicate="intersects")
     graph = coo_matrix((np.ones(pairs.shape[1]), pairs), shape=(len(solids),) * 2)
@@ -191,10 +193,10 @@ def _plain(solid: SceneSolid, built: Built, name: str, keys: dict[str, Any] | No
     cut = min(low, 0.0)  # What is below the floor is not there.
     if solid.color is not None:
         given["color"] = solid.color
-    sizes = [round(max(size, THINNEST), DIGITS) for size in solid.size]
+    sizes = [round(max(size, MIN_SIZE), DIGITS) for size in solid.size]
     if solid.kind == "sphere":
         return SphereObstacle(sphere=sizes[0], **given)
-    sizes[-1] = round(max(solid.size[-1] + cut, THINNEST), DIGITS)
+    sizes[-1] = round(max(solid.size[-1] + cut, MIN_SIZE), DIGITS)
     if solid.kind == "cylinder":
         return CylinderObstacle(cylinder=(sizes[0], sizes[1]), **given)
     heading = (math.degrees(solid.heading) + 90.0) % 180.0 - 90.0
@@ -242,10 +244,10 @@ def _file_name(name: str, number: int) -> str:
 
 
 def _lamps(scene: Scene) -> Iterator[Lamp]:
-    for light in scene.lights[:MOST_LAMPS]:
+    for light in scene.lights[:MAX_LAMPS]:
         at: Array = np.round(light.place, DIGITS)
         height = max(float(at[2]), 0.05)
         x, y = (at[:2] + 0.0).tolist()
         yield Lamp(at=(x, y), height=height, color=light.color, range=min(max(light.reach, 0.1), 100.0))
-    if len(scene.lights) > MOST_LAMPS:
-        scene.tell(Fate.LEFT_OUT, f"lamps beyond the first {MOST_LAMPS}")
+    if len(scene.lights) > MAX_LAMPS:
+        scene.tell(Fate.LEFT_OUT, f"lamps beyond the first {MAX_LAMPS}")

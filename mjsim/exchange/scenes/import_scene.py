@@ -10,7 +10,7 @@ from mjsim.exchange.scenes.scene_solids import Scene
 from mjsim.exchange.scenes.sdf_in import read_sdf
 from mjsim.exchange.start_place import with_newcomer
 from mjsim.exchange.world_comment import world_text
-from mjsim.exchange.world_import import SCENES, Brought, Newcomer
+from mjsim.exchange.world_import import SCENE_SUFFIXES, Brought, Newcomer
 from mjsim.inventory import inventory
 from mjsim.world import World, solid
 
@@ -19,7 +19,7 @@ _SIMULATORS = {True: "MuJoCo", False: "Gazebo"}
 
 def is_scene(path: Path) -> bool:
     """Return whether a file is a scene of another simulator, judging by its suffix."""
-    return path.suffix.lower() in SCENES
+    return path.suffix.lower() in SCENE_SUFFIXES
 
 
 def bring_scene(path: Path, *, robot: Newcomer | None, search: list[Path], folder: str) -> Brought:

@@ -10,7 +10,7 @@ from mjsim.exchange.scenes.scene_solids import SceneSolid
 from mjsim.geometry import Array
 from mjsim.models import pose_keys
 
-MOST_TRIANGLES = 20_000
+MAX_TRIANGLES = 20_000
 """A mesh with more becomes its convex hull."""
 USUAL = "#8a6f4d"
 
@@ -51,7 +51,7 @@ def _bounded(vertices: Array, faces: Indices) -> tuple[Array, Indices]:
     """Return a mesh, or its convex hull if it has many triangles."""
     from scipy.spatial import ConvexHull
 
-    if len(faces) <= MOST_TRIANGLES:
+    if len(faces) <= MAX_TRIANGLES:
         return vertices, faces
     hull = ConvexHull(vertices)
     kept = {corner: place for place, corner in enumerate(hull.vertices.tolist())}

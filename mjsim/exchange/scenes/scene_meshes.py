@@ -16,13 +16,13 @@ from mjsim.models import floats, gazebo_triangles
 
 MAX_BYTES = 60_000_000
 """Maximum size of a mesh file [bytes]."""
-MOST_PARTS = 200
+MAX_PARTS = 200
 """Above this number of connected parts, a mesh is taken as it is."""
-BOXLIKE = 0.98
+MIN_BOX_SHARE = 0.98
 """A part that fills at least this fraction of its smallest box is that box."""
-FLAT = 1e-3
+MAX_FLAT_RATIO = 1e-3
 """A mesh whose thickness is below this fraction of its size is flat."""
-WELD = 1e-5
+WELD_DISTANCE = 1e-5
 """Corners in the same cell of this size are one vertex [m]."""
 
 Part = tuple[Array, Indices]
@@ -92,12 +92,12 @@ def parts_of(triangles: Array) -> list[Part]:
     from scipy.sparse.csgraph import connected_components
 
     corners = triangles.reshape(-1, 3)
-    _, first, owners = np.unique(np.round(corners / WELD), axis=0, return_index=True, return_inverse=True)
+    _, first, owners = np.unique(np.round(corners / WELD_DISTANCE), axis=0, return_index=True, return_inverse=True)
     vertices, faces = corners[first], owners.reshape(-1, 3)
     edges = np.concatenate([faces[:, :2], faces[:, 1:]])
     graph = coo_matrix((np.ones(len(edges)), edges.T), shape=(len(vertices),) * 2)
     count, label = connected_components(graph, directed=False)
-    if count > MOST_PARTS:
+    if count > MAX_PARTS:
         return [(vertices, faces)]
     of_face = label[faces[:, 0]]
     return [_compact(vertices, faces[of_face == part]) for part in range(count)]
@@ -115,20 +115,20 @@ def boxed(solid: SceneSolid) -> SceneSolid:
 
     box = _smallest_box(solid)
     extents = np.linalg.svd(solid.vertices - solid.vertices.mean(axis=0), compute_uv=False)
-    if extents[-1] < FLAT * extents[0]:
+    if extents[-1] < MAX_FLAT_RATIO * extents[0]:
         return box
     try:
         hull = ConvexHull(solid.vertices)
     except (QhullError, ValueError):
         return box
-    return box if hull.volume >= BOXLIKE * float(np.prod(box.size)) and _is_full(solid, hull.volume) else solid
+    return box if hull.volume >= MIN_BOX_SHARE * float(np.prod(box.size)) and _is_full(solid, hull.volume) else solid
 
 
 def _is_full(solid: SceneSolid, volume: float) -> bool:
     """Return whether the triangles of a mesh enclose nearly its convex hull."""
     # About the middle each missing triangle counts; about a corner those beside it would not.
     a, b, c = ((solid.vertices - solid.vertices.mean(axis=0))[solid.faces[:, k]] for k in range(3))
-    return abs(float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum())) / 6.0 >= BOXLIKE * volume
+    return abs(float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum())) / 6.0 >= MIN_BOX_SHARE * volume
 
 
 def _smallest_box(solid: SceneSolid) -> SceneSolid:

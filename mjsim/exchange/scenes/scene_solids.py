@@ -13,11 +13,11 @@ from mjsim.geometry import Array
 from mjsim.inventory import Fate, FileItem
 
 Kind = Literal["box", "cylinder", "sphere", "mesh"]
-FARTHEST = 1e4
+MAX_COORDINATE = 1e4
 """Maximum absolute value of a coordinate or a size [m]."""
-UPRIGHT = 1e-3
+MAX_TILT_SINE = 1e-3
 """Maximum sine of the tilt of an upright solid."""
-MOST_SOLIDS = 20_000
+MAX_SOLIDS = 20_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,15 +43,17 @@ class SceneSolid:
             UsageError: A number is not finite, or too large.
         """
         numbers = np.concatenate([self.size, self.pose.ravel(), self.vertices.ravel()])
-        if not (np.abs(numbers) <= FARTHEST).all():
-            raise UsageError(f"a {self.kind} has a number that is not finite, or above {FARTHEST:g} m; correct it")
+        if not (np.abs(numbers) <= MAX_COORDINATE).all():
+            raise UsageError(
+                f"a {self.kind} has a number that is not finite, or above {MAX_COORDINATE:g} m; correct it"
+            )
         if any(value <= 0.0 for value in self.size):
             raise UsageError(f"a {self.kind} has a size of {min(self.size):g} m; sizes are above 0")
 
     @property
     def is_upright(self) -> bool:
         """Whether its z axis is vertical."""
-        return bool(np.hypot(self.pose[0, 2], self.pose[1, 2]) <= UPRIGHT)
+        return bool(np.hypot(self.pose[0, 2], self.pose[1, 2]) <= MAX_TILT_SINE)
 
     @property
     def heading(self) -> float:
@@ -129,5 +131,5 @@ class Scene:
         """
         self.things.append(thing)
         self._count += len(thing.solids)
-        if self._count > MOST_SOLIDS:
-            raise UsageError(f"the scene has more than {MOST_SOLIDS} solids; make it simpler")
+        if self._count > MAX_SOLIDS:
+            raise UsageError(f"the scene has more than {MAX_SOLIDS} solids; make it simpler")

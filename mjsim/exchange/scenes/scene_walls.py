@@ -12,15 +12,15 @@ from mjsim.exchange.scenes.scene_solids import SceneSolid
 from mjsim.geometry import Array
 from mjsim.world import Opening, Wall
 
-LOWEST, LOW, TALLEST_FLOOR = 0.3, 1.2, 0.1
+MIN_WALL_HEIGHT, LOW_WALL_HEIGHT, TALLEST_FLOOR = 0.3, 1.2, 0.1
 """Minimum height of a wall, height below which it must be slender, and maximum height of its underside [m]."""
-THICKEST, SHORTEST = 0.35, 0.4
+MAX_THICKNESS, MIN_LENGTH = 0.35, 0.4
 """Maximum thickness and minimum length of a wall [m]."""
 SLENDER, SLENDER_LOW = 1.5, 6.0
 """Minimum length of a wall as a multiple of its thickness, and of a low one."""
 SAME, SHIFT = 0.01, 0.0017
 """Boxes in the same step of this size are in line, and equally thick; steps begin between round numbers [m]."""
-NARROWEST = 0.3
+MIN_OPENING = 0.3
 """Minimum width of a doorway or window [m]."""
 PARALLEL = math.radians(0.2)
 
@@ -44,7 +44,7 @@ def slab_of(box: SceneSolid) -> Slab | None:
     wide, deep, high = box.size
     long, thick = max(wide, deep), min(wide, deep)
     heading = (box.heading + (math.pi / 2 if deep > wide else 0.0)) % math.pi
-    if thick > THICKEST or long < thick:
+    if thick > MAX_THICKNESS or long < thick:
         return None
     heading = 0.0 if math.pi - heading < PARALLEL / 2 else heading
     along = np.array([math.cos(heading), math.sin(heading)])
@@ -107,7 +107,7 @@ def _profile(heights: Sequence[tuple[float, float]]) -> Profile:
             merged[-1][1] = max(merged[-1][1], high)
         else:
             merged.append([low, high])
-    if not merged or len(merged) > 2 or merged[-1][1] < LOWEST:
+    if not merged or len(merged) > 2 or merged[-1][1] < MIN_WALL_HEIGHT:
         return None
     top = merged[-1][1]
     if len(merged) == 2:
@@ -133,7 +133,7 @@ def _wall(run: Sequence[Stretch], first: Slab, slabs: dict[int, Slab]) -> Wall |
     heading, offset, thick = first.line
     start, end = run[0][0], run[-1][1]
     top = max(profile[2] for *_, profile in run if profile is not None)
-    if end - start < max(SHORTEST, thick * (SLENDER if top >= LOW else SLENDER_LOW)):
+    if end - start < max(MIN_LENGTH, thick * (SLENDER if top >= LOW_WALL_HEIGHT else SLENDER_LOW)):
         return None
     along = np.array([math.cos(heading), math.sin(heading)])
     across = np.array([-along[1], along[0]]) * offset
@@ -163,7 +163,7 @@ def _openings(run: Sequence[Stretch]) -> list[Opening] | None:
             holes[-1][1] = end
         else:
             holes.append([start, end, sill, head])
-    if any(end - start < NARROWEST for start, end, *_ in holes):
+    if any(end - start < MIN_OPENING for start, end, *_ in holes):
         return None
     origin = run[0][0]
     return [

@@ -12,7 +12,7 @@ from mjsim.models import RefusedXmlError, checked_xml, sdf_named_in
 
 MAX_XML = 50_000_000
 """Maximum size of a file [bytes]."""
-ABOVE = 4
+MAX_PARENTS = 4
 """Folders above the file in which models are looked for."""
 
 
@@ -66,13 +66,13 @@ class Folders:
 
     def _around(self) -> list[Path]:
         """Return the folders in which folders of models may be."""
-        above = [self.path.absolute().parent, *self.path.absolute().parents[1 : ABOVE + 1]]
+        above = [self.path.absolute().parent, *self.path.absolute().parents[1 : MAX_PARENTS + 1]]
         return [*self.search, *(place for folder in above for place in (folder / "models", folder))]
 
     def _existing(self, path: Path) -> Path | None:
         """Return a file or folder that exists below the folders that may be read, links followed; None otherwise."""
         above = self.path.absolute().parents
-        roots = [above[min(ABOVE, len(above) - 1)], *self.search]
+        roots = [above[min(MAX_PARENTS, len(above) - 1)], *self.search]
         try:
             place = Path(os.path.realpath(path))
             inside = any(place.is_relative_to(os.path.realpath(root)) for root in roots)

@@ -13,13 +13,13 @@ from mjsim.world import BoxObstacle, CylinderObstacle, Grid, Wall
 
 LEVEL, MARGIN = 0.3, 0.05
 """Height of the section, and its minimum distance from the ends of the mesh [m]."""
-WIDE, HIGH = 2.5, 0.1
+MIN_SHELL_WIDTH, MIN_SHELL_HEIGHT = 2.5, 0.1
 """Minimum width and height above the floor of such a mesh [m]."""
-HOLLOW = 0.5
+MAX_HOLLOW_SHARE = 0.5
 """A mesh whose section fills less than this fraction of its convex hull is hollow."""
-THICKEST = 0.3
+MAX_THICKNESS = 0.3
 """Maximum distance between the two faces of a wall [m]."""
-CELL, MOST_CELLS = 0.025, 2000
+CELL_SIDE, MAX_CELLS = 0.025, 2000
 """Side of a cell of the traced picture [m], and the maximum number along a side."""
 
 
@@ -57,7 +57,7 @@ def traced(solids: Sequence[SceneSolid]) -> Traced:
 
 def _is_wide(solid: SceneSolid) -> bool:
     low, high = solid.corners().min(axis=0), solid.corners().max(axis=0)
-    return bool(max((high - low)[:2]) >= WIDE and high[2] - max(low[2], 0.0) >= HIGH)
+    return bool(max((high - low)[:2]) >= MIN_SHELL_WIDTH and high[2] - max(low[2], 0.0) >= MIN_SHELL_HEIGHT)
 
 
 def _cut(solid: SceneSolid) -> Array:
@@ -70,7 +70,7 @@ def _cut(solid: SceneSolid) -> Array:
 
 def _is_hollow(segments: Array) -> bool:
     """Return whether outlines, shape (n, 2, 2) [m], surround little of their convex hull."""
-    return len(segments) > 0 and _filled(_grid(segments)) < HOLLOW
+    return len(segments) > 0 and _filled(_grid(segments)) < MAX_HOLLOW_SHARE
 
 
 def _section(triangles: Array, level: float) -> Array:
@@ -102,7 +102,7 @@ def _grid(segments: Array) -> Grid:
     import cv2
 
     low, high = segments.reshape(-1, 2).min(axis=0), segments.reshape(-1, 2).max(axis=0)
-    cell = max(CELL, float(max(high - low)) / MOST_CELLS)
+    cell = max(CELL_SIDE, float(max(high - low)) / MAX_CELLS)
     corner = low - 8 * cell
     columns, rows = (np.ceil((high - corner) / cell) + 8).astype(int).tolist()
     picture = np.zeros((rows, columns), dtype=np.uint8)
@@ -152,7 +152,7 @@ def _between_faces(picture: Any, cell: float) -> Any:
     depth = cv2.distanceTransform(outside, cv2.DIST_L2, 5)
     deepest = np.zeros(len(stats))
     np.maximum.at(deepest, parts.ravel().astype(np.int64), depth.ravel())
-    thin = deepest * cell <= THICKEST / 2 + cell
+    thin = deepest * cell <= MAX_THICKNESS / 2 + cell
     thin[0] = True
     return np.asarray(thin[parts])[1:-1, 1:-1]
 

@@ -18,7 +18,7 @@ KINDS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 """`datatype` of a `sensor_msgs/PointField` -> type of its numbers."""
 INTENSITIES, RINGS = ("intensity", "reflectivity", "i"), ("ring", "line", "channel")
 TIMES = ("time", "t", "offset_time", "timestamp", "time_stamp")
-LONGEST_TURN = 10.0
+MAX_TURN = 10.0
 """Maximum duration of a revolution; values farther apart are not times of points [s]."""
 SINCE_1970, IN_NANOSECONDS = 1e8, 1e14
 """Times of points above these values count from 1970, in seconds or nanoseconds [s, ns]."""
@@ -108,5 +108,5 @@ def _times(rows: NDArray[np.void], stamp: float) -> Array:
         values = values * 1e-9
     if np.abs(values).max() > SINCE_1970:
         values = values - stamp
-    fits = np.isfinite(values).all() and float(np.ptp(values)) <= LONGEST_TURN and np.abs(values).max() <= LONGEST_TURN
+    fits = np.isfinite(values).all() and float(np.ptp(values)) <= MAX_TURN and np.abs(values).max() <= MAX_TURN
     return values if fits else np.zeros(len(rows))

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.errors import LONGEST_MESSAGE
+from mjsim.errors import MAX_MESSAGE_LENGTH
 from mjsim.geometry import Array, Pose3
 from mjsim.logs.bags.bag_clocks import Clocks
 from mjsim.logs.bags.bag_clouds import end_of
@@ -30,7 +30,7 @@ MAX_BAG_LENGTHS, EXTRA_SECONDS = 10.0, 3600.0
 """Times farther from the median than this many lengths of the bag plus this many seconds are wrong [1, s]."""
 UNSTAMPED = ("geometry_msgs/msg/Twist", *TRANSFORMS)
 """Types without a header at their beginning."""
-LONGEST_SIMULATED = 1e8
+MAX_SIMULATED = 1e8
 """Stamps below are of a simulation, or count from the start of a robot; those since 1970 are far above [s]."""
 MAX_UNSET = 1000
 """Messages in which a stamp above 0, or a frame that moves, is looked for."""
@@ -121,7 +121,7 @@ class Contents:
         """Return whether the clock of the headers begins at 0, so that a stamp of 0 is a time, not a missing one."""
         stamped = {topic for topic in self._takes if self._bag.types[topic] not in UNSTAMPED}
         stamps = map(self._bag.stamp, islice(self._bag.messages(stamped), MAX_UNSET))
-        return 0.0 < next(filter(None, stamps), 0.0) < LONGEST_SIMULATED
+        return 0.0 < next(filter(None, stamps), 0.0) < MAX_SIMULATED
 
     def _read(self) -> None:
         """Read the bag."""
@@ -151,7 +151,7 @@ class Contents:
                 self._takes[message.topic](message)
             except ValueError as error:
                 self.left_out[message.topic] += 1
-                self.reasons.setdefault(message.topic, f"{error}"[:LONGEST_MESSAGE])
+                self.reasons.setdefault(message.topic, f"{error}"[:MAX_MESSAGE_LENGTH])
         for topic in self._unstamped:
             moves = self.moves[topic]
             times = self._clocks.stamps_at(np.array([row[0] for row in moves.twists]))

@@ -23,7 +23,7 @@ from mcap.reader import make_reader
 from numpy.typing import NDArray
 
 from mjsim.closing import Closes
-from mjsim.errors import LONGEST_MESSAGE, UsageError
+from mjsim.errors import MAX_MESSAGE_LENGTH, UsageError
 from mjsim.logs.bags.bag_parsing import BrokenBagError, parsing
 
 MAGICS = {b"#ROSBAG V": ".bag", b"SQLite format 3\x00": ".db3", b"\x89MCAP": ".mcap"}
@@ -87,7 +87,7 @@ class Bag(Closes):
                 self.is_ros2, self._decode = decoder_of(self._reader)
                 self._reader, self.set_back = going_on(self._reader, files_of(self._reader))
         except BrokenBagError as error:
-            raise UsageError(f"'{path}' is not a readable bag: {error}"[:LONGEST_MESSAGE]) from None
+            raise UsageError(f"'{path}' is not a readable bag: {error}"[:MAX_MESSAGE_LENGTH]) from None
         # `set_back`: when the clock of the recorder was set back, and by how much [s]; its times go on there.
         self.types: Mapping[str, str] = {each.topic: each.msgtype for each in self._reader.connections}
         """Topic -> name of its type, such as 'sensor_msgs/msg/LaserScan'."""

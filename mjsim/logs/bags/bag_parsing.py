@@ -4,7 +4,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from mjsim.errors import LONGEST_MESSAGE
+from mjsim.errors import MAX_MESSAGE_LENGTH
 
 ZSTD = b"\x28\xb5\x2f\xfd"
 """First bytes of zstd data; CDR messages start with a zero."""
@@ -35,4 +35,4 @@ def parsing() -> Iterator[None]:
     # rosbags and its decompressors may raise any exception for damaged files.
     except Exception as error:
         reason = " ".join(f"{error}".split()) or type(error).__name__
-        raise BrokenBagError(reason[:LONGEST_MESSAGE]) from error
+        raise BrokenBagError(reason[:MAX_MESSAGE_LENGTH]) from error

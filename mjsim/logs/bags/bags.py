@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from mjsim.errors import LONGEST_MESSAGE, UsageError
+from mjsim.errors import MAX_MESSAGE_LENGTH, UsageError
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import PointCloud, Scan, swept
 from mjsim.logs.bags.bag_cameras import cameras_of
@@ -70,7 +70,7 @@ def read_bag(path: Path, wishes: Wishes, stack: ExitStack) -> list[Log]:
     if not any(robot.all() for robot in robots) and not any(kind in TRANSFORMS for kind in bag.types.values()):
         types = ", ".join(sorted(set(bag.types.values()))) or "nothing"
         line = f"'{path}' holds no odometry, scans, clouds, pictures or IMU of ROS; it has {types}"
-        raise UsageError(line[:LONGEST_MESSAGE])
+        raise UsageError(line[:MAX_MESSAGE_LENGTH])
     contents = Contents(bag, robots)
     messages = BagMessages(bag, times_of(contents.streams))
     streams = [RobotStreams(bag, contents, messages, space=robot.space) for robot in robots]

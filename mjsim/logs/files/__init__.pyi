@@ -14,7 +14,7 @@ from .picture_files import listed_pictures as listed_pictures
 from .picture_files import paired_pictures as paired_pictures
 from .picture_files import usual_size as usual_size
 from .png_sums import require_sound as require_sound
-from .text_lines import LARGEST as LARGEST
+from .text_lines import MAX_NUMBER as MAX_NUMBER
 from .text_lines import left_out_cut as left_out_cut
 from .text_lines import lies_in as lies_in
 from .text_lines import lines_of as lines_of

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from mjsim.errors import LONGEST_MESSAGE, UsageError, did_you_mean
+from mjsim.errors import MAX_MESSAGE_LENGTH, UsageError, did_you_mean
 from mjsim.geometry import Array, headings
 from mjsim.logs.files.number_table import NORM_TOLERANCE, is_number
-from mjsim.logs.files.text_lines import LARGEST, left_out_cut, lines_of
+from mjsim.logs.files.text_lines import MAX_NUMBER, left_out_cut, lines_of
 
 DECIMAL = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
 """A number with a decimal comma."""
@@ -60,7 +60,7 @@ class CsvTable:
                 when = datetime.fromisoformat(word)
             except ValueError:
                 problem = f"{self.names[self._index(name)]} is {word[:40]!r}; write a number, or 2026-01-31T12:00:00.5"
-                raise UsageError(f"{self.path}:{line}: {problem}"[:LONGEST_MESSAGE]) from None
+                raise UsageError(f"{self.path}:{line}: {problem}"[:MAX_MESSAGE_LENGTH]) from None
             found.append((when if when.tzinfo else when.replace(tzinfo=UTC)).timestamp())
         return np.array(found)
 
@@ -76,7 +76,9 @@ class CsvTable:
         ]
         if not kept:
             named = ", ".join(self.names[column] for column in columns)
-            raise UsageError(f"'{self.path}' holds no row with values of {named}; name other columns"[:LONGEST_MESSAGE])
+            raise UsageError(
+                f"'{self.path}' holds no row with values of {named}; name other columns"[:MAX_MESSAGE_LENGTH]
+            )
         if len(kept) == len(self.rows):
             return self
         return replace(self, rows=[self.rows[k] for k in kept], lines=[self.lines[k] for k in kept])
@@ -114,9 +116,13 @@ class CsvTable:
                 raise UsageError(f"'{self.path}' has {len(self.names)} columns; there is no column {name}")
             return name - 1
         if name not in self.names:
-            raise UsageError(f"no column '{name}' in '{self.path}'{did_you_mean(name, self.names)}"[:LONGEST_MESSAGE])
+            raise UsageError(
+                f"no column '{name}' in '{self.path}'{did_you_mean(name, self.names)}"[:MAX_MESSAGE_LENGTH]
+            )
         if (count := self.names.count(name)) > 1:
-            raise UsageError(f"'{self.path}' has {count} columns '{name}'; give its number, from 1"[:LONGEST_MESSAGE])
+            raise UsageError(
+                f"'{self.path}' has {count} columns '{name}'; give its number, from 1"[:MAX_MESSAGE_LENGTH]
+            )
         return self.names.index(name)
 
     def _numbers(self, indices: Sequence[int], *, finite: bool = True) -> Array:
@@ -125,7 +131,7 @@ class CsvTable:
             for index in indices:
                 if not accepted(row[index]):
                     problem = f"{self.names[index]} is {row[index][:40]!r}; it must be {right}"
-                    raise UsageError(f"{self.path}:{line}: {problem}"[:LONGEST_MESSAGE])
+                    raise UsageError(f"{self.path}:{line}: {problem}"[:MAX_MESSAGE_LENGTH])
         return np.array([[float(row[index]) for index in indices] for row in self.rows])
 
 
@@ -202,7 +208,7 @@ def _below_names(
     first, following = (any(map(is_number, row)) for row in rows[:2]) if len(rows) > 1 else (True, True)
     if first or not following or notes is None:
         return list(rows), lines
-    notes[f"line of {path.name} below the names of columns left out"] = ", ".join(rows[0])[:LONGEST_MESSAGE]
+    notes[f"line of {path.name} below the names of columns left out"] = ", ".join(rows[0])[:MAX_MESSAGE_LENGTH]
     return list(rows[1:]), lines[1:]
 
 
@@ -219,7 +225,7 @@ def _with_point(word: str) -> str:
 
 
 def _is_finite(word: str) -> bool:
-    return is_number(word) and abs(float(word)) <= LARGEST
+    return is_number(word) and abs(float(word)) <= MAX_NUMBER
 
 
 def headings_in(table: CsvTable, names: Sequence[str | int]) -> Array:

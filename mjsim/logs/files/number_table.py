@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from mjsim.errors import LONGEST_MESSAGE, UsageError
+from mjsim.errors import MAX_MESSAGE_LENGTH, UsageError
 from mjsim.geometry import Array
-from mjsim.logs.files.text_lines import LARGEST, left_out_cut, lines_of
+from mjsim.logs.files.text_lines import MAX_NUMBER, left_out_cut, lines_of
 
 TIME = "time"
 """Name of the column whose values must not decrease."""
@@ -60,7 +60,7 @@ def read_table(
         except ValueError as error:
             if rows and left_out_cut(path, line, notes):
                 break
-            raise UsageError(f"{path}:{number}: {error}"[:LONGEST_MESSAGE]) from None
+            raise UsageError(f"{path}:{number}: {error}"[:MAX_MESSAGE_LENGTH]) from None
         rows.append(row)
     if not rows:
         raise UsageError(f"'{path}' holds no numbers; each line has {len(columns)}: {', '.join(columns)}")
@@ -90,8 +90,8 @@ def _row(words: Sequence[str], columns: Sequence[str], positive: Collection[str]
             value = math.nan
         if not math.isfinite(value):
             raise ValueError(f"{column} is {word[:40]!r}; it must be a finite number")
-        if abs(value) > LARGEST:
-            raise ValueError(f"{column} is {word[:40]!r}; it must be at most {LARGEST:g}")
+        if abs(value) > MAX_NUMBER:
+            raise ValueError(f"{column} is {word[:40]!r}; it must be at most {MAX_NUMBER:g}")
         if column in positive and value <= 0.0:
             raise ValueError(f"{column} is {value:g}; it must be above 0")
         row.append(value)

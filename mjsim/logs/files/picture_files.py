@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mjsim.errors import LONGEST_MESSAGE, UsageError
+from mjsim.errors import MAX_MESSAGE_LENGTH, UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Intrinsics
 from mjsim.logs.files.png_sums import require_sound
@@ -96,7 +96,7 @@ def _listed(
         if not np.isfinite(stamp) or not lies_in(file, path.parent):
             raise UsageError(f"{path}:{number}: {line.strip()[:60]!r}; the time is finite, the path in the folder")
         if not file.is_file():
-            missing.append(f"{path}:{number}: no file '{name}'"[:LONGEST_MESSAGE])
+            missing.append(f"{path}:{number}: no file '{name}'"[:MAX_MESSAGE_LENGTH])
             continue
         stamps.append(stamp)
         files.append(file)
@@ -150,5 +150,5 @@ def usual_size(files: Sequence[Path]) -> tuple[int, int]:
         except (ValueError, DamagedReadingError) as error:
             problems.append(f"{error}" if isinstance(error, DamagedReadingError) else f"'{files[number]}' {error}")
     if not sizes:
-        raise UsageError(problems[0][:LONGEST_MESSAGE])
+        raise UsageError(problems[0][:MAX_MESSAGE_LENGTH])
     return sizes.most_common(1)[0][0]

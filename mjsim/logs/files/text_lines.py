@@ -13,11 +13,11 @@ from typing import IO, Any, cast
 
 from mjsim.errors import UsageError
 
-LONGEST_LINE = 1 << 20
+MAX_LINE_LENGTH = 1 << 20
 """Maximum length of a line [bytes]."""
 MIN_UNPACKED_LIMIT, MAX_COMPRESSION = 16 << 20, 20
 """Maximum length of a text: so much, or so many times the size of its file if that is compressed [bytes]."""
-LARGEST = 1e30
+MAX_NUMBER = 1e30
 """Largest number in a log; products of larger ones overflow."""
 _HEAD_BYTES = 1 << 16
 """Bytes from the beginning of a text, by which its lines and its packing are known."""
@@ -48,7 +48,7 @@ def lines_of(path: Path, notes: dict[str, str] | None = None) -> Iterator[str]:
             packed.seek(0)
             # The encoding that spreadsheets call Unicode text.
             file = codecs.EncodedFile(packed, "utf-8", "utf-16", errors="replace") if wide else _ended(packed)
-            while line := file.readline(LONGEST_LINE):
+            while line := file.readline(MAX_LINE_LENGTH):
                 if (left := left - len(line)) < 0:
                     raise UsageError(
                         f"'{path}' unpacks to more than {MAX_COMPRESSION} times its size; unpack it yourself"

@@ -24,10 +24,10 @@ from pathlib import Path
 
 import numpy as np
 
-from mjsim.errors import LONGEST_MESSAGE, UsageError
+from mjsim.errors import MAX_MESSAGE_LENGTH, UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Scan
-from mjsim.logs.files import LARGEST, left_out_cut, lines_of
+from mjsim.logs.files import MAX_NUMBER, left_out_cut, lines_of
 from mjsim.logs.resampling import MOTION, ForwardClock, Log, MotionNoise, Mount, RobotLog, kept
 
 MESSAGE_KINDS = ("ODOM", "FLASER", "RLASER", "TRUEPOS", "PARAM", "SYNC")
@@ -134,7 +134,7 @@ def _read(path: Path, notes: dict[str, str], clock: ForwardClock) -> _Found:
             if (found.odometry or found.scans) and left_out_cut(path, line, notes):
                 break
             why = str(error) if isinstance(error, ValueError) else f"{words[0]} has too few values"
-            raise UsageError(f"{path}:{number}: {why}"[:LONGEST_MESSAGE]) from None
+            raise UsageError(f"{path}:{number}: {why}"[:MAX_MESSAGE_LENGTH]) from None
     return found
 
 
@@ -318,9 +318,9 @@ def _numbers(words: Sequence[str], begin: int, end: int) -> list[float]:
     """Return the finite numbers at some places of a line."""
     values = _values(words, begin, end)
     # Written so that NaN fails too.
-    if not all(abs(value) <= LARGEST for value in values):
-        bad = next(word for word, value in zip(words[begin:end], values, strict=True) if not abs(value) <= LARGEST)
-        raise ValueError(f"{words[0]} holds {bad[:40]!r}; numbers must be finite, and at most {LARGEST:g}")
+    if not all(abs(value) <= MAX_NUMBER for value in values):
+        bad = next(word for word, value in zip(words[begin:end], values, strict=True) if not abs(value) <= MAX_NUMBER)
+        raise ValueError(f"{words[0]} holds {bad[:40]!r}; numbers must be finite, and at most {MAX_NUMBER:g}")
     return values
 
 

@@ -11,14 +11,14 @@ from mjsim.world import Model
 
 
 def _column(value: str | int) -> str | int:
-    if isinstance(value, str) and not 0 < len(value) <= LONGEST_NAME:
+    if isinstance(value, str) and not 0 < len(value) <= MAX_NAME_LENGTH:
         raise ValueError(f"a column of {len(value)} letters; it is a name, or a number from 1")
     if isinstance(value, int) and value < 1:
         raise ValueError(f"there is no column {value}; columns are counted from 1")
     return value
 
 
-LONGEST_NAME = 200
+MAX_NAME_LENGTH = 200
 """Maximum length of a column name."""
 Column = Annotated[str | int, AfterValidator(_column)]
 """The name of a column, or its number from 1."""

@@ -21,11 +21,19 @@ from typing import Any
 
 import numpy as np
 
-from mjsim.errors import LONGEST_MESSAGE, UsageError
+from mjsim.errors import MAX_MESSAGE_LENGTH, UsageError
 from mjsim.geometry import Array
 from mjsim.interface import ImuReading, Intrinsics
 from mjsim.logs.bags import assumed_intrinsics
-from mjsim.logs.files import LARGEST, frame_in, lines_of, listed_pictures, read_csv, usual_size, with_unit_quaternions
+from mjsim.logs.files import (
+    MAX_NUMBER,
+    frame_in,
+    lines_of,
+    listed_pictures,
+    read_csv,
+    usual_size,
+    with_unit_quaternions,
+)
 from mjsim.logs.resampling import AHEAD, Log, Mount, Readings, RobotLog, longest_gap
 from mjsim.record import LoggedCamera, LoggedFrame
 from mjsim.world import read_text
@@ -112,9 +120,9 @@ def _imu(folder: Path, notes: dict[str, str]) -> tuple[Mount, list[ImuReading]]:
     times, values = table.column(1), table.block(2, but=1)
     if values.shape[1] < 6:
         raise UsageError(f"'{table.path}' has {values.shape[1]} columns beside time; it needs 3 rates, 3 accelerations")
-    if wild := int(np.count_nonzero(np.abs(values[:, :6]) > LARGEST)):
+    if wild := int(np.count_nonzero(np.abs(values[:, :6]) > MAX_NUMBER)):
         notes[f"infinite or huge numbers of {folder.name}/data.csv left out"] = str(wild)
-        values = np.where(np.abs(values) > LARGEST, np.nan, values)
+        values = np.where(np.abs(values) > MAX_NUMBER, np.nan, values)
     # Quantities that only a gyroscope could measure are NaN.
     turns, forces = values[:, :3], values[:, 3:6]
     rows = zip((times * NANOSECOND).tolist(), forces @ place[:3, :3].T, turns @ place[:3, :3].T, strict=True)
@@ -165,7 +173,7 @@ def _yaml(file: Path) -> Mapping[str, Any]:
     # Nested aliases could expand to any number of values.
     node, problems = read_text(text, file=str(file))
     if problems:
-        raise UsageError(f"{problems[0]} (of a calibration in YAML)"[:LONGEST_MESSAGE])
+        raise UsageError(f"{problems[0]} (of a calibration in YAML)"[:MAX_MESSAGE_LENGTH])
     content = None if node is None else node.value
     if not isinstance(content, dict):
         raise UsageError(f"'{file}' holds no keys; it needs a calibration")

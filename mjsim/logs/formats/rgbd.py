@@ -23,7 +23,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from mjsim.errors import LONGEST_MESSAGE, UsageError
+from mjsim.errors import MAX_MESSAGE_LENGTH, UsageError
 from mjsim.geometry import Array, Pose3
 from mjsim.interface import CameraFrame, ImuReading, Intrinsics
 from mjsim.logs.bags import shown_depth
@@ -199,7 +199,7 @@ def _settings(file: Path, width: int, height: int) -> Intrinsics:
             float(settings.get(key, "0")) for key in lens
         ]
     except (KeyError, ValueError) as error:
-        raise UsageError(f"'{file}' has no number Camera.fx, fy, cx or cy: {error}"[:LONGEST_MESSAGE]) from None
+        raise UsageError(f"'{file}' has no number Camera.fx, fy, cx or cy: {error}"[:MAX_MESSAGE_LENGTH]) from None
     if not np.isfinite(numbers).all() or min(numbers[:2]) <= 0.0:
         raise UsageError(f"'{file}': focal lengths are {numbers[0]:g} and {numbers[1]:g}; they must be above 0")
     intrinsics = _calibrated(numbers, width, height)

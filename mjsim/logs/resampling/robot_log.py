@@ -22,7 +22,7 @@ from mjsim.world import World
 
 SAME_TIME = 2e-6
 """Times that differ by less are equal: the resolution of times since 1970, as usually written and as doubles [s]."""
-LONGEST_WAIT = 2.0
+MAX_WAIT = 2.0
 """Maximum time that a scan waits for its own tick; later scans are left out [s]."""
 NO_ODOMETRY = "none; the motion of each tick is unknown"
 """Entry of the metadata for a log without odometry."""
@@ -123,7 +123,7 @@ def _readings_at(stamps: Array, edges: Array) -> dict[int, int]:
     assigned, following = {}, int(np.searchsorted(stamps, edges[0] - SAME_TIME))
     for row, count in enumerate(arrived):
         if following < count:
-            if edges[row] - stamps[following] > LONGEST_WAIT:
+            if edges[row] - stamps[following] > MAX_WAIT:
                 following = count - 1
             assigned[row] = following
             following += 1

@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from mjsim.errors import LONGEST_MESSAGE, UsageError, WorldError
+from mjsim.errors import MAX_MESSAGE_LENGTH, UsageError, WorldError
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import Command, Observation
 from mjsim.logs.resampling.record_output import Output
@@ -142,7 +142,7 @@ def generated_world(text: str, source: str) -> World:
         return parse_world(text)
     except WorldError as error:
         # Positions in a generated text mean nothing to the user.
-        raise UsageError(f"{source} make no recording: {error.problems[0].message}"[:LONGEST_MESSAGE]) from None
+        raise UsageError(f"{source} make no recording: {error.problems[0].message}"[:MAX_MESSAGE_LENGTH]) from None
 
 
 def _ticks(sim: Simulation, robots: Mapping[str, "_Robot"], count: int) -> Iterator[Tick]:

@@ -8,7 +8,7 @@ from typing import Generic, Protocol, TypeVar, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.errors import LONGEST_MESSAGE
+from mjsim.errors import MAX_MESSAGE_LENGTH
 from mjsim.geometry import Array
 from mjsim.interface import ImuReading
 
@@ -49,7 +49,7 @@ class Damage:
         """Return the metadata about them, which is complete after the last reading."""
         facts = {f"damaged {what} left out": str(count) for what, count in self.counts.items()}
         firsts = {f"first of the damaged {what} left out": why for what, why in self.reasons.items()}
-        return {fact: value[:LONGEST_MESSAGE] for fact, value in (*facts.items(), *firsts.items())}
+        return {fact: value[:MAX_MESSAGE_LENGTH] for fact, value in (*facts.items(), *firsts.items())}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
-from mjsim.errors import LONGEST_MESSAGE, UsageError
+from mjsim.errors import MAX_MESSAGE_LENGTH, UsageError
 from mjsim.logs.resampling.log import Log
 
 MIN_PICTURE_SIDE, MAX_PICTURE_SIDE = 16, 4096
@@ -42,5 +42,5 @@ def require_motion(log: Log, source: Path) -> None:
         )
         raise UsageError(
             f"'{source}' holds no odometry, scans, clouds, pictures, IMU or sightings; there is nothing to record"
-            f"{f' ({unread})' if unread else ''}"[:LONGEST_MESSAGE]
+            f"{f' ({unread})' if unread else ''}"[:MAX_MESSAGE_LENGTH]
         )

@@ -8,7 +8,7 @@ from mjsim.models.inertia_repair import mend_inertias
 from mjsim.models.model_sources import Element
 from mjsim.models.xml_text import RefusedXmlError, checked_xml
 
-FEATHER = 1e-12
+MIN_MASS = 1e-12
 """Mass of a link that weighs nothing: below errors of rounding [kg]."""
 UNFIT = ("breaks the triangle", "principal moment", "is no number")
 """Messages of MuJoCo about impossible inertias."""
@@ -76,7 +76,7 @@ def _number(text: str) -> float:
 
 def checked_inertias(root: Element, path: str) -> list[str]:
     """Return notes on assumed masses; raise ArmFileError for an impossible inertia."""
-    notes = mend_inertias(root, path, feather=FEATHER)
+    notes = mend_inertias(root, path, feather=MIN_MASS)
     for note in notes:
         if any(words in note for words in UNFIT):
             name = note.partition("'")[2].partition("'")[0]

@@ -28,7 +28,7 @@ from mjsim.models.rigid import weighed
 from mjsim.models.robot_meshes import PlainMeshes, without_shapes
 from mjsim.models.rotations import frame_at
 
-WEIGHTLESS = 1e-9
+MIN_MASS = 1e-9
 """A link with a smaller mass has no mass in its file [kg]."""
 INSTEAD = "it cannot be read; collision shapes are used instead"
 TOOLS = [re.compile(rf"(^|_){word}(_link|_frame)?$") for word in ("tcp", "tool0", "tool", "attachment_site", "flange")]
@@ -126,8 +126,8 @@ def read_arm(
         without_shapes(root, gatherer.missing)
     for compiler in (*root.findall("compiler"), *root.findall("mujoco/compiler")):
         # Massless links are checked later; MuJoCo rejects them.
-        compiler.set("boundmass", str(1e-3 * WEIGHTLESS))
-        compiler.set("boundinertia", str(1e-3 * WEIGHTLESS))
+        compiler.set("boundmass", str(1e-3 * MIN_MASS))
+        compiler.set("boundinertia", str(1e-3 * MIN_MASS))
     files = ModelFiles(root, gatherer.assets, tuple(gatherer.paths), frozenset(gatherer.sums))
     model = _compiled(files)
     tree = tree_of(model)
@@ -330,7 +330,7 @@ def _links_of(
             after=_inverse(joint_in_body),
             slide=slide,
             bounds=(low, high),
-            mass=0.0 if not whole else mass if mass > WEIGHTLESS else None,
+            mass=0.0 if not whole else mass if mass > MIN_MASS else None,
             center=turn.T @ (center - place) if whole else np.zeros(3),
             inertia=turn.T @ inertia @ turn if whole else np.zeros((3, 3)),
             armature=float(model.dof_armature[dof]),

@@ -10,7 +10,7 @@ from mjsim.models.model_reader import seen_and_touched
 from mjsim.models.rigid import SINGLE, AtRest, at_rest
 from mjsim.models.robots.robot_files import RobotFiles
 
-FINE = 4000
+MAX_CORNERS = 4000
 """Maximum number of corners of a shape that are examined."""
 
 
@@ -157,7 +157,7 @@ def _shapes(rest: AtRest, numbers: dict[int, int], *, urdf: bool) -> tuple[Shape
         names = [model.geom(number).name, model.body(body).name]
         if model.geom_type[number] == mujoco.mjtGeom.mjGEOM_MESH:
             names.append(model.mesh(int(model.geom_dataid[number])).name)
-        fewer = points[:: max(1, len(points) // FINE)]
+        fewer = points[:: max(1, len(points) // MAX_CORNERS)]
         # The outermost corners determine the size.
         ends = points[np.concatenate([points.argmin(axis=0), points.argmax(axis=0)])]
         whole = np.concatenate([fewer, ends])

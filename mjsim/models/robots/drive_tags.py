@@ -71,8 +71,8 @@ def _commanded(root: Element) -> Iterator[tuple[str, float]]:
     for control in root.iter("ros2_control"):
         for joint in control.findall("joint"):
             for command in joint.findall("command_interface"):
-                params = {param.get("name", ""): number_of(param.text) for param in command.findall("param")}
-                top = params.get("max")
+                values = {param.get("name", ""): number_of(param.text) for param in command.findall("param")}
+                top = values.get("max")
                 if command.get("name") == "velocity" and top is not None and top > 0.0 and top not in PLACEHOLDERS:
                     yield joint.get("name", ""), top
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from mjsim.models.model_sources import Element
 
-FEWEST_HINGES = 2
+MIN_HINGES = 2
 """Minimum number of hinges of a robot: those of its wheels."""
 _FREE = "freejoint"
 _JOINTS = ("joint", _FREE)
@@ -27,7 +27,7 @@ def without_scenery(root: Element, path: str) -> Iterator[str]:
     attached to the world, nothing is removed.
     """
     worlds = root.findall("worldbody")
-    robots = [body for world in worlds for body in world.findall("body") if _hinges(body) >= FEWEST_HINGES]
+    robots = [body for world in worlds for body in world.findall("body") if _hinges(body) >= MIN_HINGES]
     if len(robots) != 1:
         return
     scenery = [
@@ -51,7 +51,7 @@ def without_mjcf_rails(root: Element, path: str) -> Iterator[str]:
         rails = list(_rails(body))
         joints = [joint for _, joint in rails]
         turning = _hinges(body) - sum(joint.get("type", "hinge") == "hinge" for joint in joints)
-        if turning < FEWEST_HINGES or not any(joint.get("type") == "slide" for joint in joints):
+        if turning < MIN_HINGES or not any(joint.get("type") == "slide" for joint in joints):
             continue
         for carrier, joint in rails:
             carrier.remove(joint)

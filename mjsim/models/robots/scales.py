@@ -6,7 +6,7 @@ from xml.etree.ElementTree import Element
 from mjsim.models.inertia_repair import number_of
 
 AXES = 3
-THIN = 1e-3
+MIN_SIDE = 1e-3
 """Replacement for a side of length 0 [m]."""
 _SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "capsule": ("radius", "length"), "sphere": ("radius",)}
 
@@ -48,5 +48,5 @@ def _mended_size(shape: Element) -> str | None:
     if shape.tag != "box" and not numbers[0]:
         return None  # A rod of radius 0 is a mistake.
     for key, side in sides.items():
-        shape.set(key, " ".join(format(number or THIN, ".9g") for number in side))
-    return f"is flat; made {THIN:g} m thin"
+        shape.set(key, " ".join(format(number or MIN_SIDE, ".9g") for number in side))
+    return f"is flat; made {MIN_SIDE:g} m thin"

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from mjsim.models.inertia_repair import number_of
 from mjsim.models.model_sources import Element
 
-FEWEST_WHEELS = 2
+MIN_WHEELS = 2
 """Minimum number of wheels of a robot."""
 
 
@@ -40,7 +40,7 @@ def freed_wheels(root: Element, path: str) -> Iterator[str]:
         return "wheel" in names and not any(word in names for word in ("caster", "castor"))
 
     wheels = [joint for joint in joints if is_wheel(joint)]
-    if len(wheels) < FEWEST_WHEELS or any(joint.get("type") != "fixed" for joint in wheels):
+    if len(wheels) < MIN_WHEELS or any(joint.get("type") != "fixed" for joint in wheels):
         return
     for joint in wheels:
         joint.set("type", "continuous")

@@ -12,15 +12,15 @@ Value: TypeAlias = bool | int | float | str | list[Any] | tuple[Any, ...] | dict
 
 STEPS = 1_000_000
 """Maximum number of steps in which a file is expanded; a value costs its size."""
-LARGEST = 100_000
+MAX_VALUE_SIZE = 100_000
 """Maximum size of a value: characters, or entries including those of what it holds."""
 MAX_BITS = 256
 """Maximum size of a whole number."""
-MOST_CALLS = 750
+MAX_CALLS = 750
 """Maximum nesting of elements, macros, properties and expressions [calls of Python, which allows 1000]."""
-LONGEST_NAME, MOST_NAMES = 60, 100
+MAX_NAME_LENGTH, MAX_NAMES = 60, 100
 """Of names that messages suggest."""
-CHARACTERS = 8
+CHARACTERS_PER_STEP = 8
 """Number of characters that cost a step."""
 
 
@@ -68,7 +68,7 @@ class XacroBudget:
         Raises:
             XacroError: There are too many.
         """
-        if self._depth + calls > MOST_CALLS:
+        if self._depth + calls > MAX_CALLS:
             raise XacroError("it is nested too deeply; make it flatter")
         self._depth += calls
         try:
@@ -79,7 +79,9 @@ class XacroBudget:
 
 def likely(name: str, known: Iterable[str]) -> str:
     """Return '; did you mean ...?' or a list of what is known, for names of any length."""
-    return did_you_mean(name[:LONGEST_NAME], sorted(each for each in known if len(each) <= LONGEST_NAME)[:MOST_NAMES])
+    return did_you_mean(
+        name[:MAX_NAME_LENGTH], sorted(each for each in known if len(each) <= MAX_NAME_LENGTH)[:MAX_NAMES]
+    )
 
 
 def _require_characters(text: str) -> None:
@@ -95,7 +97,7 @@ def weight_of(value: object) -> int:
     Raises:
         XacroError: It is larger than allowed, or of another kind.
     """
-    return 1 + size_of(value) // CHARACTERS if isinstance(value, str) else size_of(value)
+    return 1 + size_of(value) // CHARACTERS_PER_STEP if isinstance(value, str) else size_of(value)
 
 
 def size_of(value: object) -> int:
@@ -120,6 +122,6 @@ def size_of(value: object) -> int:
                 raise TooLargeError
         elif not isinstance(each, float | None):
             raise XacroError(f"a value of the kind {type(each).__name__} is not for xacro; write a number or a text")
-        if size + len(waiting) > LARGEST:
+        if size + len(waiting) > MAX_VALUE_SIZE:
             raise TooLargeError
     return size

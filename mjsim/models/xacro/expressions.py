@@ -13,7 +13,7 @@ from mjsim.models.xacro.scope import Scope
 from mjsim.models.xacro.xacro_functions import BINARY, COMPARISONS, METHODS, UNARY, Function, Module
 from mjsim.syntax import parse_python
 
-LONGEST = 4000
+MAX_CHARACTERS = 4000
 """Maximum length of an expression [characters]."""
 Known: TypeAlias = Value | Function | Module | Scope
 """What a name may stand for."""
@@ -46,8 +46,8 @@ def evaluated(text: str, lookup: Callable[[str], Known], budget: XacroBudget) ->
 
 def _tree(text: str) -> ast.expr:
     """Return the syntax tree of one expression."""
-    if len(text) > LONGEST:
-        raise XacroError(f"an expression has more than {LONGEST} characters; make it shorter")
+    if len(text) > MAX_CHARACTERS:
+        raise XacroError(f"an expression has more than {MAX_CHARACTERS} characters; make it shorter")
     try:
         match parse_python(text.strip()).body:
             case [ast.Expr(value=tree)]:

@@ -13,7 +13,7 @@ _WITH_DEFAULT = re.compile(
 )
 """A parameter with the value that it has by default: `name:=1`, `name:='a b'`, `name:=^`, `name:=^|1`."""
 _PLAIN = re.compile(r"\s*(?P<name>\S+)\s*")
-MOST_PARAMETERS = 200
+MAX_PARAMETERS = 200
 """Maximum number of parameters."""
 
 
@@ -93,8 +93,8 @@ def parameters_of(text: str) -> tuple[tuple[str, ...], dict[str, Default]]:
             defaults[match["name"]] = Default(match["forward"] is not None, match["default"] or None)
         else:
             match = _PLAIN.match(text, at)
-        if match is None or len(names) >= MOST_PARAMETERS:
-            raise XacroError(f"a macro has more than {MOST_PARAMETERS} parameters; make it simpler")
+        if match is None or len(names) >= MAX_PARAMETERS:
+            raise XacroError(f"a macro has more than {MAX_PARAMETERS} parameters; make it simpler")
         names.append(match["name"])
         at = match.end()
     return tuple(names), defaults

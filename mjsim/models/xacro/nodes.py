@@ -11,7 +11,7 @@ NAME = re.compile(r"[^\W\d][\w.-]*(?::[^\W\d][\w.-]*)?")
 """Names of elements and attributes."""
 SPACE = "xacro"
 """Part of all namespaces that files give xacro's elements, such as http://ros.org/wiki/xacro."""
-ELEMENT = 15
+STEPS_PER_ELEMENT = 15
 """Steps that an element costs."""
 
 
@@ -69,7 +69,7 @@ class _Reader:
         self.parser.StartCdataSectionHandler, self.parser.EndCdataSectionHandler = self._cdata, self._cdata_end
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
-        self._budget.spend(ELEMENT)
+        self._budget.spend(STEPS_PER_ELEMENT)
         declared = {name: value for name, value in attributes.items() if name.startswith("xmlns:")}
         self._prefixes |= {name[6:] for name, value in declared.items() if SPACE in value.lower()}
         kept = {

@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 from mjsim.errors import UsageError, printable
 from mjsim.models.xacro.nodes import XacroNode, nodes_of, written
 from mjsim.models.xacro.substitution import Given
-from mjsim.models.xacro.xacro_expand import DEEPEST, Expander, Files
+from mjsim.models.xacro.xacro_expand import MAX_DEPTH, Expander, Files
 from mjsim.models.xml_text import RefusedXmlError, checked_xml
 
 MAX_BYTES = 8_000_000
@@ -92,7 +92,7 @@ def parsed(data: bytes, path: Path) -> tuple[str, ElementTree.Element]:
     if len(data) > MAX_BYTES:
         raise UsageError(f"{path} has {len(data) / 1e6:.0f} MB of XML; it must have at most {MAX_BYTES // 10**6} MB")
     try:
-        text = checked_xml(data, deepest=DEEPEST)
+        text = checked_xml(data, deepest=MAX_DEPTH)
         return text, ElementTree.fromstring(text)
     except ElementTree.ParseError as error:
         line, column = error.position

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Protocol
 
 from mjsim.errors import UsageError, printable
-from mjsim.models.xacro.budget import CHARACTERS, Value, XacroBudget, XacroError, likely
+from mjsim.models.xacro.budget import CHARACTERS_PER_STEP, Value, XacroBudget, XacroError, likely
 from mjsim.models.xacro.macros import Macro, Macros, macro_of
-from mjsim.models.xacro.nodes import ELEMENT, NAME, Verbatim, XacroNode, nodes_of
+from mjsim.models.xacro.nodes import NAME, STEPS_PER_ELEMENT, Verbatim, XacroNode, nodes_of
 from mjsim.models.xacro.scope import Scope
 from mjsim.models.xacro.substitution import Given, Substitution, is_true, literal
 from mjsim.models.xacro.xacro_functions import PYTHON, known_names
@@ -18,7 +18,7 @@ from mjsim.models.xml_text import RefusedXmlError, checked_xml
 
 ABSENT = "which was not found"
 """Part of the message about a package that is missing."""
-DEEPEST = 100
+MAX_DEPTH = 100
 """Maximum nesting of elements in a file."""
 PREFIXES = ("namespace", "prefix", "tf_prefix")
 """Prefixes of part names that a launch file sets, often undeclared; empty here."""
@@ -108,7 +108,7 @@ class Expander:
 
     def _expand(self, node: XacroNode, into: XacroNode, scope: Scope, macros: Macros) -> None:
         """Append what the attributes and children of an element become to another."""
-        self.budget.spend(ELEMENT + len(node.attributes))
+        self.budget.spend(STEPS_PER_ELEMENT + len(node.attributes))
         for name, value in node.attributes.items():
             prefix, colon, _ = name.partition(":")
             if not colon or prefix != "xacro":
@@ -132,7 +132,7 @@ class Expander:
             into.children.append(made)
             self._expand(node, made, scope, macros)
         else:
-            self.budget.spend(ELEMENT)
+            self.budget.spend(STEPS_PER_ELEMENT)
             self._words.get(node.word, self._call)(node, into, scope, macros)
 
     def _property(self, node: XacroNode, _: XacroNode, scope: Scope, __: Macros) -> None:
@@ -320,14 +320,16 @@ class Expander:
 
     def _contents(self, path: Path) -> bytes:
         data = self._files.read(path)
-        self.budget.spend(len(data) // CHARACTERS)
+        self.budget.spend(len(data) // CHARACTERS_PER_STEP)
         return data
 
     def _root_of(self, path: Path) -> XacroNode:
         """Return the root of an included file."""
         if path not in self._read:
             try:
-                self._read[path] = nodes_of(checked_xml(self._contents(path), deepest=DEEPEST), str(path), self.budget)
+                self._read[path] = nodes_of(
+                    checked_xml(self._contents(path), deepest=MAX_DEPTH), str(path), self.budget
+                )
             except RefusedXmlError as error:
                 raise XacroError(f"{path} {error}") from None
         return self._read[path]

@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from mjsim.models.xacro.budget import LARGEST, MAX_BITS, TooLargeError, Value, XacroError, size_of
+from mjsim.models.xacro.budget import MAX_BITS, MAX_VALUE_SIZE, TooLargeError, Value, XacroError, size_of
 
 MAX_ARGUMENT = 200
 """Maximum argument of functions whose result grows faster than a power."""
-LONGEST_RANGE = 10_000
+MAX_RANGE = 10_000
 MAX_DIGITS = 30
 """Maximum number of digits to which a number is rounded."""
 _CONVERSIONS = re.compile(r"(?:[^%]|%%|%(?:\(\w+\))?[-+ #]*\d{0,2}(?:\.\d{0,2})?[diouxXeEfFgGsr])*")
@@ -55,7 +55,11 @@ def power(base: Any, exponent: Any) -> Any:
 def product(left: Any, right: Any) -> Any:
     """Return a product of numbers, or a sequence that is repeated as often as its size allows."""
     for sequence, count in ((left, right), (right, left)):
-        if isinstance(sequence, str | list | tuple) and isinstance(count, int) and size_of(sequence) * count > LARGEST:
+        if (
+            isinstance(sequence, str | list | tuple)
+            and isinstance(count, int)
+            and size_of(sequence) * count > MAX_VALUE_SIZE
+        ):
             raise TooLargeError
     return left * right
 
@@ -65,14 +69,14 @@ def remainder(left: Any, right: Any) -> Any:
     if isinstance(left, str):
         if not _CONVERSIONS.fullmatch(left):
             raise XacroError(f"'{left:.40}' is no text with conversions such as %d and %.3f")
-        if left.count("%") * (size_of(right) + WIDEST) > LARGEST:
+        if left.count("%") * (size_of(right) + WIDEST) > MAX_VALUE_SIZE:
             raise TooLargeError
     return left % right
 
 
 def _range(*bounds: int) -> Value:
     numbers = range(*bounds)
-    if len(numbers) > LONGEST_RANGE:
+    if len(numbers) > MAX_RANGE:
         raise TooLargeError
     return list(numbers)
 
@@ -103,13 +107,13 @@ def _bounded(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def _joined(separator: str, texts: Iterable[Any]) -> str:
     words = list(texts)
-    if len(separator) * len(words) > LARGEST:
+    if len(separator) * len(words) > MAX_VALUE_SIZE:
         raise TooLargeError
     return separator.join(words)
 
 
 def _replaced(text: str, old: str, new: str, count: int = -1) -> str:
-    if len(text) + (text.count(old) + 1) * len(new) > LARGEST:
+    if len(text) + (text.count(old) + 1) * len(new) > MAX_VALUE_SIZE:
         raise TooLargeError
     return text.replace(old, new, count)
 

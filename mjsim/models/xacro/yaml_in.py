@@ -9,7 +9,7 @@ import yaml
 from mjsim.models.xacro.budget import Value, XacroBudget, XacroError
 
 MAX_BYTES = 256_000
-NODE = 10
+STEPS_PER_NODE = 10
 """Steps that a value costs."""
 UNITS = {
     "!radians": 1.0,
@@ -56,7 +56,7 @@ class _Reader:
 
     def value(self, node: Any) -> Any:
         """Return the value of a node."""
-        self._budget.spend(NODE)
+        self._budget.spend(STEPS_PER_NODE)
         with self._budget.deeper(4):
             if isinstance(node, yaml.MappingNode) and node.tag == f"{_PREFIX}map":
                 return dict(self._entries(node))

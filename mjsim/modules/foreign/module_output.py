@@ -5,7 +5,7 @@ from mjsim.progress import show
 
 MAX_LINES = 200
 """Maximum number of lines of one module in one run."""
-LONGEST_LINE = 300
+MAX_LINE_LENGTH = 300
 """Maximum length of a line [characters]."""
 
 
@@ -23,7 +23,7 @@ class ShownOutput:
         """Process output."""
         # An incomplete line is kept up to the length that may be shown.
         *lines, rest = (self._rest + data).split(b"\n") if data else (self._rest,)
-        self._rest = rest[: 4 * LONGEST_LINE]
+        self._rest = rest[: 4 * MAX_LINE_LENGTH]
         left = max(0, MAX_LINES + 1 - self._lines)
         for line in (*lines[:left], *lines[left:][-1:]):
             self._show(line)
@@ -40,7 +40,7 @@ class ShownOutput:
             self._show(rest)
 
     def _show(self, line: bytes) -> None:
-        text = printable(line[: 4 * LONGEST_LINE].decode(errors="replace").expandtabs().rstrip())[:LONGEST_LINE]
+        text = printable(line[: 4 * MAX_LINE_LENGTH].decode(errors="replace").expandtabs().rstrip())[:MAX_LINE_LENGTH]
         self._last = text or self._last
         self._lines += 1
         if self._lines <= MAX_LINES:

@@ -24,7 +24,7 @@ ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THRE
 """Small matrices are faster with one thread, and sums are the same on every machine."""
 MIN_START_TIMEOUT = 30.0
 """Minimum time limit for the start of Octave, which reads its own files first: seconds on a busy machine [s]."""
-LONGEST_TEXT = 240
+MAX_TEXT_LENGTH = 240
 """Maximum length of an error text [characters]."""
 _MAX_LAYOUTS = 250
 """Maximum number of layouts that Octave caches."""
@@ -128,7 +128,7 @@ class OctaveEngine(Engine):
             place = f"{Path(file).name}:{line}" if file else self._function.place
             return f"raised a parse error: {one_line(description)}{context} ({place})"
         shortened = _COLUMN.sub("", one_line(message))
-        shortened = shortened if len(shortened) <= LONGEST_TEXT else f"{shortened[:LONGEST_TEXT]}..."
+        shortened = shortened if len(shortened) <= MAX_TEXT_LENGTH else f"{shortened[:MAX_TEXT_LENGTH]}..."
         return f"raised an error: {shortened}{self._frame_place(frames.splitlines())}"
 
     def _frame_place(self, frames: Sequence[str]) -> str:

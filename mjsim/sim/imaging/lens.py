@@ -17,9 +17,9 @@ from mjsim.interface import Intrinsics, Picture
 from mjsim.mechanics import rotation_of
 from mjsim.world import Camera, Lens
 
-WIDEST = math.tan(math.radians(80.0))
+MAX_TANGENT = math.tan(math.radians(80.0))
 """Pixels farther from the axis are black, as outside the circle of a fisheye."""
-LONGEST_SIDE = 3072
+MAX_SIDE = 3072
 """Maximum side of an undistorted picture [px]."""
 TILTS_DEG = (25.0, 30.0, 35.0, 40.0, 45.0, 50.0, 60.0)
 """Angles between the axes of a lens and of a plane that are tried."""
@@ -112,10 +112,10 @@ class BentView:
         v, u = np.mgrid[: intrinsics.height, : intrinsics.width].reshape(2, -1)
         bent = np.stack([(u - intrinsics.cx) / intrinsics.fx, (v - intrinsics.cy) / intrinsics.fy], axis=-1)
         straight = lens.straighten(bent)
-        seen = np.abs(straight).max(axis=1) <= WIDEST  # NaN is not.
+        seen = np.abs(straight).max(axis=1) <= MAX_TANGENT  # NaN is not.
         planes = _cheapest(np.column_stack([straight[seen], np.ones(seen.sum())]), intrinsics.fx)
         # As fine as the camera's own pixels at the centre, unless that is too large.
-        focal = min(intrinsics.fx, LONGEST_SIDE / 2 / float(planes.half.max()) - 1.0)
+        focal = min(intrinsics.fx, MAX_SIDE / 2 / float(planes.half.max()) - 1.0)
         self.width, self.height = (2 * math.ceil(focal * float(side)) + 2 for side in planes.half)
         """Size of an undistorted picture [px]."""
         self.fov_y_deg = math.degrees(2 * math.atan(self.height / 2 / focal))

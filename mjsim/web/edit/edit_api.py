@@ -42,7 +42,7 @@ from mjsim.web.worlds import (
 from mjsim.web.worlds import MAX_FILES as MAX_WATCHED
 from mjsim.world import Change, UnwritableError, World, edited, items_in, parse_world
 
-CACHED = 3
+CACHE_SIZE = 3
 """Number of parsed texts that are kept: an undo asks for the previous one again."""
 MAX_JUDGED = 200
 """Maximum number of pictures that are judged at once."""
@@ -313,7 +313,7 @@ class EditApi:
         # An error may be fixed without a change of any file, for example by installing a module.
         if not found.content["problems"] and len(files) < MAX_WATCHED:
             others = [each for each in self._cached if each[0] != (path, text)]
-            self._cached = ((path, text), found, files), *others[: CACHED - 1]
+            self._cached = ((path, text), found, files), *others[: CACHE_SIZE - 1]
         return found, files
 
 

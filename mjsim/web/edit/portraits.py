@@ -15,7 +15,7 @@ from mjsim.world import World
 Kind = Literal["model", "robot", "arm"]
 SIZE = 240, 180
 """Width and height of a picture [px]; twice the displayed size on most screens."""
-CACHED = 200
+CACHE_SIZE = 200
 """Maximum number of cached pictures."""
 _WORLDS = {
     "model": "obstacles: [{{model: {name}, at: [0, 0]}}]",
@@ -60,7 +60,7 @@ class Portraits:
         with self._lock:
             if key not in self._cached:
                 self._cached[key] = jpeg(portrait(world(), width=SIZE[0], height=SIZE[1]))
-                if len(self._cached) > CACHED:
+                if len(self._cached) > CACHE_SIZE:
                     self._cached.popitem(last=False)
             self._cached.move_to_end(key)
             return self._cached[key]

@@ -16,9 +16,9 @@ from mjsim.web.server import RefusedError
 from mjsim.web.worlds import Signs, encoded
 from mjsim.world import Camera, World
 
-DRAWING = 60.0
+PICTURE_TIMEOUT = 60.0
 """Time limit for a picture, for which its world may have to be compiled [s]."""
-NARROWEST, WIDEST = 64, 1280
+MIN_WIDTH, MAX_WIDTH = 64, 1280
 """Minimum and maximum width of a picture [px]."""
 
 
@@ -57,11 +57,11 @@ class Preview:
         with self._lock:
             self._newest += 1
             number = self._newest
-        return awaited(self._pool.submit(self._draw, request, number), "a picture", within=DRAWING)
+        return awaited(self._pool.submit(self._draw, request, number), "a picture", within=PICTURE_TIMEOUT)
 
     def close(self) -> None:
         """Release the renderer."""
-        awaited(self._pool.submit(self._clear), "the end of a picture", within=DRAWING)
+        awaited(self._pool.submit(self._clear), "the end of a picture", within=PICTURE_TIMEOUT)
         self._pool.shutdown()
 
     def _draw(self, request: PreviewRequest, number: int) -> tuple[bytes, float]:
@@ -127,7 +127,7 @@ class _Set:
 
 def _calm(camera: Camera, width: int) -> Camera:
     """Return a camera with a given picture width and without noise, and without effects of the robot's motion."""
-    width = max(NARROWEST, min(width, WIDEST))
+    width = max(MIN_WIDTH, min(width, MAX_WIDTH))
     height = max(16, round(width * camera.height / camera.width))
     still = {"noise": 0.0, "shutter": 0.0, "rolling_shutter": 0.0, "depth": False, "segmentation": False}
     return camera.model_copy(update={**still, "width": width, "height": height})

@@ -9,16 +9,16 @@ from typing import Any
 from mjsim.record import Head, RawMessage, Recording, raw_messages
 from mjsim.web.run import plain
 
-SAMPLED = 40
+SAMPLED_MESSAGES = 40
 """Number of messages at the start of a topic in which fields are searched."""
 MAX_FIELDS = 4000
 """Maximum number of fields offered per recording."""
 MAX_ROWS = 5000
 """Maximum number of rows returned per field; longer series are sampled evenly."""
-LONGEST = 64
+MAX_LIST_LENGTH = 64
 """Entries of longer lists are not offered: they are data such as scans."""
-DEEPEST = 6
-ROUNDING = 1e3
+MAX_DEPTH = 6
+TIME_ROUNDING_NS = 1e3
 """Times that differ by less are equal [ns]."""
 SHOWN_TEXT = 200
 """Maximum length of a text in a message that is shown [characters]."""
@@ -39,7 +39,7 @@ def fields_json(recording: Recording) -> dict[str, Any]:
     head = Head()
     for message in raw_messages(recording.path, head=head):
         seen[message.topic] = seen.get(message.topic, 0) + 1
-        if seen[message.topic] > SAMPLED or not message.data.startswith(b"{") or len(found) >= MAX_FIELDS:
+        if seen[message.topic] > SAMPLED_MESSAGES or not message.data.startswith(b"{") or len(found) >= MAX_FIELDS:
             continue
         found |= dict.fromkeys((message.topic, name) for name, _ in numbers_in(_content(message.data)))
     topics = {topic: {**_described(head, topic), "count": count} for topic, count in sorted(seen.items())}
@@ -50,7 +50,7 @@ def message_json(recording: Recording, topic: str, time: float) -> dict[str, Any
     """Return the last message of a topic until a time [s]: `time`, size in `bytes`, and `content`, None if not JSON."""
     newest: RawMessage | None = None
     for message in raw_messages(recording.path, topics={topic}):
-        if message.time > 1e9 * time + ROUNDING:
+        if message.time > 1e9 * time + TIME_ROUNDING_NS:
             break
         newest = message
     if newest is None:
@@ -70,7 +70,7 @@ def _described(head: Head, topic: str) -> dict[str, Any]:
 
 def _units_in(schema: Any, name: str = "", depth: int = 0) -> Iterator[tuple[str, str]]:
     """Yield field and unit of what a JSON Schema describes with a unit, also inside of lists and objects."""
-    if not isinstance(schema, dict) or depth > DEEPEST:
+    if not isinstance(schema, dict) or depth > MAX_DEPTH:
         return
     if unit := _UNIT.search(str(schema.get("description", ""))):
         yield name, unit[1]
@@ -84,7 +84,7 @@ def _shortened(value: Any) -> Any:
     if isinstance(value, str):
         return value if len(value) <= SHOWN_TEXT else f"{value[:SHOWN_TEXT]}…"
     if isinstance(value, list):
-        return [_shortened(each) for each in value[:LONGEST]] + ["…"] * (len(value) > LONGEST)
+        return [_shortened(each) for each in value[:MAX_LIST_LENGTH]] + ["…"] * (len(value) > MAX_LIST_LENGTH)
     return {key: _shortened(each) for key, each in value.items()} if isinstance(value, dict) else value
 
 
@@ -104,13 +104,13 @@ def numbers_in(value: Any, name: str = "", depth: int = 0) -> Iterator[tuple[str
     """Yield name and value of each number in a message: keys joined by dots, list indices in brackets."""
     if isinstance(value, bool | int | float):
         yield name, float(value)
-    elif depth >= DEEPEST:
+    elif depth >= MAX_DEPTH:
         return
     elif isinstance(value, dict):
         for key, item in value.items():
             if key not in _SKIPPED:
                 yield from numbers_in(item, f"{name}.{key}" if name else key, depth + 1)
-    elif isinstance(value, list) and len(value) <= LONGEST:
+    elif isinstance(value, list) and len(value) <= MAX_LIST_LENGTH:
         for k, item in enumerate(value):
             # Beacons, joints and parts of the loop are identified by name, which stays the same when their index
             # changes.

@@ -8,12 +8,12 @@ from pathlib import Path
 from mjsim.closing import awaited
 from mjsim.record import Recording, read_recording
 from mjsim.sim import LedPeople, Onlooker, Orbit
-from mjsim.web.edit import DRAWING
+from mjsim.web.edit import PICTURE_TIMEOUT
 from mjsim.web.review.reviewing import People, row_at
 from mjsim.web.run import Scene3d, Scene3dShelf, SensorPast, depth_shown, jpeg, segmentation_shown
 from mjsim.web.server import RefusedError
 
-OPEN = 3
+MAX_OPEN = 3
 """Number of recordings kept in memory."""
 SIZE = (960, 600)
 """Size of external views [px]."""
@@ -48,7 +48,7 @@ class Opened:
             UsageError: The view does not exist.
         """
         self._require_states()
-        return awaited(self._thread.submit(self._draw, time, view, orbit=orbit), "a picture", within=DRAWING)
+        return awaited(self._thread.submit(self._draw, time, view, orbit=orbit), "a picture", within=PICTURE_TIMEOUT)
 
     def solids(self) -> Scene3d:
         """Return the 3-D scene of its world.
@@ -127,7 +127,7 @@ class Shelf:
                     held[1].close()
                 held = self._opened[path] = stamp, opened
             self._opened.move_to_end(path)
-            while len(self._opened) > OPEN:
+            while len(self._opened) > MAX_OPEN:
                 self._opened.popitem(last=False)[1][1].close()
             return held[1]
 

@@ -11,7 +11,7 @@ from mjsim.plan import SvgPlan, Theme, bounds_of, world_shapes
 from mjsim.record import recorded_world, recording_summary
 from mjsim.web.worlds import Folder, recordings_below
 
-MOST = 500
+MAX_DETAILED = 500
 """Maximum number of recordings with details: the newest."""
 
 
@@ -40,7 +40,7 @@ class Recorded:
                 continue
             found.append((stat.st_mtime_ns, stat.st_size, path))
         with self._lock:
-            newest = sorted(found, reverse=True)[:MOST]
+            newest = sorted(found, reverse=True)[:MAX_DETAILED]
             self._known = {path: self._card(path, (when, size)) for when, size, path in newest}
             return [card for _, card in self._known.values()]
 

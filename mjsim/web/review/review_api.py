@@ -29,7 +29,7 @@ from mjsim.web.run import Scene, TickNews
 from mjsim.web.server import HEADERS, Ask, RefusedError, answer_get, answered, posted, refusal
 from mjsim.web.worlds import Folder
 
-LARGEST = 4_000_000_000
+MAX_UPLOAD_BYTES = 4_000_000_000
 """Maximum size of an uploaded recording [bytes]."""
 BROUGHT = "out/brought"
 """Folder of uploaded recordings."""
@@ -177,8 +177,10 @@ class ReviewApi:
             with part.open("xb") as file:
                 async for chunk in request.stream():
                     size += len(chunk)
-                    if size > LARGEST:
-                        raise RefusedError(413, f"this is larger than {LARGEST / 1e9:.0f} GB; copy it into the folder")
+                    if size > MAX_UPLOAD_BYTES:
+                        raise RefusedError(
+                            413, f"this is larger than {MAX_UPLOAD_BYTES / 1e9:.0f} GB; copy it into the folder"
+                        )
                     await run_in_threadpool(file.write, chunk)
         except ClientDisconnect:
             raise RefusedError(400, "the recording arrived incomplete; send it again") from None

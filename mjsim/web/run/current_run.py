@@ -21,15 +21,15 @@ Scene = Callable[[World], Mapping[str, Any]]
 Seen = TypeVar("Seen")
 Encode = Callable[[str, Seen], Awaitable[tuple[float, bytes]]]
 """Name of a view, what is seen in it -> its time [s], and the data to send."""
-REST = 0.005
+POLL_SECONDS = 0.005
 """Minimum interval between checks of the viewers [s]."""
-HURRIED, BUSY = 0.3, 0.12
+MAX_SPEED_VIEW_SHARE, BUSY_VIEW_SHARE = 0.3, 0.12
 """Fraction of time for external views while a run goes as fast as possible, and while it is late."""
-LATER = 0.3
+REPORT_DELAY = 0.3
 """Maximum time until changes by a drag are reported [s]."""
-FAREWELL = 1.0
+FAREWELL_SECONDS = 1.0
 """A browser that has not received the last messages after this time misses them [s]."""
-LATE = 0.97
+LATE_RATIO = 0.97
 """A run slower than this fraction of its speed is late."""
 
 
@@ -113,9 +113,9 @@ class Stage:
         self.wake()
 
     def changed_later(self) -> None:
-        """Report a change within `LATER` seconds, together with others; from the server's thread."""
+        """Report a change within `REPORT_DELAY` seconds, together with others; from the server's thread."""
         if self._later is None or self._later.when() < asyncio.get_running_loop().time():
-            self._later = asyncio.get_running_loop().call_later(LATER, self.changed)
+            self._later = asyncio.get_running_loop().call_later(REPORT_DELAY, self.changed)
 
     async def once(self, name: str, seen: Seen, *, make: Encode[Seen]) -> tuple[float, bytes]:
         """Return the data of a view, made for the first browser that asks and shared with the others."""
@@ -205,7 +205,7 @@ class Stage:
         self.closing = True
         self.changed()
         if self.viewers:
-            self._left.wait(FAREWELL)
+            self._left.wait(FAREWELL_SECONDS)
         if self.painter is not None:
             self.painter.close()
 
@@ -214,7 +214,7 @@ class Stage:
         for viewer in self.viewers:
             viewer.news.set()
         if self._loop is not None:
-            self._loop.call_later(REST, self._rest)
+            self._loop.call_later(POLL_SECONDS, self._rest)
 
     def _rest(self) -> None:
         self._woken = False
@@ -225,12 +225,12 @@ class Stage:
         """Return the fraction of time that may be spent on rendering beside the run."""
         session = self.session
         if session is None:
-            return HURRIED
+            return MAX_SPEED_VIEW_SHARE
         if session.state != "running":
             return 1.0
         if session.speed is None:
-            return HURRIED
-        return 1.0 if self.feed.pace > LATE * session.speed else BUSY
+            return MAX_SPEED_VIEW_SHARE
+        return 1.0 if self.feed.pace > LATE_RATIO * session.speed else BUSY_VIEW_SHARE
 
 
 _NOTHING: Mapping[str, Any] = {

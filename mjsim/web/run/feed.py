@@ -20,7 +20,7 @@ from mjsim.web.run.news import EventNews, PastNews
 from mjsim.web.run.tick_json import mechanisms_json, tick_json
 from mjsim.world import World
 
-LONGEST_TURN = 2.0
+MAX_TURN = 2.0
 """Longest scan of a lidar including its latency, for which robot poses are kept [s]."""
 PACED_OVER = 1.0
 """Minimum time over which the pace is measured [s]."""
@@ -165,7 +165,7 @@ class Feed:
         """Store the newest reading of each lidar with the robot's poses during the scan."""
         track = self._tracks.setdefault(robot, deque())
         track.append((tick.time, tick.poses[robot]))
-        while track[0][0] < tick.time - LONGEST_TURN:
+        while track[0][0] < tick.time - MAX_TURN:
             track.popleft()
         for lidar, reading in lidar_readings(tick.seen[robot]).items():
             self._scans[f"{robot}/{lidar}"] = track.copy(), reading

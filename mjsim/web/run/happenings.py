@@ -4,7 +4,7 @@ from mjsim.record import Tick
 from mjsim.web.run.news import EventNews
 from mjsim.world import EVENT_KINDS, WorldEvent, event_text, extend_motion, kind_of
 
-MOST = 1000
+MAX_EVENTS = 1000
 """Number of events kept for late joiners."""
 
 
@@ -54,7 +54,7 @@ class Happenings:
     def _add(self, news: EventNews, number: int | None = None) -> None:
         self.count += 1
         self._kept[self.count if number is None else number] = self.count, news
-        while len(self._kept) > MOST:
+        while len(self._kept) > MAX_EVENTS:
             oldest = next(iter(self._kept))
             del self._kept[oldest]
             self._motions.pop(oldest, None)

@@ -14,9 +14,9 @@ from mjsim.web.run.history import plain
 from mjsim.web.run.joint_news import BallFrame, CurveFrame, JointFacts, JointGrip, JointRow
 from mjsim.world import BalancingDrive, Mechanism, Robot, RobotArm, World, led_joints
 
-MOVED = 1e-4
+START_TOLERANCE = 1e-4
 """A mechanism whose joints are within this of their start values counts as at the start [rad, m]."""
-SHORTEST, LONGEST = 0.1, 0.3
+MIN_HANDLE_DISTANCE, MAX_HANDLE_DISTANCE = 0.1, 0.3
 """Distance from an arm joint to its handle: half the distance to what it moves, within these limits [m]."""
 SAME_LEVER = 1e-6
 """Points whose distances from an axis differ by less are equally far from it [m]."""
@@ -24,11 +24,11 @@ NO_LEVER = 0.02
 """Points closer to an axis than this do not show the direction of rotation [m]."""
 LOOP_SHARE, CUT_SHARE = 0.5, 0.25
 """Distance from a joint of a loop to its handle, of that to the farthest point; and of the joint where it is cut."""
-STILL = 1e-6
+STILL_RATIO = 1e-6
 """Relative motion of a value below which it stands still while others move."""
-SLOPE = 1e-5
+DERIVATIVE_STEP = 1e-5
 """Change of a value for the derivative of a handle's position [rad, m]."""
-PIECES = 72
+CURVE_PIECES = 72
 """Number of pieces of a curve along which a point is dragged."""
 Values = Mapping[str, Array]
 """Joint values by `ROBOT/ARM` or mechanism, shape (n,) each [rad, m]."""
@@ -103,7 +103,7 @@ def drawn_bodies(world: World, values: Values, places: Mapping[str, Pose]) -> di
     outlines: dict[str, list[Array]] = {}
     for mechanism in world.mechanisms:
         now, start = known.get(mechanism.name), mechanism.assembly.start
-        if now is not None and np.abs(now - start).max(initial=0.0) > MOVED:
+        if now is not None and np.abs(now - start).max(initial=0.0) > START_TOLERANCE:
             outlines[mechanism.name] = [outline for _, outline in body_outlines(posed(mechanism, now))]
     for key, robot, item in _arms(world):
         if key in known and robot.name in places:
@@ -161,11 +161,11 @@ def _mechanism_grips(mechanism: Mechanism, values: Array) -> Iterator[JointGrip]
                 slides = bool(found.slides[column])
                 grip = points.mean(axis=0) if slides else at + share * (_farthest(points, at, axis) - at)
                 made = _grip(mechanism.name, name, slides, at=at, axis=axis, grip=grip)
-                if motion is not None and abs(motion[column]) > STILL:
-                    change = values + SLOPE / motion[column] * motion
+                if motion is not None and abs(motion[column]) > STILL_RATIO:
+                    change = values + DERIVATIVE_STEP / motion[column] * motion
                     ahead = ground @ found.linkage.place(change).poses[body]
                     moved = _moved(ahead @ inverted(ground @ placed.poses[body]), grip)
-                    made["toward"] = plain((moved - grip) / SLOPE, 4)
+                    made["toward"] = plain((moved - grip) / DERIVATIVE_STEP, 4)
                 yield made
 
 
@@ -178,7 +178,7 @@ def _single_motion(mechanism: Mechanism, values: Array) -> Array | None:
     if not found.cuts:
         return None
     _, singular, directions = np.linalg.svd(jacobian(found.linkage, found.rows, values))
-    rank = int((singular > STILL * singular.max(initial=1.0)).sum())
+    rank = int((singular > STILL_RATIO * singular.max(initial=1.0)).sum())
     return np.asarray(directions[-1]) if found.linkage.size - rank == 1 else None
 
 
@@ -193,7 +193,7 @@ def _curve_grips(mechanism: Mechanism, values: Array) -> Iterator[JointGrip]:
             tangent = pose[:3, :3] @ curve.at(float(values[track.column]))[1]
             at = _moved(ground, track.spot.place(placed))
             frame: CurveFrame = {
-                "points": plain(_moved(pose, curve.sampled(PIECES)).ravel(), 3),
+                "points": plain(_moved(pose, curve.sampled(CURVE_PIECES)).ravel(), 3),
                 "length": curve.length,
                 "closed": curve.closed,
                 "along": round(float(values[track.column]), 5),
@@ -206,7 +206,7 @@ def _most_distant(points: Array, at: Array, direction: Array) -> Array:
     """Return the point farthest from a place, the first of equals; one along `direction` if all are near."""
     away = np.linalg.norm(points - at, axis=1)
     far = int(np.flatnonzero(away > away.max() - SAME_LEVER)[0])
-    return np.asarray(points[far] if away[far] > NO_LEVER else at + SHORTEST * direction)
+    return np.asarray(points[far] if away[far] > NO_LEVER else at + MIN_HANDLE_DISTANCE * direction)
 
 
 def _hull(mechanism: Mechanism, name: str) -> Array:
@@ -222,7 +222,7 @@ def _farthest(points: Array, at: Array, axis: Array) -> Array:
     far = int(np.flatnonzero(away > away.max() - SAME_LEVER)[0])
     if away[far] > NO_LEVER:
         return np.asarray(points[far])
-    return np.asarray(at + SHORTEST * _any_normal(axis))
+    return np.asarray(at + MIN_HANDLE_DISTANCE * _any_normal(axis))
 
 
 def _arm_grips(key: str, item: RobotArm, values: Array, world_from_robot: Array) -> Iterator[JointGrip]:
@@ -233,7 +233,7 @@ def _arm_grips(key: str, item: RobotArm, values: Array, world_from_robot: Array)
     for number, link in enumerate(item.arm.links):
         at, axis = points[number], axes[number]
         if link.slide:
-            grip = at + SHORTEST * axis
+            grip = at + MIN_HANDLE_DISTANCE * axis
         else:
             levers = _levers(beyond[number + 1 :], at, axis)
             lengths = np.linalg.norm(levers, axis=1)
@@ -241,7 +241,7 @@ def _arm_grips(key: str, item: RobotArm, values: Array, world_from_robot: Array)
             # What turns with the joint, if nothing beyond it is off the axis.
             own = world_from_robot[:3, :3] @ posture.joints[number, :3, 0]
             direction, length = (own, 0.0) if far is None else (levers[far] / lengths[far], float(lengths[far]))
-            grip = at + min(max(length / 2.0, SHORTEST), LONGEST) * direction
+            grip = at + min(max(length / 2.0, MIN_HANDLE_DISTANCE), MAX_HANDLE_DISTANCE) * direction
         yield _grip(key, f"joint{number + 1}", link.slide, at=at, axis=axis, grip=grip)
 
 

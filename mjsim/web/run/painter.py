@@ -14,7 +14,7 @@ from mjsim.world import World
 
 SIZE = (960, 600)
 """Size of external views [px]."""
-LONGEST_REST = 1.0
+MAX_REST = 1.0
 """Maximum pause after a picture, however long it took: the first one waits until the world is compiled [s]."""
 
 
@@ -71,5 +71,5 @@ class Painter:
             began = time.perf_counter()
             drawn = await asyncio.get_running_loop().run_in_executor(self._thread, draw)
             ended = time.perf_counter()
-            self._free_at = ended + min((ended - began) * (1.0 / self._share() - 1.0), LONGEST_REST)
+            self._free_at = ended + min((ended - began) * (1.0 / self._share() - 1.0), MAX_REST)
             return drawn

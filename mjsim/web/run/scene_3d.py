@@ -13,7 +13,7 @@ from mjsim.sim import StillScene, glb_bytes, kept_light, moving_bodies
 from mjsim.web.server import HEADERS
 from mjsim.world import Looks, World
 
-LEVEL = 5
+COMPRESSION_LEVEL = 5
 """Compression level; higher ones take longer than they save in transfer."""
 
 
@@ -33,7 +33,7 @@ class Scene3d:
         self._scene.show(self._scene.model.qpos0)
         self._bodies = np.unique(moving_bodies(self._scene.model))
         self._packed = gzip.compress(
-            glb_bytes(self._scene.model, self._scene.data, sparing=True, light=light), LEVEL, mtime=0
+            glb_bytes(self._scene.model, self._scene.data, sparing=True, light=light), COMPRESSION_LEVEL, mtime=0
         )
 
     def surfaces(self) -> Response:

@@ -11,21 +11,23 @@ from mjsim.geometry import Array
 from mjsim.interface import CameraFrame, Picture
 from mjsim.video import INK, PAPER, Letters
 
-QUALITY = 80
+JPEG_QUALITY = 80
 """JPEG quality, 0 to 100."""
 NEAR, FAR = 0.3, 12.0
 """Distances at the ends of the colour scale, which is logarithmic [m]."""
-NOTHING = (40, 42, 48)
+NO_HIT_COLOR = (40, 42, 48)
 """Colour of pixels that hit nothing, or something too close."""
 BUILDING = {"wall": (150, 155, 164), "floor": (112, 117, 126), "ceiling": (196, 200, 206)}
 """Muted colours of what is nearly everywhere."""
-NAMED = 0.004
+MIN_LABELLED_SHARE = 0.004
 """An instance that covers a smaller fraction of the picture is not labelled."""
 
 
 def jpeg(picture: Picture) -> bytes:
     """Return an RGB picture as JPEG."""
-    done, data = cv2.imencode(".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
+    done, data = cv2.imencode(
+        ".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY]
+    )
     assert done, "a picture of ours can always be encoded"
     return data.tobytes()
 
@@ -36,7 +38,7 @@ def depth_shown(depth: Array) -> Picture:
     steps = np.log(np.clip(np.where(finite, depth, FAR), NEAR, FAR) / NEAR) / math.log(FAR / NEAR)
     shades = np.rint(255.0 * (1.0 - steps)).astype(np.uint8)
     colours = np.asarray(cv2.cvtColor(cv2.applyColorMap(shades, cv2.COLORMAP_TURBO), cv2.COLOR_BGR2RGB), dtype=np.uint8)
-    colours[~finite] = NOTHING
+    colours[~finite] = NO_HIT_COLOR
     return colours
 
 
@@ -44,12 +46,12 @@ def segmentation_shown(frame: CameraFrame) -> Picture:
     """Return the object at each pixel as colours, with the names of sufficiently large ones, RGB."""
     instances = frame.segmentation
     assert instances is not None, "the camera gives instances"
-    palette = np.array([NOTHING, *(instance_colour(name) for name in frame.instances)], dtype=np.uint8)
+    palette = np.array([NO_HIT_COLOR, *(instance_colour(name) for name in frame.instances)], dtype=np.uint8)
     picture: Picture = palette[instances + 1]
     letters, plates = Letters(), np.zeros(instances.shape, dtype=bool)
     counts = np.bincount(instances[instances >= 0].ravel(), minlength=len(frame.instances))
     for index in np.argsort(-counts).tolist():
-        if counts[index] >= NAMED * instances.size:
+        if counts[index] >= MIN_LABELLED_SHARE * instances.size:
             name, at = frame.instances[index].rpartition("/")[2], _middle(instances == index)
             _write_name(picture, name, at=at, letters=letters, plates=plates)
     return picture

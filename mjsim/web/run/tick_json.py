@@ -26,7 +26,7 @@ from mjsim.world import (
     rims,
 )
 
-CORNERS = 16
+MAX_CORNERS = 16
 """Maximum number of corners of the outline of a moving body's part."""
 _RING = np.asarray(np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False), dtype=float)
 """Directions of the proximity rays, left positive [rad]."""
@@ -89,8 +89,8 @@ def people_json(people: Mapping[str, Sequence[tuple[Array, str]]]) -> dict[str, 
 
 
 def _thinned(outline: Array) -> list[tuple[float, float]]:
-    """Return at most `CORNERS` corners of an outline [m]."""
-    return [(round(x, 3), round(y, 3)) for x, y in outline[:: -(-len(outline) // CORNERS)].tolist()]
+    """Return at most `MAX_CORNERS` corners of an outline [m]."""
+    return [(round(x, 3), round(y, 3)) for x, y in outline[:: -(-len(outline) // MAX_CORNERS)].tolist()]
 
 
 def _place(at: Array) -> tuple[float, float, float]:

@@ -23,7 +23,7 @@ Make = Callable[[], Awaitable[tuple[float, bytes]]]
 """Makes a picture: its time [s], and JPEG data or poses of bodies."""
 Source = tuple[dict[str, Any], Make]
 """The header of a picture, and what makes it."""
-TICKS = 1 / 30
+MIN_TICK_INTERVAL = 1 / 30
 """Minimum interval between two ticks [s]."""
 MAX_PENDING = 2
 """Maximum number of pictures per view that a browser has not displayed yet."""
@@ -115,7 +115,7 @@ class Viewer:
         """Send the newest tick, later if one was sent just now."""
         if self._stage.feed.number == self._tick:
             return
-        rest = self._tick_at + TICKS - time.perf_counter()
+        rest = self._tick_at + MIN_TICK_INTERVAL - time.perf_counter()
         if rest > 0.0 and not self._stage.closing:
             asyncio.get_running_loop().call_later(rest, self.news.set)
         elif (told := self._stage.feed.tick()) is not None:

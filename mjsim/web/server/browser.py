@@ -10,7 +10,7 @@ from html import escape
 from pathlib import Path
 
 from mjsim.closing import Closes, join
-from mjsim.web.server.session_keys import LIFETIME
+from mjsim.web.server.session_keys import LIFETIME_SECONDS
 
 _REDIRECT = """<!doctype html>
 <meta charset="utf-8">
@@ -58,7 +58,7 @@ class BrowserOpener(Closes):
             text.write(_REDIRECT.format(url=escape(url)))
 
         def remove() -> None:
-            over.wait(LIFETIME)
+            over.wait(LIFETIME_SECONDS)
             shutil.rmtree(folder, ignore_errors=True)
 
         remover = threading.Thread(target=remove, name="redirect", daemon=True)

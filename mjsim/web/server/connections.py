@@ -18,11 +18,11 @@ from websockets.frames import CloseCode, Frame
 
 from mjsim.web.server.request_bodies import Bodies
 
-SWEEP = 0.5
+SWEEP_SECONDS = 0.5
 """Interval between checks of the connections [s]."""
 COOKIE = "mjsim-session-"
 """Prefix of the name of a server's cookie, before its port; all ports of an address share one cookie jar."""
-LONGEST_COOKIE, MAX_COOKIES = 200, 50
+MAX_COOKIE, MAX_COOKIES = 200, 50
 """Maximum length of our cookies [characters], and how many are checked; another port may have set more."""
 MAX_FRAGMENTS = 10_000
 """Maximum number of fragments of a WebSocket message; browsers use fragments of 64 kB and more."""
@@ -162,7 +162,7 @@ class Connections:
     async def _sweep(self) -> None:
         now = asyncio.get_running_loop().time
         while True:
-            await asyncio.sleep(min(SWEEP, self.limits.stranger / 2, self.limits.idle / 2))
+            await asyncio.sleep(min(SWEEP_SECONDS, self.limits.stranger / 2, self.limits.idle / 2))
             late = [each for each in self._strangers if now() - each.since > self.limits.stranger]
             for visitor in late + [each for each in self._known if each.is_stuck(self.limits.idle)]:
                 self._drop(visitor)
@@ -280,7 +280,7 @@ def _upgrade_headers(headers: Iterable[tuple[bytes, bytes]]) -> Iterator[tuple[b
     for name, value in headers:
         if name == b"cookie":
             for pair in value.split(b";"):
-                ours = pair.strip().startswith(COOKIE.encode()) and len(pair) <= LONGEST_COOKIE
+                ours = pair.strip().startswith(COOKIE.encode()) and len(pair) <= MAX_COOKIE
                 if ours and cookies < MAX_COOKIES:
                     cookies += 1
                     yield name, pair.strip()

@@ -20,7 +20,7 @@ class Loaded(NamedTuple):
     """Called on closing."""
 
 
-AGAIN = 0.2
+RETRY_SECONDS = 0.2
 """Time until what could not be loaded, since strangers hold all files, is loaded again [s]."""
 
 
@@ -70,6 +70,6 @@ class LateRoutes:
                 return
             except BaseException as error:
                 # A library that is not found for lack of files is an ImportError.
-                if os.strerror(errno.EMFILE) not in str(error) or self._closing.wait(AGAIN):
+                if os.strerror(errno.EMFILE) not in str(error) or self._closing.wait(RETRY_SECONDS):
                     self._loaded.set_exception(error)
                     return

@@ -6,7 +6,7 @@ from contextlib import asynccontextmanager
 
 MAX_TOTAL = 48_000_000
 """Maximum size of all large bodies that are read or worked on at once [bytes]."""
-SMALL = 500_000
+MAX_SMALL_BODY = 500_000
 """Bodies up to this size never wait [bytes]."""
 
 
@@ -25,7 +25,7 @@ class Bodies:
     @asynccontextmanager
     async def room(self, size: int) -> AsyncIterator[None]:
         """Wait until a body of some size fits among the others [bytes]; it counts until the block ends."""
-        if size <= SMALL:
+        if size <= MAX_SMALL_BODY:
             yield
             return
         size = min(size, self._total)

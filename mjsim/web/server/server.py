@@ -23,21 +23,21 @@ from mjsim.web.server.browser import BrowserOpener
 from mjsim.web.server.connections import Connections, HttpConnection, Limits, WebSocketConnection
 from mjsim.web.server.entrance import PARAMETER, Entrance
 from mjsim.web.server.local import LOOPBACK, SameOrigin, is_loopback, listen
-from mjsim.web.server.session_keys import LIFETIME, Keys, Pass
+from mjsim.web.server.session_keys import LIFETIME_SECONDS, Keys, Pass
 
-LONGEST_MESSAGE = 8_000_000
+MAX_MESSAGE_LENGTH = 8_000_000
 """Maximum size of a WebSocket message from a browser [bytes]: the text of a world."""
-LONGEST_HEADERS = 65_536
+MAX_HEADERS = 65_536
 """Maximum size of a request's headers [bytes]; browsers send the cookies of all ports."""
-START = 20.0
+START_TIMEOUT = 20.0
 """Time limit for the start of the server [s]."""
-STOP = 60.0
+STOP_TIMEOUT = 60.0
 """Time limit for the end of the server: of requests that are still being answered [s]."""
 AT_ONCE = 40
 """Maximum number of requests that are answered at the same time."""
-QUEUE = 1024
+MAX_QUEUED = 1024
 """Maximum number of connections waiting to be accepted."""
-COMPLAINT = 60.0
+MIN_REPORT_INTERVAL = 60.0
 """Minimum interval between reports of a lack of file descriptors [s]."""
 
 
@@ -89,8 +89,8 @@ class Server(Closes):
         )
         self._thread = threading.Thread(target=self._serve, args=[listener], name="page", daemon=True)
         self._thread.start()
-        if not self._ready.wait(START):
-            raise UsageError(f"the page did not come up within {START:g} s; the machine may be overloaded")
+        if not self._ready.wait(START_TIMEOUT):
+            raise UsageError(f"the page did not come up within {START_TIMEOUT:g} s; the machine may be overloaded")
 
     @property
     def address(self) -> str:
@@ -129,7 +129,7 @@ class Server(Closes):
                 call()
             self._loop.call_soon_threadsafe(self._connections.close_all)
         self._server.should_exit = True
-        join(self._thread, within=STOP)
+        join(self._thread, within=STOP_TIMEOUT)
         self._opening.close()
 
     def _address_with(self, given: Pass) -> str:
@@ -137,7 +137,7 @@ class Server(Closes):
 
     def _invite(self, _: Request) -> Mapping[str, Any]:
         """Return an address for another browser, to an authenticated one."""
-        return {"url": self.url, "minutes": None if self._keys is None else LIFETIME / 60.0}
+        return {"url": self.url, "minutes": None if self._keys is None else LIFETIME_SECONDS / 60.0}
 
     def _serve(self, listener: socket.socket) -> None:
         asyncio.run(self._server.serve(sockets=[listener]))
@@ -158,10 +158,10 @@ def _settings(app: ASGIApp, limits: Limits) -> uvicorn.Config:
         ws=WebSocketConnection,
         # Compression gains little for JPEG, and costs half as much as rendering, for each viewer.
         ws_per_message_deflate=False,
-        ws_max_size=LONGEST_MESSAGE,
+        ws_max_size=MAX_MESSAGE_LENGTH,
         ws_ping_interval=limits.ping,
         ws_ping_timeout=limits.ping,
-        h11_max_incomplete_event_size=LONGEST_HEADERS,
+        h11_max_incomplete_event_size=MAX_HEADERS,
         backlog=limits.batch,
         # Anybody could claim another address in headers.
         proxy_headers=False,
@@ -179,7 +179,7 @@ class _Uvicorn(uvicorn.Server):
 
     def __init__(self, config: uvicorn.Config, connections: Connections, *, started: threading.Event) -> None:
         super().__init__(config)
-        self._connections, self._started, self._complained = connections, started, -COMPLAINT
+        self._connections, self._started, self._complained = connections, started, -MIN_REPORT_INTERVAL
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Start serving."""
@@ -187,7 +187,7 @@ class _Uvicorn(uvicorn.Server):
         await super().startup(sockets=sockets)
         for listener in sockets or ():
             # The server's own setting, `backlog`, is also the size of a batch.
-            listener.listen(QUEUE)
+            listener.listen(MAX_QUEUED)
         self._started.set()
 
     def _complain(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
@@ -196,6 +196,6 @@ class _Uvicorn(uvicorn.Server):
             loop.default_exception_handler(context)
             return
         self._connections.make_room()
-        if time.monotonic() - self._complained >= COMPLAINT:
+        if time.monotonic() - self._complained >= MIN_REPORT_INTERVAL:
             self._complained = time.monotonic()
             say("this process has no file descriptors left for connections; some were closed, and the page continues")

@@ -11,9 +11,9 @@ from hashlib import sha256
 
 from mjsim.errors import UsageError
 
-LIFETIME = 300.0
+LIFETIME_SECONDS = 300.0
 """Validity of a one-time address [s]."""
-SHORTEST = 16
+MIN_TOKEN_LENGTH = 16
 """Minimum length of a user-defined token [characters]."""
 MAX_SESSIONS, MAX_PASSES = 200, 100
 """Maximum numbers of sessions and passes; the oldest are dropped."""
@@ -47,16 +47,18 @@ class Keys:
         Raises:
             UsageError: The token is short enough to be guessed.
         """
-        if token is not None and len(token) < SHORTEST:
-            raise UsageError(f"the token has {len(token)} characters; use at least {SHORTEST}, chosen at random")
+        if token is not None and len(token) < MIN_TOKEN_LENGTH:
+            raise UsageError(
+                f"the token has {len(token)} characters; use at least {MIN_TOKEN_LENGTH}, chosen at random"
+            )
         self._token, self._clock = token, clock
         self._lock = threading.Lock()
         self._passes: OrderedDict[bytes, Pass] = OrderedDict()
         self._sessions: OrderedDict[bytes, str] = OrderedDict()
 
     def new_pass(self) -> Pass:
-        """Return a pass of 256 bits that is valid for `LIFETIME`."""
-        made = Pass(secrets.token_urlsafe(32), self._clock() + LIFETIME)
+        """Return a pass of 256 bits that is valid for `LIFETIME_SECONDS`."""
+        made = Pass(secrets.token_urlsafe(32), self._clock() + LIFETIME_SECONDS)
         with self._lock:
             self._passes[_digest(made.word)] = made
             if len(self._passes) > MAX_PASSES:

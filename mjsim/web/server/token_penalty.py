@@ -5,9 +5,9 @@ import time
 from collections import Counter, OrderedDict
 from collections.abc import Callable
 
-FIRST, LONGEST = 0.25, 4.0
+FIRST_DELAY, MAX_DELAY = 0.25, 4.0
 """Delay for the first wrong token, which doubles each time, and its maximum [s]."""
-FORGIVEN = 60.0
+RESET_SECONDS = 60.0
 """Time without a wrong token after which the count of a peer is reset [s]."""
 AT_ONCE = 4
 """Maximum number of waiting tokens per peer."""
@@ -31,7 +31,7 @@ class Penalty:
         """Delay the response to a wrong token."""
         count, last = self._wrong.pop(peer, (0, 0.0))
         now = self._clock()
-        count = 1 if now - last > FORGIVEN else count + 1
+        count = 1 if now - last > RESET_SECONDS else count + 1
         self._wrong[peer] = count, now
         if len(self._wrong) > MAX_PEERS:
             self._wrong.popitem(last=False)
@@ -50,4 +50,4 @@ class Penalty:
 
 def delay(count: int) -> float:
     """Return the delay for the n-th wrong token [s]."""
-    return min(FIRST * 2.0 ** min(count - 1, 10), LONGEST)
+    return min(FIRST_DELAY * 2.0 ** min(count - 1, 10), MAX_DELAY)

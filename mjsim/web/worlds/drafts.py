@@ -24,13 +24,13 @@ TAB = re.compile(r"[0-9a-f]{16}")
 """Id of a browser tab: random, and new each time its page is loaded."""
 ID = re.compile(r"[0-9a-f]{24}-[0-9a-f]{16}")
 """Id of a draft: a hash of the world's path, and the tab."""
-MAX_DRAFTS, MAX_TOTAL, OLDEST = 50, 100_000_000, 90 * 86_400.0
+MAX_DRAFTS, MAX_TOTAL, MAX_AGE = 50, 100_000_000, 90 * 86_400.0
 """Limits on kept drafts: number, total size [bytes], and age [s]."""
 _OPEN = ".open"
 """Suffix of a file that is locked while a page is open."""
-_HEAD = 32_768
+_MAX_HEAD_BYTES = 32_768
 """Maximum length of a file's first line [bytes]; the text follows it."""
-_NUMBERS = 1000
+_MAX_TABS = 1000
 """Number of tabs whose latest request number is remembered."""
 
 
@@ -233,7 +233,7 @@ class Drafts:
             if newest:
                 self._numbers[tab] = number
                 self._numbers.move_to_end(tab)
-            while len(self._numbers) > _NUMBERS:
+            while len(self._numbers) > _MAX_TABS:
                 self._numbers.popitem(last=False)
             yield newest
 
@@ -266,7 +266,7 @@ class Drafts:
         size = 0
         for count, draft in enumerate(order):
             size += (place / draft.id).stat().st_size
-            if count >= MAX_DRAFTS or size > MAX_TOTAL or draft.when < time.time() - OLDEST:
+            if count >= MAX_DRAFTS or size > MAX_TOTAL or draft.when < time.time() - MAX_AGE:
                 self._remove([place / draft.id])
 
 
@@ -286,7 +286,7 @@ def _make_private(folder: Path) -> None:
 
 def _read_head(place: Path) -> Draft | None:
     with place.open("rb") as file:
-        line = file.readline(_HEAD)
+        line = file.readline(_MAX_HEAD_BYTES)
     try:
         draft = Draft(**json.loads(line))
     except (ValueError, TypeError):

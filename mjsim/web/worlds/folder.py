@@ -8,7 +8,7 @@ from mjsim.errors import UsageError
 from mjsim.web.server import RefusedError
 from mjsim.world import OutsideError, place_in
 
-LONGEST = 400
+MAX_PATH_LENGTH = 400
 """Maximum length of a path [characters]."""
 
 
@@ -34,7 +34,7 @@ class Folder:
             RefusedError: It lies outside the folder, or is not a valid name.
         """
         given = PurePosixPath(name)
-        if not name or len(name) > LONGEST or "\\" in name:
+        if not name or len(name) > MAX_PATH_LENGTH or "\\" in name:
             raise RefusedError(400, f"path {name[:60]!r} is not a file name; write for example 'worlds/room.yaml'")
         if given.is_absolute() or ".." in given.parts or name[1:2] == ":":
             raise RefusedError(403, f"path '{name:.60}' leaves the folder of the studio; name a file in it")

@@ -25,7 +25,7 @@ from mjsim.world import (
     solid_pieces,
 )
 
-EYE = 1.5
+EYE_HEIGHT = 1.5
 """Parts of a wall that start above this height are not drawn [m]."""
 THICKNESS = 0.03
 """Thickness of a beacon in drawings [m]."""
@@ -152,7 +152,7 @@ def _starts(world: World, path: Path) -> Json:
 def _walls(world: World) -> Iterator[Thing]:
     doors = iter(leaves(world))
     for index, (wall, pieces) in enumerate(zip(world.walls, solid_pieces(world.walls), strict=True)):
-        yield ("walls", index), "wall", wall, [piece.outline for piece in pieces if piece.low < EYE], None
+        yield ("walls", index), "wall", wall, [piece.outline for piece in pieces if piece.low < EYE_HEIGHT], None
         for number, opening in enumerate(wall.openings):
             outlines, place = _gap(wall, opening)
             if opening.door is not None and place is not None:

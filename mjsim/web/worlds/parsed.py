@@ -26,7 +26,7 @@ from mjsim.world import (
     read_text,
 )
 
-_PATIENCE = 3
+_MAX_ATTEMPTS = 3
 """Number of attempts at omitting invalid items until the rest is a valid world."""
 
 Read = tuple[Node | None, list[Problem]]
@@ -113,7 +113,7 @@ def _json_of_part(text: str, source: Source, *, read: Read, problems: Sequence[P
 
 def _right_part(node: Node, source: Source, *, wrong: set[Path]) -> tuple[World, Mapping[str, list[int]]] | None:
     """Return the world of the valid part of a text, and the indices of its items by list; None if there is none."""
-    for _ in range(_PATIENCE):
+    for _ in range(_MAX_ATTEMPTS):
         part, indices = _without(node, wrong)
         try:
             world = World.model_validate(part.value, context={"source": source})

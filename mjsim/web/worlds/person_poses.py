@@ -14,9 +14,9 @@ from mjsim.world import Person
 
 Json = dict[str, Any]
 SEATED = "the seat and its targets define the posture of a seated person; change those"
-TURNED = 0.05
+MIN_TURN_DEG = 0.05
 """Smaller changes of joints are not written [deg]."""
-AWAY = 0.002
+ARRIVAL_DISTANCE = 0.002
 """A hand within this distance of its target has reached it [m]."""
 
 
@@ -74,8 +74,12 @@ def led(person: Person, targets: Mapping[str, Array]) -> tuple[Person, list[KeyC
     before, root = person.posture(), person.poses()["pelvis"]
     found = lead_hands(person.figure, before, root, targets)
     degrees = np.degrees(found.values)
-    changed = np.abs(degrees - np.degrees(before)) > TURNED
+    changed = np.abs(degrees - np.degrees(before)) > MIN_TURN_DEG
     names = np.array(list(person.figure.joints))[changed]
     posed, changes = turned(person, dict(zip(names.tolist(), degrees[changed].tolist(), strict=True)))
-    short = [f"the {side} hand does not reach: {far:.2f} m away" for side, far in found.short.items() if far > AWAY]
+    short = [
+        f"the {side} hand does not reach: {far:.2f} m away"
+        for side, far in found.short.items()
+        if far > ARRIVAL_DISTANCE
+    ]
     return posed, changes, "; ".join(short)

@@ -14,18 +14,18 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from mjsim.errors import MjsimError
 from mjsim.web.server import Ask, RefusedError, answer_get, posted
 from mjsim.web.worlds.drafts import ID, TAB, Drafts
-from mjsim.web.worlds.folder import LONGEST, Folder
+from mjsim.web.worlds.folder import MAX_PATH_LENGTH, Folder
 from mjsim.web.worlds.items import Json
 from mjsim.web.worlds.shipped_parts import SHIPPED
 from mjsim.web.worlds.watch import MAX_FILES, DiskWatch
 from mjsim.web.worlds.world_files import read_world
 
-PERIOD = 0.5
+POLL_SECONDS = 0.5
 """Interval between checks of the disk while a page is open [s]."""
 
 MAX_STEPS, MAX_LETTERS = 1000, 400_000
 """Limits of the history kept beside a draft: steps, and characters of all steps together."""
-Name = Annotated[str, Field(max_length=LONGEST)]
+Name = Annotated[str, Field(max_length=MAX_PATH_LENGTH)]
 
 
 class StepAsk(Ask):
@@ -161,7 +161,7 @@ class Tabs:
             for news in await asyncio.to_thread(page.news, self._drafts):
                 await page.socket.send_json(news)
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(page.due.wait(), PERIOD)
+                await asyncio.wait_for(page.due.wait(), POLL_SECONDS)
         await page.socket.close(1000, "ended")
 
     def _list(self, _: Request) -> Json:

@@ -19,12 +19,12 @@ from mjsim.world import World, read_asset
 
 MAX_BYTES = 20_000_000
 """Maximum size of an uploaded picture [bytes]."""
-LARGEST = 2048
+MAX_SIDE = 2048
 """Maximum width or height that is kept [px]: no camera gets closer to a poster."""
-QUALITY = 92
+JPEG_QUALITY = 92
 """JPEG quality, 0 to 100."""
-LARGEST_SMALL = 1024
-ROWS = 256
+MAX_SMALL = 1024
+ROWS_AT_ONCE = 256
 """Rows of a picture that are converted at once."""
 _ODD = re.compile(r"[^A-Za-z0-9_.-]+")
 
@@ -49,7 +49,7 @@ def bring_picture(folder: Folder, data: bytes, *, name: str, world: str | None) 
     Raises:
         RefusedError: It is not a picture, or cannot be written.
     """
-    pixels = _within(decoded(data), LARGEST)
+    pixels = _within(decoded(data), MAX_SIDE)
     kind = ".png" if data.startswith(b"\x89PNG") else ".jpg"
     place = source_of(folder, world or "").folder or folder.root
     stem = _ODD.sub("-", PurePosixPath(name.replace("\\", "/")).stem).strip("-.") or "picture"
@@ -96,7 +96,7 @@ def small_picture(folder: Folder, path: str, *, size: int, world: str | None) ->
         data = read_asset(path, source_of(folder, world or ""))
     except ValueError as error:
         raise RefusedError(404, str(error)) from None
-    return encoded(_within(decoded(data), max(16, min(size, LARGEST_SMALL))), ".jpg")
+    return encoded(_within(decoded(data), max(16, min(size, MAX_SMALL))), ".jpg")
 
 
 def decoded(data: bytes) -> Pixels:
@@ -120,7 +120,7 @@ def decoded(data: bytes) -> Pixels:
 
 def encoded(pixels: Pixels, kind: str) -> bytes:
     """Return pixels encoded as '.png' or '.jpg'."""
-    done, data = cv2.imencode(kind, pixels, [cv2.IMWRITE_JPEG_QUALITY, QUALITY] if kind == ".jpg" else [])
+    done, data = cv2.imencode(kind, pixels, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY] if kind == ".jpg" else [])
     assert done, "eight bits and three colours can always be written"
     return data.tobytes()
 
@@ -135,10 +135,10 @@ def _plain(pixels: NDArray[np.generic]) -> Pixels:
     if plain.shape[2] == 4:
         blended: Pixels = np.empty((*plain.shape[:2], 3), dtype=np.uint8)
         # In parts: as floating-point numbers all of it would take a dozen times the memory.
-        for first in range(0, len(plain), ROWS):
-            part = plain[first : first + ROWS]
+        for first in range(0, len(plain), ROWS_AT_ONCE):
+            part = plain[first : first + ROWS_AT_ONCE]
             alpha = part[..., 3:].astype(np.float32) / 255.0
-            blended[first : first + ROWS] = part[..., :3] * alpha + 255.0 * (1.0 - alpha)
+            blended[first : first + ROWS_AT_ONCE] = part[..., :3] * alpha + 255.0 * (1.0 - alpha)
         return blended
     return plain
 

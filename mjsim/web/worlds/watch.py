@@ -19,7 +19,7 @@ MAX_FILES = 1000
 _FILE = re.compile(
     r"(.+\.(?:yaml|yml|jpg|jpeg|png|webp|xml|mjcf|urdf|obj|stl|py|m|csv))(?::\w+)?", re.IGNORECASE | re.DOTALL
 )
-_RECENT = 2.0
+_RECENT_SECONDS = 2.0
 """A file changed less than this ago [s] may change again without a new sign, because file system clocks are coarse."""
 
 Signs = Mapping[str, str]
@@ -116,7 +116,7 @@ class DiskWatch:
             return ""
         _, modified, _, size = map(int, sign.split("-"))
         # A change directly after the last reading may have left the same sign.
-        if self._read is None or self._read[0] != sign or self._read[1] < modified / 1e9 + _RECENT:
+        if self._read is None or self._read[0] != sign or self._read[1] < modified / 1e9 + _RECENT_SECONDS:
             began = time.time()
             try:
                 stamp = stamp_of(place) if size <= MAX_BYTES else f"too large: {sign}"

@@ -29,7 +29,7 @@ MAX_FILES, DEEPEST = 5000, 6
 """Maximum number of files and of folder levels searched."""
 _WORLD = re.compile(rb"^mjsim[ \t]*:", re.MULTILINE)
 _MODEL = re.compile(rb"<(mujoco|robot)[\s>]")
-_HEAD = 16_384
+_HEAD_BYTES = 16_384
 """A world can be recognised by its first bytes; this many are read."""
 _PASSED_OVER = ("node_modules", "__pycache__", "site-packages")
 
@@ -211,6 +211,6 @@ def contains(path: Path, word: re.Pattern[bytes]) -> bool:
     """Return whether the start of a file matches a pattern."""
     try:
         with path.open("rb") as file:
-            return word.search(file.read(_HEAD)) is not None
+            return word.search(file.read(_HEAD_BYTES)) is not None
     except OSError:
         return False

@@ -5,7 +5,7 @@ import os
 import stat
 from pathlib import Path
 
-LONGEST_NAME = 255
+MAX_NAME_LENGTH = 255
 """Maximum length of a file name, as in file systems [bytes]."""
 
 
@@ -28,8 +28,8 @@ def place_in(folder: Path, name: str) -> Path:
     parts = Path(name).parts
     if not name.isprintable():
         raise ValueError(f"path {name[:60]!r} is not a file name; write for example 'worlds/room.yaml'")
-    if any(len(part.encode("utf-8", "replace")) > LONGEST_NAME for part in parts):
-        raise ValueError(f"path '{name[:60]}...' has a name of more than {LONGEST_NAME} bytes; shorten it")
+    if any(len(part.encode("utf-8", "replace")) > MAX_NAME_LENGTH for part in parts):
+        raise ValueError(f"path '{name[:60]}...' has a name of more than {MAX_NAME_LENGTH} bytes; shorten it")
     path = Path(os.path.normpath(home / name))
     try:
         resolved = path.resolve()

@@ -78,19 +78,19 @@ Legible = AfterValidator(legible)
 Name = Annotated[str, Field(pattern=NAME_PATTERN, max_length=64), Legible]
 """A name: letters and digits of any script, `_`, `.` and `-`."""
 
-SMALLEST = 1e-5
+MIN_SIZE = 1e-5
 """Meshes of smaller things have no volume, and bodies of their size no inertia [m]."""
 
 
 def _require_visible(length: float) -> float:
-    if length < SMALLEST:
-        raise ValueError(f"a length is {length:g} m; it must be at least {SMALLEST:g} m")
+    if length < MIN_SIZE:
+        raise ValueError(f"a length is {length:g} m; it must be at least {MIN_SIZE:g} m")
     return length
 
 
 Metres = Annotated[float, Field(ge=-1e4, le=1e4)]
 Length = Annotated[float, Field(gt=0, le=1e4), AfterValidator(_require_visible)]
-"""A length above zero, at least `SMALLEST` [m]."""
+"""A length above zero, at least `MIN_SIZE` [m]."""
 Distance = Annotated[float, Field(ge=0, le=1e4)]
 """A distance, zero allowed [m]."""
 Degrees = Annotated[float, Field(ge=-3600, le=3600)]

@@ -10,7 +10,7 @@ from mjsim.errors import UsageError
 from mjsim.world.ground import USE_PATTERN, Model, Name, Rate, composed, fault
 from mjsim.world.items.timeline import WorldEvent
 
-LONGEST = 1e6
+MAX_SECONDS = 1e6
 """Maximum duration of a run [s]."""
 
 
@@ -103,7 +103,7 @@ def nearest_divisor(fast_hz: float, requested_hz: float) -> float:
 class Run(Model):
     """Settings of a run of this world."""
 
-    seconds: Annotated[float, Field(gt=0, le=LONGEST)] = 60.0
+    seconds: Annotated[float, Field(gt=0, le=MAX_SECONDS)] = 60.0
     """Duration, in simulated time [s]."""
     rate_hz: Annotated[float, Field(gt=0, le=1000)] = 25.0
     """Ticks per second; a tick is a whole number of physics steps."""
@@ -143,7 +143,7 @@ class Run(Model):
             UsageError: It is shorter than a tick, or too long.
         """
         seconds = self.seconds if seconds is None else seconds
-        if not 0.5 < seconds * self.rate_hz <= LONGEST * self.rate_hz:
-            most = "" if seconds < 1.0 else f", and at most {LONGEST:g} s"
+        if not 0.5 < seconds * self.rate_hz <= MAX_SECONDS * self.rate_hz:
+            most = "" if seconds < 1.0 else f", and at most {MAX_SECONDS:g} s"
             raise UsageError(f"seconds is {seconds:g}; {of} has at least one tick of {1 / self.rate_hz:g} s{most}")
         return round(seconds * self.rate_hz)

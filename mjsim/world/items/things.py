@@ -41,7 +41,7 @@ class ScriptedPath(Model):
 
 Mass = Annotated[float, Field(ge=1e-3, le=1e5)]
 """Mass of a movable thing [kg]."""
-SMALLEST = 1e-3
+MIN_SIZE = 1e-3
 """Minimum size of a movable object [m]: the physics cannot handle smaller ones."""
 
 
@@ -102,8 +102,8 @@ class _Obstacle(Model):
         for kind in KINDS:
             sizes = getattr(self, kind, None) if self.movable else None
             for size in sizes if isinstance(sizes, tuple) else (sizes,):
-                if isinstance(size, float) and size < SMALLEST:
-                    raise fault(f"a size is {size:g} m; a movable object is at least {SMALLEST:g} m large", kind)
+                if isinstance(size, float) and size < MIN_SIZE:
+                    raise fault(f"a size is {size:g} m; a movable object is at least {MIN_SIZE:g} m large", kind)
         return self
 
 

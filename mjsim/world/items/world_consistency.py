@@ -15,7 +15,7 @@ from mjsim.world.items.timeline import OpenEvent
 
 NAMED = ("walls", "obstacles", "beacons", "lamps", "robots", "mechanisms", "people", "plants")
 """Lists of items that may have a name."""
-FARTHEST = 170
+MAX_DOOR_ANGLE = 170
 """Upper bound of the angle of any door [deg]."""
 Misfit = tuple[str, tuple[str | int, ...]]
 """A message, and the path of the value."""
@@ -197,7 +197,7 @@ def _opened_too_far(events: list[tuple[int, dict[str, Any]]], keys: Mapping[str,
     for index, event in events:
         name, angle = event.get("open"), event.get("angle_deg", OpenEvent.model_fields["angle_deg"].default)
         limit = limits.get(name) if isinstance(name, str) else None
-        if limit is not None and isinstance(angle, (int, float)) and limit < abs(angle) <= FARTHEST:
+        if limit is not None and isinstance(angle, (int, float)) and limit < abs(angle) <= MAX_DOOR_ANGLE:
             message = f"angle_deg is {angle:g}; door '{name}' swings to {limit:g} at most"
             yield message, ("run", "events", index, "angle_deg" if "angle_deg" in event else "open")
 
@@ -208,7 +208,7 @@ def _has_door(item: Mapping[str, Any]) -> bool:
 
 def _limit(door: object) -> float | None:
     limit = door.get("limit_deg", Door.model_fields["limit_deg"].default) if isinstance(door, dict) else None
-    return limit if isinstance(limit, (int, float)) and 0 < limit <= FARTHEST else None
+    return limit if isinstance(limit, (int, float)) and 0 < limit <= MAX_DOOR_ANGLE else None
 
 
 def _event_targets(keys: Mapping[str, Any]) -> dict[str, tuple[str, set[str]]]:

@@ -12,11 +12,11 @@ Value = bool | int | float | str
 """Possible values of a variable."""
 Number = int | float
 
-LARGEST = 1e15
+MAX_NUMBER = 1e15
 """Maximum absolute result; a larger number of metres or seconds is a mistake."""
-LONGEST = 400
+MAX_CHARACTERS = 400
 """Maximum length of an expression [characters]."""
-DEEPEST = 30
+MAX_DEPTH = 30
 """Maximum nesting of parentheses and powers."""
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _TOKEN = re.compile(r"\s*(?:(\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?)|([A-Za-z_]\w*)|(\*\*|//|[-+*/%(),]))")
@@ -66,8 +66,8 @@ class Expression:
         Raises:
             ValueError: It is not a valid expression; the message says why.
         """
-        if len(text) > LONGEST:
-            raise ValueError(f"an expression of {len(text)} characters; write at most {LONGEST}")
+        if len(text) > MAX_CHARACTERS:
+            raise ValueError(f"an expression of {len(text)} characters; write at most {MAX_CHARACTERS}")
         parser = _Parser(text)
         self._compute = parser.whole()
         self.names = frozenset(parser.names)
@@ -80,7 +80,7 @@ class Expression:
             ValueError: It cannot be evaluated; the message says why.
         """
         value = self._compute(names)
-        whole = isinstance(value, float) and value.is_integer() and abs(value) <= LARGEST
+        whole = isinstance(value, float) and value.is_integer() and abs(value) <= MAX_NUMBER
         return int(value) if whole else value
 
 
@@ -127,8 +127,8 @@ class _Parser:
 
     def _sum(self) -> _Compute:
         self._depth += 1
-        if self._depth > DEEPEST:
-            raise ValueError(f"the expression is nested more than {DEEPEST} deep; use a variable for a part of it")
+        if self._depth > MAX_DEPTH:
+            raise ValueError(f"the expression is nested more than {MAX_DEPTH} deep; use a variable for a part of it")
         compute = self._product()
         while sign := self._next(*_SUMS):
             compute = _operation(sign, compute, self._product())
@@ -153,8 +153,8 @@ class _Parser:
         if not self._next("**"):
             return base
         self._depth += 1
-        if self._depth > DEEPEST:
-            raise ValueError(f"the expression is nested more than {DEEPEST} deep; use a variable for a part of it")
+        if self._depth > MAX_DEPTH:
+            raise ValueError(f"the expression is nested more than {MAX_DEPTH} deep; use a variable for a part of it")
         compute = _operation("**", base, self._signed())
         self._depth -= 1
         return compute
@@ -236,7 +236,7 @@ def _application(name: str, function: Callable[..., Number], inner: Sequence[_Co
         values = [_number(part(names)) for part in inner]
         try:
             result = function(*values)
-            if -LARGEST <= result <= LARGEST:
+            if -MAX_NUMBER <= result <= MAX_NUMBER:
                 return result
         except (ArithmeticError, ValueError) as error:
             if name in str(error):
@@ -260,7 +260,7 @@ def _operation(sign: str, left: _Compute, right: _Compute) -> _Compute:
             one, other = _number(one), _number(other)
         try:
             result = function(one, other)
-            if -LARGEST <= result <= LARGEST:
+            if -MAX_NUMBER <= result <= MAX_NUMBER:
                 return result
         except ZeroDivisionError:
             raise ValueError(f"{_joined(sign, one, other)} divides by zero") from None
@@ -280,7 +280,7 @@ def _power(base: Number, exponent: Number) -> Number:
     result = float(base) ** float(exponent)
     if isinstance(result, complex):
         raise ValueError(f"{shown_number(base)} ** {shown_number(exponent)} is not a number")
-    whole = isinstance(base, int) and isinstance(exponent, int) and exponent >= 0 and abs(result) <= LARGEST
+    whole = isinstance(base, int) and isinstance(exponent, int) and exponent >= 0 and abs(result) <= MAX_NUMBER
     return base**exponent if whole else result
 
 
@@ -303,10 +303,10 @@ def _number(value: Value) -> Number:
 
 
 def _bounded(value: Number, text: str) -> Number:
-    if not -LARGEST <= value <= LARGEST:
+    if not -MAX_NUMBER <= value <= MAX_NUMBER:
         raise ValueError(_too_large(text))
     return value
 
 
 def _too_large(text: str) -> str:
-    return f"{text:.60} is too large; results are at most {LARGEST:g}"
+    return f"{text:.60} is too large; results are at most {MAX_NUMBER:g}"

@@ -15,7 +15,7 @@ from mjsim.world.language.merge_worlds import marked, merged, without
 from mjsim.world.language.templates import Budget, Template, TooMuchError
 from mjsim.world.yaml import MAX_BYTES, Node, Origin, read_text
 
-DEEPEST = 16
+MAX_DEPTH = 16
 """Maximum nesting of includes."""
 MAX_FILES = 1000
 """Maximum number of included files; a file counts each time."""
@@ -141,8 +141,8 @@ class _Expander:
             ring = " > ".join([*around.chain[around.chain.index(name) :], name])
             self._report(around, entry, f"this includes itself: {ring}; leave one of them out")
             return None
-        if len(around.chain) > DEEPEST:
-            self._report(around, entry, f"includes are nested more than {DEEPEST} deep; include fewer files")
+        if len(around.chain) > MAX_DEPTH:
+            self._report(around, entry, f"includes are nested more than {MAX_DEPTH} deep; include fewer files")
             return None
         self.budget.check_time(entry)
         self._files += 1

@@ -19,9 +19,9 @@ MAX_ITEMS = 100_000
 """Maximum number of repeated items."""
 MAX_VALUES = 2_000_000
 """Maximum number of keys and values produced by repetitions."""
-LONGEST_TIME = 2.0
+MAX_TIME = 2.0
 """Time limit of the expansion, without reading files [s]."""
-LONGEST_SOURCE, LONGEST_TEXT = 10_000, 2000
+MAX_SOURCE, MAX_TEXT_LENGTH = 10_000, 2000
 """Maximum length of a text with expressions, and of its result [characters]."""
 _NUMBERED = ("openings",)
 """Lists inside items whose own items have names that are unique in the world."""
@@ -48,7 +48,7 @@ class Budget:
     def __init__(self) -> None:
         self.problems: dict[tuple[str, int, int], Problem] = {}
         self._items = self._values = 0
-        self._end = time.process_time() + LONGEST_TIME
+        self._end = time.process_time() + MAX_TIME
 
     def allow(self, seconds: float) -> None:
         """Exclude time that was not spent on expansion [s]."""
@@ -57,7 +57,7 @@ class Budget:
     def check_time(self, node: Node) -> None:
         """Raise TooMuchError if the time limit is exceeded."""
         if time.process_time() > self._end:
-            raise TooMuchError(f"expanding takes more than {LONGEST_TIME:g} s; repeat or include less", node)
+            raise TooMuchError(f"expanding takes more than {MAX_TIME:g} s; repeat or include less", node)
 
     def check_items(self, node: Node, copies: int) -> None:
         """Raise TooMuchError if this many more items exceed the limit."""
@@ -320,8 +320,8 @@ def _pieces(text: str) -> list[str | Expression]:
     Raises:
         ValueError: An expression is not closed, or is invalid.
     """
-    if len(text) > LONGEST_SOURCE:
-        raise ValueError(f"a text of {len(text)} characters with expressions in it; write at most {LONGEST_SOURCE}")
+    if len(text) > MAX_SOURCE:
+        raise ValueError(f"a text of {len(text)} characters with expressions in it; write at most {MAX_SOURCE}")
     found: list[str | Expression] = []
     end = 0
     for match in _PIECE.finditer(text):
@@ -350,8 +350,8 @@ def names_in(text: str) -> frozenset[str]:
 
 def _joined(texts: Sequence[str]) -> str:
     length = sum(map(len, texts))
-    if length > LONGEST_TEXT:
-        raise ValueError(f"the result has {length} characters; it must have at most {LONGEST_TEXT}")
+    if length > MAX_TEXT_LENGTH:
+        raise ValueError(f"the result has {length} characters; it must have at most {MAX_TEXT_LENGTH}")
     return "".join(texts)
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mjsim.errors import UsageError
 from mjsim.geometry import Array, Pose
-from mjsim.models import MOST_PIXELS
+from mjsim.models import MAX_PIXELS
 from mjsim.world.items import World
 from mjsim.world.plan.polygons import SLICE, solid
 
@@ -74,7 +74,7 @@ def grid_of(world: World, *, resolution: float = 0.05, height: float = SLICE, mo
     first = np.floor((np.array([low_x, low_y]) - MARGIN) / resolution)
     last = np.ceil((np.array([high_x, high_y]) + MARGIN) / resolution)
     columns, rows = (last - first).astype(int).tolist()
-    if rows * columns > MOST_PIXELS:
+    if rows * columns > MAX_PIXELS:
         raise UsageError(f"the map would have {rows * columns / 1e6:.0f} million cells; make the resolution coarser")
     corner = first * resolution
 

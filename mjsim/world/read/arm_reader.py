@@ -20,7 +20,7 @@ MODELS = (".xml", ".mjcf", ".urdf", ".xacro")
 _PLACED = re.compile(r".{1,400}?:(\d+):(\d+): (.*)", re.DOTALL)
 """An error with line and column in the file of an arm."""
 NONE: Mapping[str, str] = MappingProxyType({})
-FARTHEST = 4
+MAX_PARENTS = 4
 """Number of parent folders of a model that may contain its meshes."""
 
 
@@ -126,6 +126,6 @@ def _model_keys(path: Path, end: str | None, arguments: Mapping[str, str]) -> tu
 
 def _package(path: Path) -> Path:
     """Return the folder that may contain the files of a model: that of its package, or some folders up."""
-    above = list(path.parents)[: FARTHEST + 1]
+    above = list(path.parents)[: MAX_PARENTS + 1]
     package = next((folder for folder in above if (folder / "package.xml").is_file()), None)
     return package.parent if package is not None else above[-1]

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 MAX_BYTES = 5_000_000
 MAX_NODES = 250_000
 """Maximum number of keys and values of a text, including those that aliases repeat."""
-DEEPEST = 50
+MAX_DEPTH = 50
 
 _WORDS = {
     **dict.fromkeys(("", "~", "null", "Null", "NULL")),
@@ -214,8 +214,8 @@ class _Composer:
             node = Node(self._scalar(event), *place)
         else:
             self._depth += 1
-            if self._depth > DEEPEST:
-                raise _BrokenTextError(*place, f"values are nested more than {DEEPEST} deep; write them flatter")
+            if self._depth > MAX_DEPTH:
+                raise _BrokenTextError(*place, f"values are nested more than {MAX_DEPTH} deep; write them flatter")
             if event.flow:
                 self.brackets.append(place)
             node = self._mapping(event) if event.kind == MAP else self._list(event)

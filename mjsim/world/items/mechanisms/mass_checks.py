@@ -8,7 +8,7 @@ from mjsim.world.ground import fault
 from mjsim.world.items.mechanisms.assembly import Assembly
 from mjsim.world.items.mechanisms.mechanism_items import MechanismParts
 
-LEAST = 1e-14
+MIN_INERTIA = 1e-14
 """Smallest mass or inertia that a joint must move: MuJoCo's own limit is a tenth of it [kg, kg m^2]."""
 SINGULAR = 1e-12
 """A combination of values that moves no mass has an eigenvalue of the scaled mass matrix below this."""
@@ -26,7 +26,7 @@ def check_inertias(mechanism: MechanismParts, found: Assembly, values: Array) ->
     own = [column for name in {tree.name for tree in _carrying(found)} for column in found.columns[name]]
     matrix = matrix[np.ix_(own, own)]
     scale = np.diag(matrix)
-    if len(own) and scale.min() >= LEAST:
+    if len(own) and scale.min() >= MIN_INERTIA:
         sizes, vectors = np.linalg.eigh(matrix / np.sqrt(np.outer(scale, scale)))
         if sizes[0] >= SINGULAR:
             return

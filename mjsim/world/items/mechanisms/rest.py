@@ -17,7 +17,7 @@ GRAVITY = 9.81
 AT_REST = 1e-9
 """Tolerated residual forces, as a fraction of the weight."""
 ROUNDS, STEP = 100, 1e-6
-LONGEST = 0.3
+MAX_STEP = 0.3
 """Largest change of a value in one iteration [rad, m]."""
 
 
@@ -137,7 +137,7 @@ def _newton(balance: _Balance, values: Array, free: Array) -> tuple[Array, Array
             slopes.append((left(unknown + step) - left(unknown - step)) / (2.0 * STEP))
         change = solved(np.column_stack(slopes), -residual)
         largest = float(np.abs(change[: len(free)]).max(initial=0.0))
-        unknown = unknown + change * min(1.0, LONGEST / max(largest, 1e-300))
+        unknown = unknown + change * min(1.0, MAX_STEP / max(largest, 1e-300))
         if largest < 1e-13 and np.abs(residual).max() < AT_REST * balance.weight:
             break
     whole = values.copy()
