@@ -17,6 +17,7 @@ UNLIMITED = {
     "subprocess.run(words, cwd=script.parent, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, check=False)": (
         "a script of Octave lasts as long as its user wants; Ctrl-C reaches Octave too"
     ),
+    "os.waitpid(copy, 0)": "the copy of the process ends at once",
     "page.wait()": "serves until Ctrl-C",
     "self._server.wait()": "serves until Ctrl-C, which it looks for each second",
     "self.changed.wait()": "a run that is paused or has ended waits for its user",

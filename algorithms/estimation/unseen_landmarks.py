@@ -54,8 +54,10 @@ class UnseenLandmarks:
             if sighting.name in belief.landmarks:
                 around = ((row + i, column + j) for i in (-1, 0, 1) for j in (-1, 0, 1))
                 self._seen_from.update((sighting.name, *cell) for cell in around)
-        near = [name for name in belief.landmarks if (name, row, column) in self._seen_from]
-        if not named and any(self._is_in_view(belief, name) for name in near):
+        if named:
+            return
+        near = (name for name in belief.landmarks if (name, row, column) in self._seen_from)
+        if any(self._is_in_view(belief, name) for name in near):
             self._blank += seen.dt
 
     def _is_in_view(self, belief: Estimate, name: Hashable) -> bool:

@@ -24,7 +24,7 @@ MOMENT_TOLERANCE = 1e-8
 MIN_MOMENT = 2e-14
 """MuJoCo treats smaller moments as zero [kg m^2]."""
 DIGITS = ".9g"
-MIN_MASS = 1e-6
+FEATHER_MASS = 1e-6
 """Mass of a link that weighs nothing, as MuJoCo takes nothing for unknown [kg]."""
 MIN_STATED = 1e-9
 """A smaller mass is a placeholder of an exporter for none [kg]."""
@@ -33,7 +33,7 @@ FEATHER_SIZE = 1e-4
 _URDF_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
-def mend_inertias(root: Element, path: str, *, feather: float = MIN_MASS) -> list[str]:
+def mend_inertias(root: Element, path: str, *, feather: float = FEATHER_MASS) -> list[str]:
     """Repair masses and inertias in a model's text in place; return notes on what was done.
 
     Args:

@@ -133,7 +133,7 @@ def test_a_module_that_cannot_be_made_is_the_users_mistake(room, capsys):
     ("words", "complaint"),
     [
         (("--seconds", "0.01"), "seconds is 0.01; a run has at least one tick of 0.04 s"),
-        (("--seconds", "inf"), "seconds is inf; a run has at least one tick of 0.04 s, and at most 1e+06 s"),
+        (("--seconds", "inf"), "seconds is inf; a run has at least one tick of 0.04 s, and at most 1e+08 s"),
         (("-o", "/proc/none/run.mcap"), "cannot write '/proc/none/run.mcap': No such file or directory"),
         (("--video", "film.avi"), "cannot write a video as 'film.avi'; name it .mp4"),
     ],

@@ -31,8 +31,8 @@ from mjsim.exchange.drawings.furnishing import (
     thing_of,
     with_parts,
 )
-from mjsim.exchange.drawings.layer_roles import Role
 from mjsim.exchange.drawings.patches import painted_over
+from mjsim.exchange.drawings.plan_counts import count_openings, counts_listed, left_out
 from mjsim.exchange.drawings.ribbons import Ribbon, ribbons_of, without_ribbons
 from mjsim.exchange.drawings.sorting import (
     Pens,
@@ -71,8 +71,6 @@ MIN_FILLED_RATIO = 2.0
 """Unnamed lines are not walls if the length of filled walls is at least this multiple of theirs."""
 MIN_COVERED_SHARE = 0.8
 """A wall is a duplicate of filled shapes if they cover at least this fraction of its area."""
-_LEFT: dict[Role | None, str] = {"note": "lines of notes", "stairs": "lines of stairs"}
-"""Descriptions of roles that are not represented in the world."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,7 +114,7 @@ def read_plan(
     if (count := sum(len(line.points) for line in lines)) > 2 * MAX_CORNERS:
         raise UsageError(f"'{drawing.name}' has {count} corners; walls have at most {MAX_CORNERS}, name their --layer")
     _, metres = corner_and_scale(drawing, walls, scale)
-    counts = Counter(_LEFT[line.role] for line in lines if line.role in _LEFT)
+    counts = left_out(lines)
     lines = [replace(line, points=line.points * metres, width=line.width * metres) for line in lines]
     require_sparse(lines, drawing.name)
     found = sorted_lines(with_symbols(with_large_rooms(with_parts(lines))))
@@ -132,10 +130,10 @@ def read_plan(
     named = [wall.model_copy(update={"name": f"wall-{index}"}) for index, wall in enumerate(made, start=1)]
     named = with_openings(named, holes)
     things = _things(moved, named, furniture, counts)
-    _count_openings(named, counts)
+    count_openings(named, counts)
     world = World(name=name, walls=tuple(named), obstacles=tuple(things))
     place = (corner / metres).tolist()
-    return FloorPlan(world, metres, (place[0], place[1]), [*_counts_listed(counts), *drawing.notes])
+    return FloorPlan(world, metres, (place[0], place[1]), [*counts_listed(counts), *drawing.notes])
 
 
 def _walls(lines: SortedLines, thickness: float | None, counts: Counter[str]) -> tuple[list[Wall], list[Hole]]:
@@ -385,26 +383,3 @@ def _furniture(lines: SortedLines, walls: Sequence[Wall]) -> list[Outline]:
         if fits and inside.covers(hull) and hull.intersection(whole).area <= 0.2 * hull.area:
             found.append(outline)
     return distinct_outlines([part for outline in found for part in outline.parts])
-
-
-def _count_openings(walls: Sequence[Wall], counts: Counter[str]) -> None:
-    for wall in walls:
-        for opening in wall.openings:
-            counts["windows" if opening.sill else "doorways"] += 1
-
-
-def _counts_listed(counts: Counter[str]) -> list[str]:
-    """Return what was made and what was left out, one line each."""
-    made = {
-        "doorways": "doorway",
-        "windows": "window",
-        "columns": "column",
-        "pieces of furniture": "piece of furniture",
-        "walls drawn by one line": "wall drawn by one line",
-    }
-    lines = []
-    if listed := [f"{counts[many]} {one if counts[many] == 1 else many}" for many, one in made.items() if counts[many]]:
-        lines.append(", ".join(listed))
-    if left := [f"{count} {kind}" for kind, count in counts.items() if count and kind not in made]:
-        lines.append(f"left out: {', '.join(left)}")
-    return lines

@@ -8,6 +8,7 @@ import numpy as np
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.exchange.robots.ahead import ALONG, forward_of, shown
+from mjsim.exchange.robots.axles import Sides, across_of, axles_of, by_side
 from mjsim.exchange.robots.found_wheels import (
     MAX_AXLE_RISE,
     FoundWheel,
@@ -36,8 +37,6 @@ FLOOR_MARGIN = 0.3
 """A wheel stands on the floor if its lowest point is this close to the lowest of all, in wheel radii."""
 MAX_PASSIVE_RATIO = 0.6
 """A passive wheel is smaller than this fraction of the largest wheel."""
-AXLE_TOLERANCE = 0.5
-"""Wheels this close to each other along the robot share an axle, in wheel radii."""
 HINGELESS = "it has no level hinge at all; wheels, and the ends of tracks, turn on joints without limits"
 DRIVES = ("differential", "skid_steer", "ackermann", "tricycle", "mecanum", "omni3")
 """Drives that a robot from a file can have."""
@@ -210,7 +209,7 @@ def _omnidirectional(
         return Gear(kind, (), bearing, floor, forward, (note,), in_the_ring(chosen, forward))
     forward, notes = forward_of(anatomy, _common_axis(chosen, file), options, file=file, urdf=urdf)
     left = np.array([-forward[1], forward[0]])
-    rows = tuple(tuple(tuple(side) for side in _by_side(row, left, options)) for row in _rows(chosen, forward))
+    rows = tuple(tuple(tuple(side) for side in by_side(row, left, options)) for row in axles_of(chosen, forward))
     if len(rows) != 2 or any(len(side) != 1 for row in rows for side in row):
         raise UsageError(
             f"{file}: {listed([w.name for w in chosen])} do not stand at the corners of a rectangle; name the four"
@@ -272,10 +271,10 @@ def _sorted_out(
     steering = [wheel for wheel in wheels if wheel.steer is not None]
     if len(wheels) == 3 and len(steering) == 1 and options.drive in (None, "tricycle"):
         return _tricycle(wheels, steering[0], bearing, floor, forward, file=file, notes=notes)
-    rows = _rows(wheels, forward)
-    sides = [_by_side(row, left, options) for row in rows]
+    rows = axles_of(wheels, forward)
+    sides = [by_side(row, left, options) for row in rows]
     for pair in [*sides]:
-        centre = all(abs(_across(w, left, sides)) < 0.5 * w.radius for side in pair for w in side)
+        centre = all(abs(across_of(w, left, sides)) < 0.5 * w.radius for side in pair for w in side)
         if centre and len(sides) > 1:
             sides.remove(pair)
             bearing = [*bearing, *pair[0], *pair[1]]
@@ -337,8 +336,8 @@ def _tricycle(
 
 def _check_drive(
     drive: str,
-    sides: list[tuple[list[FoundWheel], list[FoundWheel]]],
-    steered: list[tuple[list[FoundWheel], list[FoundWheel]]],
+    sides: list[Sides],
+    steered: list[Sides],
     file: str,
 ) -> None:
     if drive == "tricycle":
@@ -362,45 +361,3 @@ def _check_drive(
         raise UsageError(f"{file} has {len(sides)} axles that drive; a differential drive has one, name its two wheels")
     if drive == "skid_steer" and len(sides) < 2:
         raise UsageError(f"{file} has one axle that drives; skid steering needs two or more")
-
-
-def _rows(wheels: list[FoundWheel], forward: Array) -> list[list[FoundWheel]]:
-    """Return wheels by axles, front axle first."""
-    rows: list[list[FoundWheel]] = []
-    for wheel in sorted(wheels, key=lambda w: -float(w.middle[:2] @ forward)):
-        same_row = (
-            rows and abs(float((rows[-1][0].middle - wheel.middle)[:2] @ forward)) < AXLE_TOLERANCE * wheel.radius
-        )
-        if same_row:
-            rows[-1].append(wheel)
-        else:
-            rows.append([wheel])
-    return rows
-
-
-def _by_side(row: list[FoundWheel], left: Array, options: RobotOptions) -> tuple[list[FoundWheel], list[FoundWheel]]:
-    """Return the left and the right wheels of an axle, outer ones first."""
-    middle = float(np.mean([wheel.middle[:2] @ left for wheel in row]))
-    if len(row) == 1:
-        middle = 0.0
-
-    def outward(wheel: FoundWheel) -> float:
-        return -abs(float(wheel.middle[:2] @ left) - middle)
-
-    named_left, named_right = set(options.left), set(options.right)
-
-    def is_left(wheel: FoundWheel) -> bool:
-        if (wheel.name in named_left) != (wheel.name in named_right):
-            return wheel.name in named_left
-        return float(wheel.middle[:2] @ left) > middle
-
-    return (
-        sorted((w for w in row if is_left(w)), key=outward),
-        sorted((w for w in row if not is_left(w)), key=outward),
-    )
-
-
-def _across(wheel: FoundWheel, left: Array, sides: list[tuple[list[FoundWheel], list[FoundWheel]]]) -> float:
-    """Return the lateral distance of a wheel from the centreline of the robot [m]."""
-    all_of = [float(w.middle[:2] @ left) for pair in sides for side in pair for w in side]
-    return float(wheel.middle[:2] @ left) - (min(all_of) + max(all_of)) / 2

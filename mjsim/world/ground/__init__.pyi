@@ -3,6 +3,7 @@ from .gc_pause import gc_paused as gc_paused
 from .item_kinds import OneOf as OneOf
 from .item_kinds import Shaped as Shaped
 from .item_kinds import kind_of as kind_of
+from .model_base import COMPLEX_PATTERN as COMPLEX_PATTERN
 from .model_base import JOINT_PATTERN as JOINT_PATTERN
 from .model_base import KEY as KEY
 from .model_base import PART_PATTERN as PART_PATTERN

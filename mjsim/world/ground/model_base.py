@@ -70,6 +70,7 @@ JOINT_PATTERN = rf"^{_HEAD}{_PART}*$"
 POINT_PATTERN = rf"^{_PART}+(\.{_PART}+)?$"
 TARGET_PATTERN = rf"^{_HEAD}{_TAIL}*\.{_HEAD}{_PART}*$"
 PLAIN_PATTERN = r"^[^\x00-\x1f]+$"
+COMPLEX_PATTERN = r"^[-+0-9.eE ]*[ij]$"
 PLANT_PATTERN = rf"^{_HEAD}{_TAIL}*(/{_HEAD}{_TAIL}*)?$"
 USE_PATTERN = r"^(exec:.+|[^:]+\.m|[^:]+:[A-Za-z_][A-Za-z0-9_]*)$"
 

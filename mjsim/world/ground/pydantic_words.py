@@ -13,6 +13,7 @@ from mjsim.errors import did_you_mean
 from mjsim.world.ground.descriptions import description_of
 from mjsim.world.ground.model_base import (
     COLOR_PATTERN,
+    COMPLEX_PATTERN,
     JOINT_PATTERN,
     KEY,
     NAME_PATTERN,
@@ -35,6 +36,7 @@ _PATTERNS = {
     TARGET_PATTERN: "THING.TARGET",
     PLAIN_PATTERN: "a name or a path, without control characters",
     PLANT_PATTERN: "NAME, or NAME/PART",
+    COMPLEX_PATTERN: "a number such as -1+2j",
     USE_PATTERN: "'module:Class', 'file.py:Class', 'file.m' or 'exec:./program'",
 }
 _KINDS = {

@@ -5,13 +5,11 @@ from typing import Annotated, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from mjsim.world.ground import PLANT_PATTERN, Legible, Model, Name, fault
+from mjsim.world.ground import COMPLEX_PATTERN, PLANT_PATTERN, Legible, Model, Name, fault
 from mjsim.world.items.timeline import Signal
 
 MAX_STATES = 50
 """Largest number of states of a mathematical model."""
-COMPLEX_PATTERN = r"^[-+0-9.eE ]*[ij]$"
-"""A complex number, such as -1+2j."""
 Figure = Annotated[float, Field(ge=-1e12, le=1e12)]
 Coefficients = Annotated[tuple[Figure, ...], Field(strict=False, min_length=1, max_length=MAX_STATES + 1)]
 Root = Figure | Annotated[str, Field(pattern=COMPLEX_PATTERN, max_length=60)]

@@ -11,7 +11,9 @@ from mjsim.world.ground import USE_PATTERN, Model, Name, Rate, composed, fault
 from mjsim.world.items.timeline import WorldEvent
 
 MAX_SECONDS = 1e6
-"""Maximum duration of a run [s]."""
+"""Maximum duration in a world file [s]."""
+MAX_GIVEN_SECONDS = 1e8
+"""Maximum duration that a command or a program gives: a bridge has no end [s]."""
 
 
 class Use(Model):
@@ -143,7 +145,7 @@ class Run(Model):
             UsageError: It is shorter than a tick, or too long.
         """
         seconds = self.seconds if seconds is None else seconds
-        if not 0.5 < seconds * self.rate_hz <= MAX_SECONDS * self.rate_hz:
-            most = "" if seconds < 1.0 else f", and at most {MAX_SECONDS:g} s"
+        if not 0.5 < seconds * self.rate_hz <= MAX_GIVEN_SECONDS * self.rate_hz:
+            most = "" if seconds < 1.0 else f", and at most {MAX_GIVEN_SECONDS:g} s"
             raise UsageError(f"seconds is {seconds:g}; {of} has at least one tick of {1 / self.rate_hz:g} s{most}")
         return round(seconds * self.rate_hz)

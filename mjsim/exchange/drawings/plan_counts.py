@@ -1,0 +1,40 @@
+"""Counts what was made of a drawing, and what was left out."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+from mjsim.exchange.drawings.drawing import Line
+from mjsim.exchange.drawings.layer_roles import Role
+from mjsim.world import Wall
+
+_LEFT: dict[Role | None, str] = {"note": "lines of notes", "stairs": "lines of stairs"}
+"""Descriptions of roles that are not represented in the world."""
+
+
+def left_out(lines: Sequence[Line]) -> Counter[str]:
+    """Return how many lines have roles that are not represented in the world, by description."""
+    return Counter(_LEFT[line.role] for line in lines if line.role in _LEFT)
+
+
+def count_openings(walls: Sequence[Wall], counts: Counter[str]) -> None:
+    """Count doorways and windows."""
+    for wall in walls:
+        for opening in wall.openings:
+            counts["windows" if opening.sill else "doorways"] += 1
+
+
+def counts_listed(counts: Counter[str]) -> list[str]:
+    """Return what was made and what was left out, one line each."""
+    made = {
+        "doorways": "doorway",
+        "windows": "window",
+        "columns": "column",
+        "pieces of furniture": "piece of furniture",
+        "walls drawn by one line": "wall drawn by one line",
+    }
+    lines = []
+    if listed := [f"{counts[many]} {one if counts[many] == 1 else many}" for many, one in made.items() if counts[many]]:
+        lines.append(", ".join(listed))
+    if left := [f"{count} {kind}" for kind, count in counts.items() if count and kind not in made]:
+        lines.append(f"left out: {', '.join(left)}")
+    return lines
