@@ -20,7 +20,7 @@ import numpy as np
 
 from mjsim import Simulation
 from mjsim.interface import Picture
-from mjsim.run import Driver, drivers_of, tick_count, ticks
+from mjsim.run import Driver, drivers_of, ticks
 from mjsim.world import BeaconSensor, Camera, OdometryNoise, Robot, WheelOdometry, World, load_world
 
 WORLDS = ("gallery", "office", "museum", "warehouse", "foyer", "corridor")
@@ -99,7 +99,7 @@ def drive(world: World, *, every: float) -> Iterator[Picture]:
     world = exact(world, rate_hz=1.0 / every, noise=0.0, latency=0)
     drivers = exact_drivers(world)
     with Simulation(world) as sim:
-        for tick in islice(ticks(sim, drivers), tick_count(sim, None)):
+        for tick in islice(ticks(sim, drivers), sim.world.run.ticks()):
             for seen in tick.seen.values():
                 yield from (frame.image.copy() for frame in seen.cameras.values())
 
