@@ -17,7 +17,7 @@ MIN_UNSEEN_SECONDS, LONGER, ENOUGH = 0.6, 2.0, 50
 """Time without an expected sighting that is evidence [s], as a multiple of the longest that was none, and number of
 sightings that have to agree before."""
 INNER = 0.8
-"""Part of the largest range and of the field of view in which a landmark is surely in view."""
+"""Part of the ranges and of the field of view in which a landmark is surely in view: a picture nearby is cut off."""
 CERTAIN = 3.0
 """Standard deviations of the heading by which bearings may be off."""
 
@@ -28,7 +28,8 @@ class UnseenLandmarks:
     def __init__(self) -> None:
         """Start with nothing seen."""
         self._seen_from: set[tuple[Hashable, int, int]] = set()
-        self._right, self._left, self._farthest = math.inf, -math.inf, 0.0
+        self._right, self._left = math.inf, -math.inf
+        self._nearest, self._farthest = math.inf, 0.0
         self._blank, self._longest, self._agreed = 0.0, 0.0, 0
 
     @property
@@ -50,7 +51,7 @@ class UnseenLandmarks:
         named = [sighting for sighting in seen.sightings if sighting.name is not None]
         for sighting in named:
             self._right, self._left = min(self._right, sighting.bearing), max(self._left, sighting.bearing)
-            self._farthest = max(self._farthest, sighting.range)
+            self._nearest, self._farthest = min(self._nearest, sighting.range), max(self._farthest, sighting.range)
             if sighting.name in belief.landmarks:
                 around = ((row + i, column + j) for i in (-1, 0, 1) for j in (-1, 0, 1))
                 self._seen_from.update((sighting.name, *cell) for cell in around)
@@ -65,4 +66,5 @@ class UnseenLandmarks:
         x, y = belief.landmarks[name][0] - belief.pose.as_array()[:2]
         bearing = wrap_angle(math.atan2(y, x) - belief.pose.heading)
         off = abs(bearing - 0.5 * (self._left + self._right)) + CERTAIN * math.sqrt(belief.covariance[2, 2])
-        return math.hypot(x, y) < INNER * self._farthest and off < 0.5 * INNER * (self._left - self._right)
+        is_in_range = self._nearest / INNER < math.hypot(x, y) < self._farthest * INNER
+        return is_in_range and off < 0.5 * INNER * (self._left - self._right)

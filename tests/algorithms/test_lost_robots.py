@@ -165,12 +165,13 @@ def observed(*sightings):
     return Observation(time=0.0, dt=DT, odometry=Odometry(0.0, 0.0, 0.0, np.eye(3)), sightings=sightings)
 
 
-def suspicious(*, heading=-0.3, agreed=50, other_reason=0.0, blank=0.7, x=0.0):
-    """Return whether it is evidence that a robot, which has seen two landmarks from the origin, sees none at (x, 0)."""
-    unseen, places = UnseenLandmarks(), {"near": np.array([3.0, 0.5]), "far": np.array([5.0, 5.0])}
+def suspicious(*, heading=-0.3, agreed=50, other_reason=0.0, blank=0.7, x=0.0, expected=("close", "near", "far")):
+    """Return whether it is evidence that a robot that has seen three landmarks from the origin sees none at (x, 0)."""
+    unseen = UnseenLandmarks()
+    places = {"close": np.array([1.2, 0.2]), "near": np.array([3.0, 0.5]), "far": np.array([5.0, 5.0])}
 
     def belief(x, heading):
-        landmarks = {name: (place, np.eye(2)) for name, place in places.items()}
+        landmarks = {name: (place, np.eye(2)) for name, place in places.items() if name in expected}
         return Estimate(Pose(x, 0.0, heading), 1e-4 * np.eye(3), landmarks)
 
     def wait(seconds, x, heading):
@@ -190,7 +191,10 @@ def suspicious(*, heading=-0.3, agreed=50, other_reason=0.0, blank=0.7, x=0.0):
 def test_no_landmark_where_some_were_seen_is_evidence_that_the_robot_is_elsewhere():
     assert suspicious(x=0.4)
     assert not suspicious(x=0.4, blank=0.5)
-    # Nothing is expected outside of the field of view, where nothing was seen from, or before it is known what is seen.
+    # Nothing is expected nearer than any was seen, outside of the field of view, where nothing was seen from, or before
+    # it is known what is seen.
+    assert suspicious(x=0.4, expected=["near"])
+    assert not suspicious(x=0.4, expected=["close"])
     assert not suspicious(heading=0.3)
     assert not suspicious(x=1.1)
     assert not suspicious(agreed=49)
