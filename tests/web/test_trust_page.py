@@ -34,6 +34,7 @@ def page(browser, tmp_path):
 
 
 def open_world(page, name):
+    expect(page.get_by_role("tab", name="Run", exact=True)).to_be_visible(timeout=PATIENCE)  # who sees it heeds keys
     page.keyboard.press("Control+o")
     page.get_by_role("dialog").get_by_text(name, exact=True).click()
     # A world that is opened in Edit shows itself there, so the way to Run begins after that.
