@@ -1,6 +1,6 @@
 """Tell which faults, drawn over mjsim and algorithms, the tests notice: a table in Markdown and in JSON.
 
-nice .venv/bin/python scripts/measure/mutants.py -o DIR [--number 200] [--seed 1] [--under mjsim/sim] [--slow]
+nice .venv/bin/python scripts/measure/mutants.py -o DIR [--number 200] [--seed 1] [--under mjsim/sim] [--kinds sign]
 
 One process collects the quick tests once. For each fault it forks: the child gives the functions of that file their
 faulty code and runs the tests that call the faulty function, the nearest first, until one fails. Which test calls which
@@ -347,12 +347,13 @@ def main() -> None:
     parser.add_argument("--number", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--under", nargs="*", default=["mjsim", "algorithms"])
+    parser.add_argument("--kinds", nargs="*", help="only faults of these kinds, such as 'guard removed'")
     parser.add_argument("--tests", nargs="*", default=[str(ROOT / "tests")])
     parser.add_argument("--slow", action="store_true")
     options = parser.parse_args()
     options.folder.mkdir(parents=True, exist_ok=True)
     paths = [path for name in options.under for path in sorted((ROOT / name).rglob("*.py")) or [ROOT / name]]
-    faults = draw(paths, number=options.number, seed=options.seed)
+    faults = draw(paths, number=options.number, seed=options.seed, kinds=options.kinds)
     with tempfile.TemporaryDirectory() as place:
         site = Path(place)
         (site / "sitecustomize.py").write_text(SITE.format(folder=place, own=OWN))

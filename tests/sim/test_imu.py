@@ -11,6 +11,7 @@ from mjsim.geometry import Array, wrap_angle
 from mjsim.interface import Command, ImuReading
 from mjsim.sim import Simulation
 from mjsim.world import parse_world
+from tests.sim.devices import device_of, moved
 
 GRAVITY = 9.81
 
@@ -62,7 +63,6 @@ def test_stamps_are_whole_steps_and_a_batch_comes_with_each_tick():
     np.testing.assert_allclose(stamps["b"], 0.016 * np.arange(1, 26), atol=1e-12)
 
 
-@pytest.mark.slow
 def test_turns_add_up_to_the_heading_and_accelerations_to_the_speed():
     readings, sim = drive("rate_hz: 250, at: [0, 0, 0], yaw_deg: 35", Command(0.5, turn=0.6), 4.0)
     acceleration, turn = columns(readings)
@@ -76,7 +76,6 @@ def test_turns_add_up_to_the_heading_and_accelerations_to_the_speed():
     np.testing.assert_allclose(velocity, sim.data.qvel[:3], atol=2e-3)
 
 
-@pytest.mark.slow
 def test_on_a_circle_it_feels_the_centripetal_acceleration_of_where_it_is():
     speed, turn = 0.5, 1.0
     for at in ([0, 0, 0.1], [0.2, 0.1, 0.1]):
@@ -88,33 +87,122 @@ def test_on_a_circle_it_feels_the_centripetal_acceleration_of_where_it_is():
         assert late_turn == pytest.approx(turn, rel=0.02)
 
 
-@pytest.mark.slow
-def test_white_noise_bias_and_walk_are_as_the_data_sheet_says():
-    quiet = columns(drive("rate_hz: 250", Command(), 8.0)[0])
-    noisy = columns(drive("rate_hz: 250, noise: {acceleration: 0.05, turn: 0.01}", Command(), 8.0)[0])
-    errors = [(a - b)[250:] for a, b in zip(noisy, quiet, strict=True)]
-    # 1750 readings of three axes: the standard deviation is known to 1 %.
-    assert errors[0].std() == pytest.approx(0.05, rel=0.04)
-    assert errors[1].std() == pytest.approx(0.01, rel=0.04)
-    walking = columns(drive("rate_hz: 250, walk: {acceleration: 0.1, turn: 0.02}", Command(), 8.0)[0])
-    for told, exact, density in zip(walking, quiet, (0.1, 0.02), strict=True):
-        steps = np.diff((told - exact)[250:], axis=0)
-        assert steps.std() == pytest.approx(density * math.sqrt(0.004), rel=0.04)
+def imu(keys: str) -> Simulation:
+    return Simulation(parse_world(f"mjsim: 1\nrobots: [{{name: r, at: [0, 0], sensors: [{{imu: imu, {keys}}}]}}]\n"))
 
 
-@pytest.mark.slow
+@pytest.fixture(scope="module")
+def mounted():
+    with imu("rate_hz: 250, at: [0.3, -0.2, 0.5], yaw_deg: 40, pitch_deg: 25") as sim:
+        yield sim
+
+
+SENSOR = Rotation.from_euler("ZY", [40, -25], degrees=True)
+ARM = np.array([0.3, -0.2, 0.5])
+
+
+def test_a_body_that_turns_and_gains_speed_is_felt_where_the_sensor_sits_and_along_its_axes(mounted):
+    rng, step = np.random.default_rng(8), mounted.model.opt.timestep
+    for _ in range(6):
+        w, start, change, first = (*rng.uniform(-2.0, 2.0, (3, 3)), Rotation.random(rng=rng))
+        batch, each, pulled = device_of(mounted), device_of(mounted), []
+        for device in (batch, each):
+            for number in range(9):
+                time = number * step
+                moved(mounted, rotation=first * Rotation.from_rotvec(w * time), velocity=start + change * time, turn=w)
+                device.after_step()
+                if device is each:
+                    pulled += device.pull(time)
+        acceleration, turn = columns(batch.take(8 * step)[1:])
+        halfway = first * Rotation.from_rotvec(np.outer((np.arange(8) + 0.5) * step, w))
+        held = halfway.inv().apply(change - [0.0, 0.0, -GRAVITY])
+        # Within a step of 8 mrad, the mean of both orientations is short by 1e-5.
+        np.testing.assert_allclose(acceleration, SENSOR.inv().apply(held + np.cross(w, np.cross(w, ARM))), atol=1e-3)
+        np.testing.assert_allclose(turn, np.broadcast_to(SENSOR.inv().apply(w), turn.shape), atol=1e-12)
+        at_once = each.take(8 * step)
+        assert at_once == tuple(pulled), "what was pulled comes again at the tick, and nothing else"
+        for values, others in zip(columns(pulled[1:]), (acceleration, turn), strict=True):
+            np.testing.assert_allclose(values, others, atol=1e-9)
+
+
+def test_a_turn_that_changes_is_that_at_the_end_of_each_step_and_a_slower_sensor_takes_their_mean():
+    with imu("rate_hz: 62.5") as sim:
+        device, turns = device_of(sim), np.random.default_rng(2).uniform(-1.0, 1.0, (11, 3))
+        for turn in turns:
+            moved(sim, rotation=Rotation.identity(), velocity=np.zeros(3), turn=turn)
+            device.after_step()
+        readings = device.take(0.044)
+        np.testing.assert_allclose(columns(readings)[1], turns[:8].reshape(2, 4, 3).mean(axis=1), atol=1e-12)
+        assert [reading.stamp for reading in readings] == pytest.approx([0.016, 0.032])
+        device.after_step()
+        (last,) = device.take(0.048)
+        np.testing.assert_allclose(last.turn, turns[[8, 9, 10, 10]].mean(axis=0), atol=1e-12)
+        assert last.stamp == pytest.approx(0.048)
+
+
+def test_held_at_rest_it_feels_what_holds_it_up_and_no_turn(mounted):
+    moved(mounted, rotation=Rotation.from_euler("x", 0.2), velocity=np.ones(3), turn=np.ones(3))
+    reading = device_of(mounted).at_rest(3.0)
+    up = SENSOR.inv().apply(Rotation.from_euler("x", -0.2).apply([0.0, 0.0, GRAVITY]))
+    np.testing.assert_allclose(reading.acceleration, up)
+    assert (reading.stamp, reading.turn.tolist()) == (3.0, [0.0, 0.0, 0.0])
+
+
+def errors_of(keys: str, count: int, *, pull: bool = False, seed: int = 0) -> tuple[Array, Array]:
+    """Return the errors of acceleration and turn of a sensor at rest."""
+    with imu(keys) as sim:
+        device, readings = device_of(sim, seed=seed), []
+        for number in range(count):
+            device.after_step()
+            if pull:
+                readings += device.pull(0.004 * number)
+        acceleration, turn = columns(readings or [*device.take(0.0)])
+    return acceleration - [0.0, 0.0, GRAVITY], turn
+
+
+@pytest.mark.parametrize("pull", [False, True])
+def test_white_noise_and_walk_are_as_the_data_sheet_says(pull):
+    errors = errors_of("rate_hz: 250, noise: {acceleration: 0.05, turn: 0.01}", 1500, pull=pull)
+    for values, sigma in zip(errors, (0.05, 0.01), strict=True):
+        # 4500 numbers: the standard deviation is known to 1 %.
+        assert values.std() == pytest.approx(sigma, rel=0.045)
+        assert abs(values.mean()) < 4.0 * sigma / math.sqrt(4500)
+        assert abs(np.corrcoef(values[1:, 0], values[:-1, 0])[0, 1]) < 0.11
+    walks = errors_of("rate_hz: 250, walk: {acceleration: 0.1, turn: 0.02}", 1500, pull=pull)
+    for values, density in zip(walks, (0.1, 0.02), strict=True):
+        steps = np.diff(values, axis=0)
+        assert steps.std() == pytest.approx(density * math.sqrt(0.004), rel=0.045)
+        assert abs(np.corrcoef(steps[1:, 0], steps[:-1, 0])[0, 1]) < 0.11
+
+
+def test_the_walk_of_a_second_does_not_depend_on_the_rate():
+    for rate in (250, 12.5):
+        ends = []
+        with imu(f"rate_hz: {rate}, walk: {{acceleration: 0.1, turn: 0.02}}") as sim:
+            for seed in range(60):
+                device = device_of(sim, seed=seed)
+                for _ in range(250):
+                    device.after_step()
+                last = device.take(1.0)[-1]
+                ends.append((last.acceleration - [0.0, 0.0, GRAVITY], last.turn))
+        # 180 values: the standard deviation is known to 5.3 %.
+        np.testing.assert_allclose(np.std(ends, axis=(0, 2)), [0.1, 0.02], rtol=0.21)
+
+
 def test_the_bias_is_constant_in_a_run_and_another_with_another_seed():
-    world = "mjsim: 1\nrobots: [{name: r, at: [0, 0], sensors: [{imu: imu, bias: {acceleration: 0.3, turn: 0.02}}]}]\n"
-    biases = []
-    for seed in range(40):
-        sim = Simulation(parse_world(world), seed=seed)
-        for _ in range(2):
-            sim.step()
-        turns = np.array([reading.turn for reading in sim.sense("r").imu])
-        biases.append(turns.mean(axis=0))
-        np.testing.assert_allclose(turns - turns[0], 0.0, atol=5e-3)
-    # 120 values: the standard deviation is known to 6.5 %.
-    assert np.std(biases) == pytest.approx(0.02, rel=0.26)
+    with imu("bias: {acceleration: 0.3, turn: 0.02}") as sim:
+        biases = []
+        for seed in range(60):
+            device = device_of(sim, seed=seed)
+            for _ in range(8):
+                device.after_step()
+            acceleration, turn = columns([*device.take(0.0), device.at_rest(0.0)])
+            felt = np.hstack([acceleration - [0.0, 0.0, GRAVITY], turn])
+            np.testing.assert_allclose(felt, np.broadcast_to(felt[0], felt.shape), atol=1e-9)
+            biases.append(felt[0])
+    # 180 values: the standard deviation is known to 5.3 %.
+    assert np.std(np.array(biases)[:, :3]) == pytest.approx(0.3, rel=0.21)
+    assert np.std(np.array(biases)[:, 3:]) == pytest.approx(0.02, rel=0.21)
 
 
 def test_what_is_beyond_the_range_reads_as_its_end():

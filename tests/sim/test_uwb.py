@@ -16,6 +16,7 @@ from mjsim.interface import Command
 from mjsim.record import export_csv, export_mat, export_npz
 from mjsim.sim import Simulation
 from mjsim.world import parse_world
+from tests.sim.devices import taken
 
 ORIGIN = Pose(0, 0, 0)
 ANCHORS = {"low": (3.0, 0.0, 0.2), "left": (1.0, 4.0, 2.4), "behind": (-5.0, -2.0, 1.2)}
@@ -54,7 +55,8 @@ def readings(sim: Simulation, count: int) -> list[dict[str, float]]:
 
 
 def columns(keys: str, *anchors: str, count: int, **options) -> np.ndarray:
-    told = readings(tagged(f", at: [0, 0, 1.2], rate_hz: 250{keys}", rate=250, **options), count)
+    with tagged(f", at: [0, 0, 1.2], rate_hz: 250{keys}", rate=250, **options) as sim:
+        told = [reading.ranges for reading in taken(sim, count, seed=sim.seed)]
     return np.array([[reading.get(anchor, np.nan) for anchor in anchors] for reading in told])
 
 
@@ -95,7 +97,6 @@ def test_walls_and_things_block_a_way_at_the_height_at_which_it_leads():
     assert set(low[0]) == {"above"}
 
 
-@pytest.mark.slow
 def test_a_blocked_range_is_too_long_by_an_exponentially_distributed_excess_and_others_are_not():
     told = columns(", nlos: {bias: 0.4}", "wall", "window", "desk", count=3000, world=WALLED)
     truth = [math.dist((0, 0, 1.2), place) for place in ((4, 2.5, 1.2), (4, 0.3, 1.4), (-3, 0, 0.5))]
@@ -107,7 +108,6 @@ def test_a_blocked_range_is_too_long_by_an_exponentially_distributed_excess_and_
     np.testing.assert_allclose(told[:, 1:], np.broadcast_to(truth[1:], (3000, 2)), atol=1e-3)
 
 
-@pytest.mark.slow
 def test_noise_is_white_and_of_the_deviation_that_the_world_says():
     told = columns(", noise: {range: 0.1}", *ANCHORS, count=2000)
     errors = told - [math.dist((0, 0, 1.2), place) for place in ANCHORS.values()]
@@ -117,19 +117,18 @@ def test_noise_is_white_and_of_the_deviation_that_the_world_says():
     assert np.abs(white).max() < 4.5 / math.sqrt(2000)
 
 
-@pytest.mark.slow
 def test_a_bias_is_constant_in_a_run_and_differs_from_anchor_to_anchor_and_from_run_to_run():
     truth = [math.dist((0, 0, 1.2), place) for place in ANCHORS.values()]
     biases = []
-    for seed in range(60):
-        told = columns(", bias: 0.2", *ANCHORS, count=3, seed=seed)
-        np.testing.assert_allclose(told, np.broadcast_to(told[0], told.shape), atol=2e-4)
-        biases.append(told[0] - truth)
+    with tagged(", at: [0, 0, 1.2], bias: 0.2") as sim:
+        for seed in range(60):
+            told = np.array([[reading.ranges[name] for name in ANCHORS] for reading in taken(sim, 3, seed=seed)])
+            np.testing.assert_array_equal(told, np.broadcast_to(told[0], told.shape))
+            biases.append(told[0] - truth)
     assert np.std(biases) == pytest.approx(0.2, rel=4 / math.sqrt(2 * 180))
     assert abs(np.mean(biases)) < 4 * 0.2 / math.sqrt(180)
 
 
-@pytest.mark.slow
 def test_ranges_are_missed_as_often_as_asked_for_with_and_without_line_of_sight():
     told = columns(", missed: 0.1, nlos: {missed: 0.5}", "wall", "window", count=2000, world=WALLED)
     missed = np.isnan(told).mean(axis=0)
