@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from mjsim.bridge.simulation_interfaces import SimulationInterfaces
-from mjsim.ros import bytes_of, message_of, type_hash, typestore
+from mjsim.ros import type_hash, typestore
 from mjsim.session import Session
 from mjsim.world import parse_world
+from tests.bridge.desk import Desk
 
 pytest.importorskip("rosbags")
 
@@ -18,30 +19,6 @@ obstacles:
 robots: [{name: scout, at: [0, 0]}]
 """
 PACKAGE = "simulation_interfaces"
-
-
-class Desk:
-    """Carries requests and responses as CDR, as the bus does."""
-
-    def __init__(self) -> None:
-        self._takes, self._answers = {}, []
-
-    def announce(self, topic, *, space) -> None:
-        """Take the topic of a response."""
-
-    def receive(self, topic, take, *, space) -> None:
-        self._takes[topic.type] = take
-
-    def send(self, outgoing, *, space) -> None:
-        self._answers.append(message_of(bytes_of(outgoing.message), outgoing.topic.type))
-
-    def call(self, name: str, *fields: object):
-        kind = f"{PACKAGE}/srv/msg/{name}_Request"
-        request = typestore().types[kind](4711, len(self._answers), *fields)
-        self._takes[kind](message_of(bytes_of(request), kind))
-        answer = self._answers[-1]
-        assert (answer.guid, answer.number) == (4711, len(self._answers) - 1)
-        return answer
 
 
 @pytest.fixture(scope="module")
