@@ -49,9 +49,14 @@ from .robots import robot_text as robot_text
 from .robots import said_about as said_about
 from .rotations import pose_keys as pose_keys
 from .rotations import quaternion_of as quaternion_of
+from .sdf import MAX_HINGE_LIMIT as MAX_HINGE_LIMIT
 from .sdf import SdfFrames as SdfFrames
+from .sdf import axis_of as axis_of
+from .sdf import finite_number as finite_number
 from .sdf import floats as floats
+from .sdf import has_joint_frames as has_joint_frames
 from .sdf import is_robot as is_robot
+from .sdf import link_named as link_named
 from .sdf import mesh_of as mesh_of
 from .sdf import sdf_named_in as sdf_named_in
 from .sdf import sizes_of as sizes_of
@@ -60,6 +65,7 @@ from .shape import read_model as read_model
 from .surroundings import MjcfScene as MjcfScene
 from .surroundings import SceneBody as SceneBody
 from .surroundings import SceneGeom as SceneGeom
+from .surroundings import SceneJoint as SceneJoint
 from .surroundings import read_mjcf_scene as read_mjcf_scene
 from .xacro import Given as Given
 from .xacro import XacroBudget as XacroBudget

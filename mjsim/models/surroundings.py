@@ -1,7 +1,7 @@
 """Reads an MJCF scene as what surrounds a robot: bodies with their geoms, lamps, and where its own robots start."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,8 @@ from mjsim.models.colours import hex_of
 from mjsim.models.model_reader import UNSAID, no_warnings
 from mjsim.models.rotations import frame_at
 
-_FREE = int(mujoco.mjtJoint.mjJNT_FREE)
+_FREE, _BALL = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_BALL)
+_KINDS = {int(mujoco.mjtJoint.mjJNT_HINGE): "hinge", int(mujoco.mjtJoint.mjJNT_SLIDE): "slide"}
 _MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
 _DIRECTIONAL = int(mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
 
@@ -38,6 +39,33 @@ class SceneGeom:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class SceneJoint:
+    """A hinge or a slide of a scene; its value is 0 where the scene has it."""
+
+    kind: str
+    """'hinge' or 'slide'."""
+    anchor: Array
+    """A point on its axis, in the world, shape (3,) [m]."""
+    axis: Array
+    """In the world, shape (3,)."""
+    range: tuple[float, float] | None = None
+    """[rad or m]"""
+    damping: float = 0.0
+    """[N m s/rad or N s/m]"""
+    friction: float = 0.0
+    """[N m or N]"""
+    stiffness: float = 0.0
+    """[N m/rad or N/m]"""
+    rest: float = 0.0
+    """Value at which its spring is at rest [rad or m]."""
+
+    def moved(self, outer_from_inner: Array) -> "SceneJoint":
+        """Return it in an outer frame."""
+        turn = outer_from_inner[:3, :3]
+        return replace(self, anchor=turn @ self.anchor + outer_from_inner[:3, 3], axis=turn @ self.axis)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class SceneBody:
     """Geoms that move as one, or not at all."""
 
@@ -45,10 +73,15 @@ class SceneBody:
     pose: Array
     """In the world, shape (4, 4) [m]."""
     geoms: Sequence[SceneGeom]
-    mass: float | None
-    """Mass of a free body [kg]; None if it is not free."""
-    jointed: bool
-    """Whether it hangs on a joint that is not free."""
+    mass: float
+    """Mass of what moves as one [kg]."""
+    free: bool
+    joints: Sequence[SceneJoint]
+    """Its hinges and slides."""
+    above: str
+    """Name of the body that carries it; '' for none."""
+    held: bool
+    """Whether it has a ball joint, which is none of those."""
     bare: int
     """Number of geoms that nothing touches."""
 
@@ -66,6 +99,8 @@ class MjcfScene:
     textured: bool
     height_fields: Sequence[str]
     """Names of height fields, which are left out."""
+    couplings: int
+    """Number of equality constraints between its bodies or joints, which are left out."""
 
 
 def read_mjcf_scene(path: Path) -> MjcfScene:
@@ -91,30 +126,67 @@ def read_mjcf_scene(path: Path) -> MjcfScene:
         for k in range(model.nlight)
     ]
     starts = [(model.body(body).name, frame_at(data.xpos[body], data.xmat[body])) for body in robots]
-    return MjcfScene(_bodies(model, data, set(robots)), starts, lamps, bool(textures), fields)
+    return MjcfScene(_bodies(model, data, set(robots)), starts, lamps, bool(textures), fields, int(model.neq))
 
 
 def _bodies(model: Any, data: Any, robots: set[int]) -> list[SceneBody]:
-    """Return the bodies that are no robots, with the geoms of what is fixed to them."""
+    """Return the bodies that are no robots, with the geoms of what is fixed to them, each after what carries it."""
+    carriers = [_carrier(model, body) for body in range(model.nbody)]
     groups: dict[int, list[int]] = {}
-    for geom in range(model.ngeom):
-        body = int(model.geom_bodyid[geom])
+    for body, carrier in enumerate(carriers):
         if int(model.body_rootid[body]) not in robots:
-            groups.setdefault(_carrier(model, body), []).append(geom)
-    return [_body(model, data, body, geoms) for body, geoms in sorted(groups.items())]
+            groups.setdefault(carrier, []).append(body)
+    found = []
+    for carrier, own in sorted(groups.items()):
+        geoms = [geom for body in own for geom in _geoms_of(model, body)]
+        if geoms or carrier:
+            above = carriers[int(model.body_parentid[carrier])]
+            mass = float(sum(model.body_mass[body] for body in own))
+            found.append(_body(model, data, carrier, geoms, mass=mass, above=_name(model, above) if above else ""))
+    return found
 
 
-def _body(model: Any, data: Any, body: int, geoms: Sequence[int]) -> SceneBody:
+def _geoms_of(model: Any, body: int) -> range:
+    first = int(model.body_geomadr[body])
+    return range(first, first + int(model.body_geomnum[body]))
+
+
+def _name(model: Any, body: int) -> str:
+    return model.body(body).name or f"body-{body}"
+
+
+def _body(model: Any, data: Any, body: int, geoms: Sequence[int], *, mass: float, above: str) -> SceneBody:
     touched = [geom for geom in geoms if model.geom_contype[geom] or model.geom_conaffinity[geom]]
-    joints = int(model.body_jntnum[body])
-    free = joints > 0 and int(model.jnt_type[model.body_jntadr[body]]) == _FREE
+    first = int(model.body_jntadr[body])
+    joints = range(first, first + int(model.body_jntnum[body]))
+    kinds = [int(model.jnt_type[joint]) for joint in joints]
     return SceneBody(
-        name=model.body(body).name or f"body-{body}",
+        name=_name(model, body),
         pose=frame_at(data.xpos[body], data.xmat[body]),
         geoms=[_geom(model, data, geom) for geom in touched],
-        mass=float(model.body_subtreemass[body]) if free else None,
-        jointed=joints > 0 and not free,
+        mass=mass,
+        free=_FREE in kinds,
+        joints=[_joint(model, data, each) for each, kind in zip(joints, kinds, strict=True) if kind in _KINDS],
+        above=above,
+        held=_BALL in kinds,
         bare=len(geoms) - len(touched),
+    )
+
+
+def _joint(model: Any, data: Any, joint: int) -> SceneJoint:
+    """Return a hinge or a slide, with values from its reference on."""
+    place, axis = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
+    start = float(model.qpos0[place])
+    low, high = (float(end) - start for end in model.jnt_range[joint])
+    return SceneJoint(
+        kind=_KINDS[int(model.jnt_type[joint])],
+        anchor=data.xanchor[joint].copy(),
+        axis=data.xaxis[joint].copy(),
+        range=(low, high) if model.jnt_limited[joint] else None,
+        damping=float(model.dof_damping[axis]),
+        friction=float(model.dof_frictionloss[axis]),
+        stiffness=float(model.jnt_stiffness[joint]),
+        rest=float(model.qpos_spring[place]) - start,
     )
 
 

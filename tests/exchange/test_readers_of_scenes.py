@@ -152,7 +152,7 @@ def test_geoms_of_mjcf_have_their_full_sizes(tmp_path):
         "hung": None,
     }
     assert [(light.name, light.place.tolist(), light.reach) for light in scene.lights] == [("l", [1, 2, 3], 10.0)]
-    assert {item.kind for item in scene.items} == {"capsule", "ellipsoid", "jointed body", "directional light"}
+    assert {item.kind for item in scene.items} == {"capsule", "ellipsoid", "directional light"}
 
 
 @pytest.mark.parametrize("number", [math.nan, math.inf, 1.1e4])

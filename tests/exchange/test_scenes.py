@@ -271,7 +271,7 @@ def test_a_scene_of_mujoco_is_the_surroundings_of_a_world(tmp_path):
     assert (things["ball"].movable, things["ball"].mass, things["ball"].sphere) == (True, 0.4, 0.11)
     assert things["table"].elevation == pytest.approx(0.7)
     assert world.robots[0].at == (1.0, 1.0)
-    assert "guessed: jointed body 'hatch': it stands still, at the reference of its joints" in found.report
+    assert "kept: jointed thing 'hatch'" in found.report
     assert "left out: robot 'bot': its start is kept; bring it in by mjsim new --robot-from" in found.report
 
 

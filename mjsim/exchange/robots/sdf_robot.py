@@ -12,18 +12,28 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 import numpy as np
 
 from mjsim.errors import UsageError
-from mjsim.exchange.robots.sdf_tree import Branch, SdfJoint, branches
+from mjsim.exchange.robots.sdf_tree import WORLD, Branch, SdfJoint, branches
 from mjsim.geometry import Array
 from mjsim.inventory import Fate, FileItem
 from mjsim.mechanics import inverted, rpy_of
-from mjsim.models import SdfFrames, color_of, floats, is_robot, mesh_of, sizes_of
+from mjsim.models import (
+    MAX_HINGE_LIMIT,
+    SdfFrames,
+    axis_of,
+    color_of,
+    finite_number,
+    floats,
+    has_joint_frames,
+    is_robot,
+    link_named,
+    mesh_of,
+    sizes_of,
+)
 
 Opened = Callable[[str], tuple[Element, str] | None]
 """Returns the root of the SDF file that a URI names, and the URI of its folder; None if it cannot be had."""
 MAX_NESTED = 12
 """Maximum nesting of models."""
-MAX_HINGE_LIMIT = 1e3
-"""Limits of a hinge beyond this mean none [rad]."""
 AXES = {"revolute": 1, "continuous": 1, "prismatic": 1, "revolute2": 2, "universal": 2}
 """Joints that URDF can have -> number of their axes."""
 KNOWN = {"link", "joint", "plugin", "model", "include", "pose", "frame", "static", "self_collide", "enable_wind"}
@@ -74,16 +84,10 @@ def urdf_of_sdf(root: Element, where: str, opened: Opened) -> tuple[str, list[Fi
     Raises:
         UsageError: The file has no robot or several, or something that is not as SDF demands.
     """
-    maker = _Maker(where, opened, _modern(root))
+    maker = _Maker(where, opened, has_joint_frames(root))
     model, folder = maker.robot_in(root)
     maker.take(model, np.eye(4), _Model(model, maker.frames(model), np.eye(4), folder=folder))
     return tostring(maker.urdf(model.get("name", "robot")), encoding="unicode"), maker.items
-
-
-def _modern(root: Element) -> bool:
-    """Return whether an axis is in the frame of its joint unless it says otherwise, as from SDF 1.5 on."""
-    version = [int(part) for part in root.get("version", "").split(".") if part.isdecimal()]
-    return version >= [1, 5]
 
 
 @dataclass(slots=True)
@@ -169,36 +173,22 @@ class _Maker:
         name, kind = joint.get("name", ""), joint.get("type", "")
         parent, child = (self._link_of(joint.findtext(end) or "", model) for end in ("parent", "child"))
         # A joint at a link that does not exist has no pose; this is told when its links are checked.
-        pose = model.robot_from_model @ model.frames.pose_of(joint) if child in self.links else np.eye(4)
+        own = model.frames.pose_of(joint) if child in self.links else np.eye(4)
         for sensor in joint.findall("sensor"):
             self._left_out(f"{sensor.get('type', '')} sensor", sensor.get("name", ""), "mjsim has no sensor in joints")
         axes = [each for tag in ("axis", "axis2") for each in joint.findall(tag)][: AXES.get(kind, 0)]
-        vectors = [self._axis(axis, model, pose, f"{self.where}: joint '{name}': axis") for axis in axes]
-        return SdfJoint(model.named(name), kind, parent, child, pose, axes, vectors)
+        vectors = [self._axis(axis, model, own, f"{self.where}: joint '{name}': axis") for axis in axes]
+        return SdfJoint(model.named(name), kind, parent, child, model.robot_from_model @ own, axes, vectors)
 
     def _axis(self, axis: Element, model: _Model, pose: Array, where: str) -> Array:
-        """Return an axis in the frame of the robot."""
-        xyz = axis.find("xyz")
-        vector = np.array(floats("0 0 1" if xyz is None else xyz.text, 3, where))
-        frame = "" if xyz is None else xyz.get("expressed_in", "")
-        said = (axis.findtext("use_parent_model_frame") or ("false" if self.modern else "true")).strip()
-        if frame:
-            turned = model.robot_from_model @ model.frames.frame(frame)
-        else:
-            turned = model.robot_from_model if said in ("true", "1") else pose
-        return np.asarray(turned[:3, :3] @ vector)
+        """Return an axis in the frame of the robot; `pose` is that of its joint in the model."""
+        own = axis_of(axis, model.frames, pose, where, in_joint=self.modern)
+        return np.asarray(model.robot_from_model[:3, :3] @ own)
 
     def _link_of(self, name: str, model: _Model) -> str:
-        """Return the link that the end of a joint names, itself or by a frame on it; 'world' for the world."""
-        for _ in range(MAX_NESTED):
-            if name.strip() == "world" or model.named(name) in self.links:
-                break
-            frame = next((each for each in model.element.findall("frame") if each.get("name") == name.strip()), None)
-            first = model.element.find("link")
-            if name.strip() == "__model__" and first is not None:
-                name = first.get("name", "")
-            name = name if frame is None else frame.get("attached_to", "__model__")
-        return "world" if name.strip() == "world" else model.named(name)
+        """Return the link that the end of a joint names; 'world' for the world."""
+        found = link_named(model.element, name)
+        return WORLD if found == WORLD else model.named(found)
 
     def urdf(self, name: str) -> Element:
         """Return the robot as URDF."""
@@ -307,7 +297,7 @@ def _joints(branch: Branch, inward: dict[str, Array]) -> Iterator[Element]:
 
 def _limit(made: Element, axis: Element, *, slides: bool) -> None:
     """Give a joint of URDF its type and limits."""
-    found = {key: _number(axis.findtext(f"limit/{key}")) for key in ("lower", "upper", "velocity", "effort")}
+    found = {key: finite_number(axis.findtext(f"limit/{key}")) for key in ("lower", "upper", "velocity", "effort")}
     lower, upper = found["lower"], found["upper"]
     endless = lower is None or upper is None or max(abs(lower), abs(upper)) > MAX_HINGE_LIMIT
     made.set("type", "prismatic" if slides else "continuous" if endless else "revolute")
@@ -353,15 +343,6 @@ def _gazebo(parts: Sequence[Element], **keys: str) -> Iterator[Element]:
 
 def _add_origin(element: Element, pose: Array) -> None:
     SubElement(element, "origin", xyz=_text(pose[:3, 3]), rpy=_text(rpy_of(pose)))
-
-
-def _number(text: str | None) -> float | None:
-    """Return the finite number of a text; None if there is none."""
-    try:
-        value = float(text or "")
-    except ValueError:
-        return None
-    return value if np.isfinite(value) else None
 
 
 def _text(numbers: Sequence[float] | Array) -> str:

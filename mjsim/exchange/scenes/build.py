@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from mjsim.exchange.maps import DIGITS
 from mjsim.exchange.scenes.model_text import model_files
-from mjsim.exchange.scenes.scene_solids import Scene, SceneSolid, SceneThing
+from mjsim.exchange.scenes.scene_solids import Scene, ScenePart, SceneSolid, SceneThing
 from mjsim.exchange.scenes.scene_walls import walls_of
 from mjsim.exchange.scenes.shells import traced
 from mjsim.geometry import Array
@@ -67,10 +67,13 @@ def build_world(scene: Scene, *, name: str, folder: str) -> tuple[World, dict[st
         names = dict.fromkeys(static[index][0].name for index in used)
         for each in names:
             scene.tell(Fate.KEPT, "wall", each)
-    left: dict[str, tuple[SceneThing, list[SceneSolid]]] = {}
+    left: dict[tuple[str, int], tuple[SceneThing, list[SceneSolid]]] = {}
     for index, (thing, solid) in enumerate(static):
         if index not in taken:
-            left.setdefault(thing.name, (thing, []))[1].append(solid)
+            left.setdefault(_key(thing), (thing, []))[1].append(solid)
+    for thing in scene.things:
+        if thing.mass is None and thing.parts:
+            left.setdefault(_key(thing), (thing, []))
     for thing, solids in left.values():
         _add_static(built, scene, thing, solids, folder)
     for thing in scene.things:
@@ -79,6 +82,11 @@ def build_world(scene: Scene, *, name: str, folder: str) -> tuple[World, dict[st
     named = [wall.model_copy(update={"name": f"wall-{k}"}) for k, wall in enumerate(built.walls, start=1)]
     world = World(name=name, walls=tuple(named), obstacles=tuple(built.obstacles), lamps=tuple(_lamps(scene)))
     return world, built.files
+
+
+def _key(thing: SceneThing) -> tuple[str, int]:
+    """Return what things share that are one thing: their name; one with parts is on its own."""
+    return thing.name, id(thing) if thing.parts else 0
 
 
 def _lower_to_floor(scene: Scene) -> None:
@@ -105,10 +113,7 @@ def _lower_to_floor(scene: Scene) -> None:
     scene.tell(Fate.GUESSED, "floor", name, f"its top is the floor of the world, {level:.2f} m lower than in the file")
     down = np.eye(4)
     down[2, 3] = -level
-    scene.things = [
-        replace(thing, solids=[solid.moved(down) for solid in thing.solids], pose=down @ thing.pose)
-        for thing in scene.things
-    ]
+    scene.things = [thing.moved(down) for thing in scene.things]
     scene.lights = [replace(light, place=light.place + down[:3, 3]) for light in scene.lights]
 
 
@@ -126,7 +131,8 @@ def _counts(scene: Scene, thing: SceneThing, solid: SceneSolid) -> bool:
 
 
 def _add_static(built: Built, scene: Scene, thing: SceneThing, solids: Sequence[SceneSolid], folder: str) -> None:
-    """Add what is no wall of a static thing: simple shapes one by one, all others as one model."""
+    """Add what is no wall of a static thing: parts with what they touch, simple shapes, all others as one model."""
+    solids = _add_parts(built, scene, thing, solids, folder)
     found = traced(solids)
     built.walls += found.walls
     built.obstacles += [each.model_copy(update={"name": _named(built, thing.name)}) for each in found.things]
@@ -146,39 +152,74 @@ def _add_static(built: Built, scene: Scene, thing: SceneThing, solids: Sequence[
             others.append(solid)
         else:
             built.obstacles.append(plain)
-    for group in _touching(others):
-        if (obstacle := _model(built, scene, thing, group, folder, {})) is not None:
+    for group in _touching([[solid] for solid in others]):
+        if (obstacle := _model(built, scene, thing, [others[k] for k in group], folder, {})) is not None:
             built.obstacles.append(obstacle)
-    scene.tell(Fate.KEPT, "static model", thing.name)
+    if solids:
+        scene.tell(Fate.KEPT, "static model", thing.name)
 
 
-def _touching(solids: Sequence[SceneSolid]) -> list[list[SceneSolid]]:
-    """Return groups of solids whose bounding boxes touch from above: things apart are obstacles of their own."""
+def _add_parts(
+    built: Built, scene: Scene, thing: SceneThing, solids: Sequence[SceneSolid], folder: str
+) -> list[SceneSolid]:
+    """Add models of what joints move on a static thing, with the solids beside it, and return the other solids."""
+    parts = thing.parts
+    shapes = [part.all_solids() for part in parts]
+    beside = [solid for solid in solids if any(len(_touching([[solid], shape])) == 1 for shape in shapes)]
+    for group in _touching([*shapes, *([solid] for solid in beside)]):
+        moved = [parts[k] for k in group if k < len(parts)]
+        still = [beside[k - len(parts)] for k in group if k >= len(parts)]
+        if not moved:
+            continue
+        named = replace(thing, name=moved[0].name) if len(moved) == 1 else thing
+        if (obstacle := _model(built, scene, replace(named, parts=moved), still, folder, {})) is not None:
+            built.obstacles.append(obstacle)
+            for part in moved:
+                scene.tell(Fate.KEPT, "jointed thing", part.name)
+    used = set(map(id, beside))
+    return [solid for solid in solids if id(solid) not in used]
+
+
+def _touching(shapes: Sequence[Sequence[SceneSolid]]) -> list[list[int]]:
+    """Return groups of shapes whose bounding boxes touch from above: things apart are obstacles of their own."""
     import shapely
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
-    if not solids:
+    if not shapes:
         return []
-    ends = np.array([[points.min(axis=0), points.max(axis=0)] for points in (solid.corners() for solid in solids)])
+    corners = [np.concatenate([solid.corners() for solid in shape]) for shape in shapes]
+    ends = np.array([[points.min(axis=0), points.max(axis=0)] for points in corners])
     low, high = ends[:, 0, :2] - MAX_GAP, ends[:, 1, :2] + MAX_GAP
     boxes = shapely.box(*low.T, *high.T)
     pairs = shapely.STRtree(boxes).query(boxes, predicate="intersects")
-    graph = coo_matrix((np.ones(pairs.shape[1]), pairs), shape=(len(solids),) * 2)
+    graph = coo_matrix((np.ones(pairs.shape[1]), pairs), shape=(len(shapes),) * 2)
     _, label = connected_components(graph, directed=False)
-    return [[solids[k] for k in np.flatnonzero(label == group).tolist()] for group in np.unique(label).tolist()]
+    return [np.flatnonzero(label == group).tolist() for group in np.unique(label).tolist()]
 
 
 def _add_movable(built: Built, scene: Scene, thing: SceneThing, folder: str) -> None:
     """Add a movable thing: as a simple shape if it is one, else as a model."""
     assert thing.mass is not None, "static things have none"
-    keys = {"movable": True, "mass": round(min(max(thing.mass, 1e-3), 1e5), 4)}
-    plain = _plain(thing.solids[0], built, thing.name, keys) if len(thing.solids) == 1 else None
+    if not thing.solids:
+        scene.tell(Fate.GUESSED, "movable model", thing.name, "one rigid thing: what carries its joints has no shape")
+        whole = [solid for part in thing.parts for solid in part.all_solids()]
+        thing = replace(thing, solids=whole, parts=(), mass=_mass(thing))
+    keys = {"movable": True, "mass": round(min(max(_mass(thing), 1e-3), 1e5), 4)}
+    simple = len(thing.solids) == 1 and not thing.parts
+    plain = _plain(thing.solids[0], built, thing.name, keys) if simple else None
     obstacle = plain or _model(built, scene, thing, thing.solids, folder, keys)
     if obstacle is None:
         return
     built.obstacles.append(obstacle)
     scene.tell(Fate.KEPT, "movable model", thing.name)
+    for part in thing.parts:
+        scene.tell(Fate.KEPT, "jointed thing", part.name)
+
+
+def _mass(thing: SceneThing | ScenePart) -> float:
+    """Return the mass of a thing with its parts [kg]."""
+    return (thing.mass or 0.0) + sum(_mass(part) for part in thing.parts)
 
 
 def _plain(solid: SceneSolid, built: Built, name: str, keys: dict[str, Any] | None = None) -> Obstacle | None:
@@ -213,8 +254,10 @@ def _model(
     base[:2, 3] = thing.pose[:2, 3]
     inward: Array = np.asarray(np.linalg.inv(base), dtype=float)
     local = [solid.moved(inward) for solid in solids]
-    low = float(min(solid.corners()[:, 2].min() for solid in local))
-    text, meshes = model_files(local, moves="mass" in keys)
+    parts = [part.moved(inward) for part in thing.parts]
+    whole = [*local, *(solid for part in parts for solid in part.all_solids())]
+    low = float(min(solid.corners()[:, 2].min() for solid in whole))
+    text, meshes = model_files(local, parts, mass=thing.mass if "mass" in keys else None)
     digest = hashlib.sha256(b"".join([text.encode(), *meshes.values()])).hexdigest()
     if digest not in built.models:
         own = _file_name(thing.name, len(built.models))

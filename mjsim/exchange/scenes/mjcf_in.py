@@ -1,19 +1,21 @@
 """Reads a scene of MuJoCo as the surroundings of a world: geoms, and bodies that move; a robot only as its start."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
 from mjsim.exchange.scenes.scene_meshes import boxed
-from mjsim.exchange.scenes.scene_solids import Light, Scene, SceneSolid, SceneThing
+from mjsim.exchange.scenes.scene_solids import Light, Scene, ScenePart, SceneSolid, SceneThing
 from mjsim.exchange.scenes.sdf_files import MAX_XML
 from mjsim.inventory import Fate
 from mjsim.models import SceneBody, SceneGeom, read_mjcf_scene
 
 LAMP_REACH = 10.0
 """Range of a lamp [m]."""
+WORLD = "world"
+"""Name of the body that holds the geoms of the world itself."""
 
 
 def read_mjcf(path: Path) -> Scene:
@@ -34,11 +36,13 @@ def read_mjcf(path: Path) -> Scene:
         scene.tell(Fate.LEFT_OUT, "textures", why="colours are kept")
     for name in found.height_fields:
         scene.tell(Fate.LEFT_OUT, "height field", name, "the floor of a world is level")
+    if found.couplings:
+        why = "joints of a scene move one by one"
+        scene.tell(Fate.LEFT_OUT, f"{found.couplings} couplings of joints or bodies (equality)", why=why)
     for name, pose in found.robots:
         scene.starts.append((float(pose[0, 3]), float(pose[1, 3]), math.atan2(pose[1, 0], pose[0, 0])))
         scene.tell(Fate.LEFT_OUT, "robot", name, "its start is kept; bring it in by mjsim new --robot-from")
-    for body in found.bodies:
-        _take(scene, body)
+    _take(scene, found.bodies)
     for name, place, directional in found.lamps:
         if directional:
             scene.tell(Fate.LEFT_OUT, "directional light", name, "a world has ambient light and lamps")
@@ -47,15 +51,44 @@ def read_mjcf(path: Path) -> Scene:
     return scene
 
 
-def _take(scene: Scene, body: SceneBody) -> None:
-    """Take a body as one thing; each geom of the world itself is a thing of its own."""
+def _take(scene: Scene, bodies: Sequence[SceneBody]) -> None:
+    """Take bodies as things, and those that joints move as their parts; each geom of the world is a thing."""
+    carried: dict[str, list[SceneBody]] = {}
+    for body in bodies:
+        carried.setdefault(body.above, []).append(body)
+    for body in carried.get("", []):
+        if body.joints and not body.free:
+            if (part := _part(scene, body, carried)) is not None:
+                scene.add(SceneThing(body.name, [], body.pose, parts=[part]))
+            continue
+        solids = _all_solids(scene, body)
+        if body.name == WORLD:
+            for solid in solids:
+                scene.add(SceneThing(body.name, [solid], body.pose))
+            continue
+        parts = _parts(scene, body, carried)
+        if solids or parts:
+            scene.add(SceneThing(body.name, solids, body.pose, body.mass if body.free else None, parts))
+
+
+def _parts(scene: Scene, body: SceneBody, carried: Mapping[str, Sequence[SceneBody]]) -> list[ScenePart]:
+    """Return what joints move on a body."""
+    found = (_part(scene, each, carried) for each in carried.get(body.name, []))
+    return [part for part in found if part is not None]
+
+
+def _part(scene: Scene, body: SceneBody, carried: Mapping[str, Sequence[SceneBody]]) -> ScenePart | None:
+    """Return a body that joints move, with what they move on it; None if nothing can touch it."""
+    solids, parts = _all_solids(scene, body), _parts(scene, body, carried)
+    return ScenePart(body.name, body.joints, solids, body.mass, parts) if solids or parts else None
+
+
+def _all_solids(scene: Scene, body: SceneBody) -> list[SceneSolid]:
     if body.bare and not body.geoms:
         scene.tell(Fate.LEFT_OUT, "visible body", body.name, "it has no collision shape")
-    solids = [solid for geom in body.geoms for solid in _solids(scene, geom, body.name)]
-    if body.jointed and solids:
-        scene.tell(Fate.GUESSED, "jointed body", body.name, "it stands still, at the reference of its joints")
-    for part in [[solid] for solid in solids] if body.name == "world" else [solids] if solids else []:
-        scene.add(SceneThing(body.name, part, body.pose, body.mass))
+    if body.held:
+        scene.tell(Fate.GUESSED, "body on a ball joint", body.name, "it does not turn on that")
+    return [solid for geom in body.geoms for solid in _solids(scene, geom, body.name)]
 
 
 def _solids(scene: Scene, geom: SceneGeom, name: str) -> Iterator[SceneSolid]:

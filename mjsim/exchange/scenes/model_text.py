@@ -1,50 +1,110 @@
 """Writes solids as an MJCF model with OBJ meshes beside it."""
 
+import re
+from collections import Counter
 from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 
 from mjsim.exchange.drawings import Indices
-from mjsim.exchange.scenes.scene_solids import SceneSolid
+from mjsim.exchange.scenes.scene_solids import ScenePart, SceneSolid
 from mjsim.geometry import Array
 from mjsim.models import pose_keys
 
 MAX_TRIANGLES = 20_000
 """A mesh with more becomes its convex hull."""
 USUAL = "#8a6f4d"
+MIN_PART_MASS = 0.05
+"""Minimum mass of what a joint moves [kg]."""
 
 
-def model_files(solids: Sequence[SceneSolid], *, moves: bool) -> tuple[str, dict[str, bytes]]:
+class _Model:
+    """An MJCF model that is written."""
+
+    def __init__(self) -> None:
+        self.root, self.asset = Element("mujoco"), Element("asset")
+        SubElement(self.root, "compiler", angle="radian")
+        self.files: dict[str, bytes] = {}
+        self._names: Counter[str] = Counter()
+        self._count = 0
+
+    def name(self, text: str) -> str:
+        """Return a name that nothing else in the model has."""
+        plain = re.sub(r"[^A-Za-z0-9_-]+", "_", text).strip("_")[:48] or "part"
+        self._names[plain] += 1
+        return plain if self._names[plain] == 1 else f"{plain}_{self._names[plain]}"
+
+    def add_geoms(self, body: Element, solids: Sequence[SceneSolid], *, shell: bool, mass: float | None) -> None:
+        """Add solids to a body.
+
+        Args:
+            body: The body.
+            solids: In the frame of the model.
+            shell: Whether meshes may enclose no volume.
+            mass: Of all together [kg]; None for that of their volumes.
+        """
+        for solid in solids:
+            geom = SubElement(body, "geom", {key: _text(values) for key, values in pose_keys(solid.pose).items()})
+            geom.set("rgba", _text([*(int((solid.color or USUAL)[k : k + 2], 16) / 255 for k in (1, 3, 5)), 1.0]))
+            if mass is not None:
+                geom.set("mass", f"{mass / len(solids):.6g}")
+            if solid.kind == "mesh":
+                name = f"part{self._count}"
+                self.files[f"{name}.obj"] = _obj(*_bounded(solid.vertices, solid.faces))
+                mesh = SubElement(self.asset, "mesh", name=name, file=f"{name}.obj")
+                if shell:
+                    mesh.set("inertia", "shell")
+                geom.set("type", "mesh")
+                geom.set("mesh", name)
+            else:
+                geom.set("type", solid.kind)
+                geom.set("size", _text(solid.half[[0, 2]] if solid.kind == "cylinder" else solid.half))
+            self._count += 1
+
+    def add_part(self, outer: Element, part: ScenePart) -> None:
+        """Add what joints move as a body whose frame is that of the model."""
+        body = SubElement(outer, "body", name=self.name(part.name))
+        for joint in part.joints:
+            made = SubElement(body, "joint", name=self.name(f"{part.name}_joint"), type=joint.kind)
+            made.set("pos", _text(joint.anchor))
+            made.set("axis", _text(joint.axis))
+            if joint.range is not None:
+                made.set("limited", "true")
+                made.set("range", _text(joint.range))
+            for key, value in (("damping", joint.damping), ("frictionloss", joint.friction)):
+                made.set(key, _text([value]))
+            if joint.stiffness:
+                made.set("stiffness", _text([joint.stiffness]))
+                made.set("springref", _text([joint.rest]))
+        mass = max(part.mass, MIN_PART_MASS)
+        if not part.solids:
+            place = _text(part.joints[0].anchor)
+            SubElement(body, "inertial", pos=place, mass=_text([mass]), diaginertia=_text([MIN_PART_MASS * 0.1] * 3))
+        self.add_geoms(body, part.solids, shell=True, mass=mass)
+        for inner in part.parts:
+            self.add_part(body, inner)
+
+
+def model_files(
+    solids: Sequence[SceneSolid], parts: Sequence[ScenePart] = (), *, mass: float | None
+) -> tuple[str, dict[str, bytes]]:
     """Return the text of an MJCF model, and its meshes by file name.
 
     Args:
         solids: In the frame of the model.
-        moves: Whether the model can be pushed: then it is one body with a mass.
+        parts: What joints move on it, in the same frame.
+        mass: Of its solids, if the model can be pushed [kg]; None for one that stands still.
     """
-    root = Element("mujoco")
-    SubElement(root, "compiler", angle="radian")
-    asset = Element("asset")
-    body = SubElement(SubElement(root, "worldbody"), "body")
-    files: dict[str, bytes] = {}
-    for number, solid in enumerate(solids):
-        geom = SubElement(body, "geom", {key: _text(values) for key, values in pose_keys(solid.pose).items()})
-        geom.set("rgba", _text([*(int((solid.color or USUAL)[k : k + 2], 16) / 255 for k in (1, 3, 5)), 1.0]))
-        if solid.kind == "mesh":
-            name = f"part{number}"
-            files[f"{name}.obj"] = _obj(*_bounded(solid.vertices, solid.faces))
-            mesh = SubElement(asset, "mesh", name=name, file=f"{name}.obj")
-            if not moves:
-                mesh.set("inertia", "shell")
-            geom.set("type", "mesh")
-            geom.set("mesh", name)
-        else:
-            geom.set("type", solid.kind)
-            geom.set("size", _text(solid.half[[0, 2]] if solid.kind == "cylinder" else solid.half))
-    if len(asset):
-        root.insert(1, asset)
-    indent(root)
-    return tostring(root, encoding="unicode") + "\n", files
+    model = _Model()
+    body = SubElement(SubElement(model.root, "worldbody"), "body")
+    model.add_geoms(body, solids, shell=mass is None, mass=mass if parts else None)
+    for part in parts:
+        model.add_part(body, part)
+    if len(model.asset):
+        model.root.insert(1, model.asset)
+    indent(model.root)
+    return tostring(model.root, encoding="unicode") + "\n", model.files
 
 
 def _bounded(vertices: Array, faces: Indices) -> tuple[Array, Indices]:

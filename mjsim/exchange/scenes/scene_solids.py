@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.inventory import Fate, FileItem
+from mjsim.models import SceneJoint
 
 Kind = Literal["box", "cylinder", "sphere", "mesh"]
 MAX_COORDINATE = 1e4
@@ -82,8 +83,35 @@ class SceneSolid:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class ScenePart:
+    """What joints move: the leaf of a door, a drawer."""
+
+    name: str
+    joints: Sequence[SceneJoint]
+    solids: Sequence[SceneSolid]
+    """Poses in the world frame, with the joints at their reference."""
+    mass: float
+    """Without its own parts [kg]."""
+    parts: Sequence["ScenePart"] = ()
+    """What further joints move on it."""
+
+    def all_solids(self) -> list[SceneSolid]:
+        """Return its solids and those of its parts."""
+        return [*self.solids, *(solid for part in self.parts for solid in part.all_solids())]
+
+    def moved(self, outer_from_inner: Array) -> "ScenePart":
+        """Return it in an outer frame."""
+        return replace(
+            self,
+            joints=[joint.moved(outer_from_inner) for joint in self.joints],
+            solids=[solid.moved(outer_from_inner) for solid in self.solids],
+            parts=[part.moved(outer_from_inner) for part in self.parts],
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class SceneThing:
-    """A model of a scene: rigid, static or movable."""
+    """A model of a scene: static or movable, rigid but for its parts."""
 
     name: str
     solids: Sequence[SceneSolid]
@@ -91,7 +119,18 @@ class SceneThing:
     pose: Array
     """Of its own frame in the world, shape (4, 4) [m]."""
     mass: float | None = None
-    """Mass of a movable thing [kg]; None for a static one."""
+    """Mass of a movable thing, without its parts [kg]; None for a static one."""
+    parts: Sequence[ScenePart] = ()
+    """What joints move on it."""
+
+    def moved(self, outer_from_inner: Array) -> "SceneThing":
+        """Return it in an outer frame."""
+        return replace(
+            self,
+            solids=[solid.moved(outer_from_inner) for solid in self.solids],
+            pose=outer_from_inner @ self.pose,
+            parts=[part.moved(outer_from_inner) for part in self.parts],
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -130,6 +169,6 @@ class Scene:
             UsageError: There are too many solids.
         """
         self.things.append(thing)
-        self._count += len(thing.solids)
+        self._count += len(thing.solids) + sum(len(part.all_solids()) for part in thing.parts)
         if self._count > MAX_SOLIDS:
             raise UsageError(f"the scene has more than {MAX_SOLIDS} solids; make it simpler")

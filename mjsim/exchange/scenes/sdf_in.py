@@ -16,9 +16,10 @@ from mjsim.errors import UsageError
 from mjsim.exchange.scenes.scene_meshes import MeshFiles
 from mjsim.exchange.scenes.scene_solids import Light, Scene, SceneSolid, SceneThing
 from mjsim.exchange.scenes.sdf_files import Folders
+from mjsim.exchange.scenes.sdf_joints import SdfLink, trees_of
 from mjsim.geometry import Array
 from mjsim.inventory import Fate
-from mjsim.models import SdfFrames, color_of, floats, is_robot, mesh_of, sizes_of
+from mjsim.models import SdfFrames, color_of, floats, has_joint_frames, is_robot, mesh_of, sizes_of
 
 MAX_INCLUDES = 12
 """Maximum nesting of included models."""
@@ -73,6 +74,7 @@ class _Reader:
     def __init__(self, path: Path, folders: Folders) -> None:
         self.scene, self._path, self._folders = Scene(), path, folders
         self._meshes = MeshFiles(self.scene)
+        self._in_joint = has_joint_frames(folders.read(path))
 
     def world(self, world: Element) -> None:
         """Take the models, lights and includes of a world, or of a file without one."""
@@ -152,8 +154,8 @@ class _Reader:
     def _links(
         self, model: Element, frames: SdfFrames, world_from_model: Array, file: Path, name: str, *, static: bool
     ) -> None:
-        """Take the links of a model as one rigid thing."""
-        solids, mass, bare = [], 0.0, 0
+        """Take the links of a model as one thing, with parts that joints move."""
+        links, bare = [], 0
         for link in model.findall("link"):
             found = list(self._solids(link, frames, world_from_model, file, name))
             shown, touched = len(link.findall("visual")), len(link.findall("collision"))
@@ -161,16 +163,18 @@ class _Reader:
             if shown > touched > 0:
                 why = f"{shown - touched} more than it has collision shapes, which alone are taken"
                 self.scene.tell(Fate.LEFT_OUT, "visible part of a link", f"{name}::{link.get('name', '')}", why)
-            solids += found
-            mass += _mass_of(link, name)
-        joints = [joint for joint in model.findall("joint") if joint.get("type") not in (None, "fixed")]
-        if joints and not static:
-            kinds = ", ".join(sorted({joint.get("type", "") for joint in joints}))
-            self.scene.tell(Fate.GUESSED, "model", name, f"one rigid thing, without its joints ({kinds})")
+            links.append(SdfLink(link.get("name", ""), found, _mass_of(link, name)))
         if bare:
             self.scene.tell(Fate.LEFT_OUT, "visible model part", name, "it has no collision shape")
-        if solids:
-            self.scene.add(SceneThing(name, solids, world_from_model, None if static else max(mass, 1e-3)))
+        if static:
+            solids = [solid for link in links for solid in link.solids]
+            if solids:
+                self.scene.add(SceneThing(name, solids, world_from_model))
+            return
+        for tree in trees_of(model, links, frames, world_from_model, self.scene, in_joint=self._in_joint):
+            solids = [solid for link in tree.links for solid in link.solids]
+            mass = None if tree.held else max(sum(link.mass for link in tree.links), 1e-3)
+            self.scene.add(SceneThing(name, solids, world_from_model, mass, tree.parts))
 
     def _solids(
         self, link: Element, frames: SdfFrames, world_from_model: Array, file: Path, name: str
