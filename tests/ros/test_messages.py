@@ -131,7 +131,7 @@ def robot():
     with Simulation(world) as sim:
         for _ in range(2):
             sim.step()
-        yield RosWorld(world, dict(sim.robots)).robots["r"], sim.sense("r"), sim.robots["r"]
+        yield RosWorld(world, dict(sim.robots)).robots["r"], sim.sense("r"), world
 
 
 def test_rays_of_proximity_begin_at_the_rim_and_point_away(robot):
@@ -144,7 +144,7 @@ def test_rays_of_proximity_begin_at_the_rim_and_point_away(robot):
 
 
 def test_a_tick_gives_the_twist_of_its_motion_and_the_first_sensor_of_a_kind_the_short_topic(robot):
-    ros, seen, info = robot
+    ros, seen, world = robot
     P = np.diag([0.1, 0.2, 0.3])
     tick = RosTick(time=seen.time, truth=None, seen=seen, odometry=Pose(1.0, 2.0, 0.5), odometry_covariance=P)
     sent = [*ros.messages(tick)]
@@ -161,7 +161,7 @@ def test_a_tick_gives_the_twist_of_its_motion_and_the_first_sensor_of_a_kind_the
     rings = [each.message for each in sent if each.topic.name == "/r/proximity"]
     assert [each.header.frame_id for each in rings] == [f"proximity_{number}" for number in range(16)]
     assert [each.range for each in rings] == pytest.approx(seen.proximity.tolist())
-    assert {each.max_range for each in rings} == {pytest.approx(info.proximity_range)}
+    assert {each.max_range for each in rings} == {world.robots[0].proximity_range}
     assert not [*ros.messages(RosTick(time=0.0, truth=None))]
     bare = [*ros.messages(RosTick(time=1.0, truth=Pose3.from_planar(Pose(1.0, 2.0, 0.5))))]
     assert [(each.topic.name, each.message.header.frame_id) for each in bare] == [("/r/truth", "map")]
