@@ -142,6 +142,11 @@ def test_differences_are_drawn_in_per_cent_of_the_first():
         )
         return Compared(figure=figure, first=first, second=second, difference=told)
 
+    better = item("a", "b", -1.0, "second")
+    assert (better.better, better.worse, better.size) == ("b", "a", "1 [0.5, 1.5] m")
+    assert better.sentence == f"b is better than a in {error.title}: by 1 [0.5, 1.5] m, 8 pairs"
+    worse = item("a", "b", 1.0, "first")
+    assert (worse.better, worse.worse, worse.size) == ("a", "b", "1 [0.5, 1.5] m")
     groups = tuple(group(name, {}) for name in "abc")
     given = (
         item("a", "b", 1.0, "first"), item("a", "b", -1.0, "second"), item("a", "c", 0.2, ""),

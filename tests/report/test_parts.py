@@ -27,7 +27,6 @@ def without_clock(figures):
     return {**figures, "run": run}
 
 
-@pytest.mark.slow
 def test_figures_between_two_times_are_those_of_a_recording_of_that_part_alone(files):
     whole, part = (mjsim.read_recording(file) for file in files)
     figures = mjsim.statistics(whole, begin=0.4, end=1.16)

@@ -12,6 +12,7 @@ from mjsim.record import Landmarks, RobotEvent, Track
 from mjsim.report import key_table, write_report
 from mjsim.report.consistency import nees_figures
 from mjsim.report.coverage import coverage
+from mjsim.report.statistics import _pose_figures as pose_figures
 from mjsim.report.statistics import robot_statistics
 from mjsim.report.swept import swept_share
 from mjsim.report.tables import latex_text
@@ -325,3 +326,27 @@ def test_an_estimate_beyond_all_numbers_gives_null_where_a_figure_overflows():
         "mean": None, "in_band": None, "band": None, "mean_band": None, "singular": 5, "independent": None,
         "reason": "no covariance is regular",
     }  # fmt: skip
+
+
+def test_height_and_lean_are_those_of_the_poses():
+    from scipy.spatial.transform import Rotation
+
+    roll, pitch = np.radians([[1.0, -3.0], [2.0, 6.0]])
+    quaternions = Rotation.from_euler("xyz", np.column_stack([roll, pitch, [0.4, 0.9]])).as_quat()
+    found = pose_figures(np.column_stack([np.zeros((2, 2)), [0.1, 0.3], quaternions]))
+    height = {"rmse": np.sqrt(0.05), "mean": 0.2, "median": 0.2, "max": 0.3, "min": 0.1, "std": 0.1}
+    assert found["height_m"] == pytest.approx(height)
+    assert (found["roll_deg"]["max"], found["roll_deg"]["min"]) == pytest.approx((1.0, -3.0))
+    assert found["pitch_deg"]["mean"] == pytest.approx(4.0)
+    assert pose_figures(np.zeros((0, 7))) == dict.fromkeys(("height_m", "roll_deg", "pitch_deg"))
+
+
+def test_the_table_of_a_terminal_has_a_head_for_each_robot_and_what_ended_it():
+    figures = robot_statistics(mjsim.parse_world(ROOM), "scout", track())
+    lines = key_table({"robots": {"scout": {**figures, "fault": "a stop"}}, "run": {"real_time_factor": 2.34}})
+    assert lines[0] == "scout                               estimate  odometry"
+    assert next(line.split() for line in lines if "distance driven" in line)[-1] == "2.0"
+    row = next(line.split() for line in lines if line.startswith("  position error, mean"))
+    assert row[-2:] == ["0.100", "0.200"]
+    assert "  ended by a fault: a stop" in lines
+    assert lines[-1].split() == ["real-time", "factor", "of", "the", "run", "2.3"]

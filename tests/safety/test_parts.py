@@ -12,6 +12,7 @@ from mjsim.interface import Command, Observation, Odometry, Scan, SensorInfo
 from mjsim.safety.footprint import Footprint
 from mjsim.safety.hits import NO_HIT_RANGE, RAYS, Hits
 from mjsim.safety.ring import RingAvoidance
+from mjsim.safety.trail import Trail
 from tests.robots import pioneer
 
 NONE = np.full(RAYS, np.inf)
@@ -254,3 +255,27 @@ def test_a_lidar_sees_what_is_between_the_rays():
 def test_a_clearance_that_cannot_be_measured_is_refused(clearance):
     with pytest.raises(ValueError, match=f"clearance is {clearance} m; it must be from 0.05 to"):
         RingAvoidance(clearance=clearance)
+
+
+def test_a_trail_keeps_places_a_step_apart_and_weighs_those_ahead_by_how_near_they_are():
+    trail = Trail()
+    for x in np.arange(0.0, 2.01, 0.25):
+        trail.add(x, 1.0)
+    bearings = np.array([0.0, math.pi / 2, math.pi, -math.pi / 2])
+    # Kept at 0, 0.5, ... 2 m: places farther than 4 m do not count, nor do those within a step.
+    np.testing.assert_allclose(trail.worn(5.25, 1.0, bearings), [0.0, 0.0, 1 / 3.75 + 1 / 3.25, 0.0])
+    np.testing.assert_allclose(trail.worn(2.25, 1.0, bearings), [0.0, 0.0, 1.0, 0.0], err_msg="at most 1")
+    np.testing.assert_allclose(trail.worn(-2.75, 1.0, bearings), [1 / 2.75 + 1 / 3.25 + 1 / 3.75, 0.0, 0.0, 0.0])
+    # A sector is 0.4 rad to each side.
+    beside = math.pi + np.array([0.39, 0.41, -0.39, -0.41])
+    np.testing.assert_array_equal(trail.worn(3.0, 1.0, beside) > 0.0, [True, False, True, False])
+    assert not Trail().worn(0.0, 0.0, bearings).any()
+
+
+def test_a_trail_forgets_the_oldest_places():
+    trail, behind = Trail(), np.array([math.pi])
+    for number in range(Trail.CAPACITY):
+        trail.add(0.5 * number, 0.0)
+    assert trail.worn(0.5, 0.0, behind) > 0.0
+    trail.add(-9.0, 9.0)
+    assert trail.worn(0.5, 0.0, behind) == 0.0

@@ -209,6 +209,13 @@ def test_what_is_beyond_the_range_reads_as_its_end():
     acceleration, turn = columns(drive("range: {acceleration: 5, turn: 0.3}", Command(turn=1.0), 2.0)[0])
     assert acceleration[:, 2] == pytest.approx(5.0)
     assert turn[-100:, 2] == pytest.approx(0.3)
+    with imu("rate_hz: 250, range: {acceleration: 5, turn: 0.3}") as sim:
+        device = device_of(sim)
+        moved(sim, rotation=Rotation.identity(), velocity=np.zeros(3), turn=np.array([1.0, -1.0, 0.1]))
+        device.after_step()
+        (pulled,) = device.pull(0.004)
+        np.testing.assert_allclose(pulled.turn, [0.3, -0.3, 0.1])
+        assert max(abs(pulled.acceleration)) == 5.0
 
 
 def test_readings_do_not_change_when_ticks_pass_unasked_and_come_late_by_whole_ticks():

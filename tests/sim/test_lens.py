@@ -79,16 +79,18 @@ def test_things_are_seen_where_the_lens_puts_them(lens):
 
 def test_a_wide_lens_sees_a_wall_at_one_depth_and_in_one_tone_across_its_pictures():
     wall = "walls: [{points: [[1, -9], [1, 9]], height: 9, thickness: 0.2, color: '#808080'}]"
-    keys = "at: [0, 0, 4], width: 96, height: 72, fov_deg: 120, lens: {fisheye: [0, 0, 0, 0]}, depth: true, noise: 0"
-    with Simulation(
-        parse_world(f"mjsim: 1\n{wall}\nrobots: [{{name: r, at: [0, 0], sensors: [{{camera: c, {keys}}}]}}]")
-    ) as s:
-        seen = s.sense("r").cameras["c"]
+    keys = "at: [0, 0, 4], width: 96, height: 72, noise: 0"
+    wide = f"{{camera: c, {keys}, fov_deg: 120, lens: {{fisheye: [0, 0, 0, 0]}}, depth: true}}"
+    world = f"mjsim: 1\n{wall}\nrobots: [{{name: r, at: [0, 0], sensors: [{wide}, {{camera: plain, {keys}}}]}}]"
+    with Simulation(parse_world(world)) as sim:
+        seen, plain = (sim.sense("r").cameras[name] for name in ("c", "plain"))
     assert seen.depth is not None
     near = seen.depth < 1.0
     assert near[:, 10:-10].all()  # as far as 60 degrees to the sides
     np.testing.assert_allclose(seen.depth[near], 0.9, atol=1e-3)
     assert np.ptp(seen.image[near].astype(int), axis=0).max() <= 1
+    middle = (36, 48)
+    np.testing.assert_allclose(seen.image[middle].astype(int), plain.image[middle], atol=1)
 
 
 @pytest.mark.slow
