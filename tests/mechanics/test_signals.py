@@ -100,3 +100,35 @@ def test_chance_has_its_deviation_and_does_not_depend_on_who_asks_when(shape):
 def test_times_of_a_table_must_increase():
     with pytest.raises(ValueError, match="time 1 follows 2; times must increase"):
         Table(times=np.array([0.0, 2.0, 1.0]), values=np.zeros(3))
+
+
+def test_a_cubic_table_ends_without_a_bend_and_one_that_closes_goes_on_smoothly():
+    times, values = np.array([0.0, 1.0, 2.5, 3.0]), np.array([0.0, 2.0, -1.0, 0.0])
+    open_ended = Table(times=times, values=values, between="cubic")
+    np.testing.assert_allclose(open_ended.second([1e-9, 3.0 - 1e-6]), 0.0, atol=1e-4)
+    closed = Table(times=times, values=values, between="cubic", repeat=True)
+    for ask in (closed.value, closed.rate, closed.second):
+        np.testing.assert_allclose(ask(1e-7), ask(3.0 - 1e-7), atol=1e-4)
+        np.testing.assert_allclose(ask(1.3), ask(1.3 + 9.0), atol=1e-6)
+    assert abs(closed.second(1e-7)) > 1.0
+    jumping = Table(times=times, values=np.array([0.0, 2.0, -1.0, 1.0]), between="cubic", repeat=True)
+    np.testing.assert_allclose(jumping.second(1e-7), 0.0, atol=1e-4)
+    alone = Table(times=np.array([2.0]), values=np.array([5.0]))
+    assert (alone.value([0.0, 9.0]).tolist(), alone.rate([0.0, 9.0]).tolist()) == ([5.0, 5.0], [0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("times", "values", "keys", "said"),
+    [
+        ([0.0, 1.0], [0.0], {}, r"shapes \(2,\) and \(1,\); give \(n,\) each"),
+        ([], [], {}, "shapes"),
+        ([[0.0, 1.0]], [[0.0, 1.0]], {}, "shapes"),
+        ([0.0, np.inf], [0.0, 1.0], {}, "must be finite"),
+        ([0.0, 1.0], [0.0, np.nan], {}, "must be finite"),
+        ([0.0, 0.0], [0.0, 1.0], {}, "time 0 follows 0; times must increase"),
+        ([0.0], [0.0], {"repeat": True}, "a table of one time cannot repeat"),
+    ],
+)
+def test_a_table_that_is_none_is_refused(times, values, keys, said):
+    with pytest.raises(ValueError, match=said):
+        Table(times=np.array(times), values=np.array(values), **keys)

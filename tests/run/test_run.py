@@ -1,5 +1,7 @@
 """The loop: determinism, safety through real physics, and faults of user modules that are named."""
 
+from contextlib import contextmanager
+
 import numpy as np
 import pytest
 
@@ -69,6 +71,23 @@ def test_one_seed_gives_the_same_bytes_and_another_does_not(tmp_path):
         run(file, seed=seed, navigator=Steady(mjsim.Command(0.4, 0.0, 0.3)))
     assert same_run(files[0], files[1])
     assert not same_run(files[0], files[2])
+
+
+@pytest.mark.parametrize("progress", [True, False])
+def test_progress_is_shown_up_to_the_end_of_each_tick_or_not_at_all(monkeypatch, progress):
+    from mjsim.run import loop
+
+    shown, seen = [], []
+
+    @contextmanager
+    def watched(label, *, total, unit):
+        shown.append((label, total, unit))
+        yield shown.append
+
+    monkeypatch.setattr(loop, "watched", watched)
+    mjsim.run(mjsim.parse_world(ROOM), seconds=0.2, watch=seen.append, progress=progress)
+    assert [tick.time for tick in seen] == pytest.approx([0.0, 0.04, 0.08, 0.12, 0.16])
+    assert shown == ([("run room", 0.2, "s"), *(tick.time + 0.04 for tick in seen)] if progress else [])
 
 
 def test_without_modules_a_robot_stands_still_but_for_its_noise():
