@@ -12,7 +12,7 @@ from mjsim.cli import main
 from mjsim.errors import WorldError
 from mjsim.world import read_text
 from mjsim.world.edit.formatter import format_text
-from mjsim.world.yaml.format_tree import read_tree
+from mjsim.world.yaml import read_commented
 
 WORLDS = sorted((Path(__file__).parents[2] / "worlds").glob("**/*.yaml"))
 UNTIDY = """\
@@ -191,7 +191,7 @@ def test_any_layout_keeps_values_and_comments_and_is_final(value, seed):
     laid = format_text(text, file="room.yaml")
     after, _ = read_text(laid, file="room.yaml")
     assert after.value == before.value
-    assert sorted(read_tree(laid)[1]) == sorted(read_tree(text)[1]) == sorted(line for line in comments_in(text))
+    assert sorted(read_commented(laid)[1]) == sorted(read_commented(text)[1]) == sorted(comments_in(text))
     assert format_text(laid, file="room.yaml") == laid
 
 
@@ -221,7 +221,7 @@ def comments_in(text):
 def test_odd_texts_are_laid_out_without_loss(text):
     laid = format_text(text, file="room.yaml")
     assert read_text(laid, file="")[0].value == read_text(text, file="")[0].value
-    assert read_tree(laid)[1] == read_tree(text)[1]
+    assert read_commented(laid)[1] == read_commented(text)[1]
     assert format_text(laid, file="room.yaml") == laid
 
 

@@ -3,7 +3,7 @@ from .changes import edit_text as edit_text
 from .changes import edited as edited
 from .formatter import format_file as format_file
 from .pasted import items_in as items_in
+from .snippet import escaped as escaped
 from .snippet import rounded as rounded
 from .text_place import UnwritableError as UnwritableError
 from .world_writer import format_world as format_world
-from .yaml_layout import escaped as escaped

@@ -1,7 +1,7 @@
 """Changes a world in its own text: only what changes is rewritten, every other character stays."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 from typing import Any, Literal
@@ -13,7 +13,7 @@ from mjsim.world.edit.snippet import rounded
 from mjsim.world.edit.text_place import Path, TextPlace, UnwritableError, shown_path
 from mjsim.world.files import BUILT, Source
 from mjsim.world.ground import Model, gc_paused, models_at
-from mjsim.world.items import World
+from mjsim.world.items import SENSOR_KINDS, World
 from mjsim.world.yaml import Node
 
 __all__ = ["Change", "UnwritableError", "edit_text", "edited", "shown_path"]
@@ -72,11 +72,24 @@ def edited(text: str, changes: Iterable[Change], *, source: Source = BUILT) -> t
     return editor.draft.finished()
 
 
-class _Editor:
-    """Applies changes to a draft."""
+@gc_paused()
+def write_back(text: str, before: dict[str, Any], after: dict[str, Any], *, source: Source) -> str:
+    """Return the text of a world with the differences between its keys and others; values are written exactly.
 
-    def __init__(self, draft: EditedText) -> None:
-        self.draft = draft
+    Raises:
+        UnwritableError: See `edited`; but a computed value is replaced.
+    """
+    editor = _Editor(EditedText(text, source), computed=True)
+    for op, path, value in _differences(before, after, ()):
+        editor.make(op, path, value)
+    return editor.draft.finished()[0]
+
+
+class _Editor:
+    """Applies changes to a draft; `computed` tells whether expressions may be replaced by values."""
+
+    def __init__(self, draft: EditedText, *, computed: bool = False) -> None:
+        self.draft, self._computed = draft, computed
         self._set_paths: set[Path] = set()
         self._around: set[Path] = set()
 
@@ -142,7 +155,11 @@ class _Editor:
             self._set_items(path, before, value)
         elif isinstance(before, dict) and isinstance(value, dict) and not place.span.shared:
             self._set_keys(path, before, value)
-        elif place.span.kind == "scalar" and _has_expression(place.span.text) and not _has_expression(value):
+        elif (
+            place.span.kind == "scalar"
+            and _has_expression(place.span.text)
+            and not (self._computed or _has_expression(value))
+        ):
             raise UnwritableError(path, f"is computed by {place.span.text:.60}; change it in the text")
         else:
             self.draft.replace(place, value)
@@ -234,6 +251,40 @@ def _joined(changes: Iterable[Change]) -> list[tuple[str, Path, Any]]:
         else:
             joined.append(("add", change.path, [value]))
     return joined
+
+
+def _differences(before: Any, after: Any, path: Path) -> Iterator[tuple[str, Path, Any]]:
+    """Yield the changes that make a value another; items of a list are matched by name."""
+    if isinstance(before, dict) and isinstance(after, dict):
+        yield from (("unset", (*path, key), None) for key in before if key not in after)
+        for key, value in after.items():
+            yield from _differences(before.get(key, ...), value, (*path, key))
+    elif (
+        isinstance(before, list) and isinstance(after, list) and any(isinstance(each, dict) for each in before + after)
+    ):
+        kept = list(range(len(before)))
+        for index in reversed(range(len(before))):
+            if len(kept) > len(after) and not any(_is_same_item(before[index], item) for item in after):
+                kept.remove(index)
+        kept = kept[: len(after)]
+        yield from (("remove", (*path, index), None) for index in reversed(range(len(before))) if index not in kept)
+        for place, (index, value) in enumerate(zip(kept, after, strict=False)):
+            if _is_same_item(before[index], value):
+                yield from _differences(before[index], value, (*path, place))
+            else:
+                yield "set", (*path, place), value
+        if len(after) > len(kept):
+            yield "add", path, after[len(kept) :]
+    elif before != after:
+        yield "set", path, after
+
+
+def _is_same_item(one: Any, other: Any) -> bool:
+    """Return whether two items are the same, possibly changed: by name if they have one, otherwise by keys."""
+    if not (isinstance(one, dict) and isinstance(other, dict)):
+        return bool(one == other)
+    names = [next((item[key] for key in ("name", *SENSOR_KINDS) if key in item), None) for item in (one, other)]
+    return bool(names[0] == names[1]) if names != [None, None] else one.keys() == other.keys()
 
 
 def _is_default_when_empty(path: Path) -> bool:

@@ -4,8 +4,7 @@ import re
 from collections.abc import Sequence
 from itertools import pairwise
 
-from mjsim.world.edit.snippet import folded
-from mjsim.world.edit.yaml_layout import WIDTH
+from mjsim.world.edit.snippet import WIDTH, folded
 from mjsim.world.yaml import Entry, Span
 
 Cut = tuple[int, int, str]

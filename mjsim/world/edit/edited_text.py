@@ -163,7 +163,9 @@ class EditedText:
     def insert_key(self, place: TextPlace, value: Any) -> None:
         """Add a missing key, with its missing parents."""
         if any(isinstance(step, int) for step in place.rest):
-            raise UnwritableError(place.path, "is not there; it may come from a preset, set the whole list")
+            absent = "is not there; it may come from a preset, set the whole list"
+            here = absent if place.elsewhere is None else f"stands in {place.elsewhere}; change it there"
+            raise UnwritableError(place.path, here)
         first, *deeper = map(str, place.rest)
         for key in reversed(deeper):
             value = {key: value}

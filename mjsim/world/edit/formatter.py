@@ -1,6 +1,7 @@
 """Formats the text of a world file: all values and comments stay, only spaces and line breaks change."""
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +9,7 @@ from pydantic import BaseModel
 
 from mjsim.errors import Problem, UsageError, WorldError
 from mjsim.output import write_whole
-from mjsim.world.edit.yaml_layout import FIRST, WIDTH
+from mjsim.world.edit.snippet import FIRST, WIDTH
 from mjsim.world.files import world_path
 from mjsim.world.ground import models_at
 from mjsim.world.items import World
@@ -16,13 +17,13 @@ from mjsim.world.language import Repeat
 from mjsim.world.read import read_file
 from mjsim.world.yaml import (
     Comment,
-    TreeItem,
-    TreeNode,
-    UnformattableError,
-    one_line,
+    Entry,
+    Span,
+    UnknownTextError,
     plain_value,
+    quoted,
+    read_commented,
     read_text,
-    read_tree,
 )
 
 _STEP = 2
@@ -56,12 +57,12 @@ def format_text(text: str, *, file: str) -> str:
     try:
         # Repeat if a comment has left brackets, which may then fit on one line.
         for _ in range(_MAX_ROUNDS):
-            root, comments = read_tree(formatted)
+            root, comments = read_commented(formatted)
             found.append(comments)
             before, formatted = formatted, _Formatter(ordered="&" not in text).whole(root)
             if formatted == before:
                 break
-    except UnformattableError:
+    except UnknownTextError:
         raise refused from None
     again, _ = read_text(formatted, file=file)
     # Nothing may be lost, however unusual the text.
@@ -109,26 +110,26 @@ class _Formatter:
         """Store whether keys may be reordered: an anchor must come before its aliases."""
         self._ordered = ordered
 
-    def whole(self, root: TreeNode) -> str:
+    def whole(self, root: Span) -> str:
         self._sort(root, ())
         return "\n".join(_without_empty_ends([*self._map(root, 0), *root.tail])) + "\n"
 
-    def _sort(self, part: TreeNode, path: Steps) -> None:
+    def _sort(self, part: Span, path: Steps) -> None:
         """Sort the keys of all mappings."""
         if part.kind == "map" and self._ordered and path not in _UNORDERED:
-            ranks = key_ranks([item.key.value for item in part.items if item.key is not None], path)
-            part.items.sort(key=lambda item: ranks[item.key.value] if item.key is not None else 0)
-        for number, item in enumerate(part.items):
-            self._sort(item.part, (*path, number if item.key is None else item.key.value))
+            ranks = key_ranks([str(item.name) for item in part.entries], path)
+            part.entries.sort(key=lambda item: ranks[str(item.name)])
+        for number, item in enumerate(part.entries):
+            self._sort(item.value, (*path, number if item.name is None else item.name))
 
-    def _map(self, part: TreeNode, indent: int) -> list[str]:
+    def _map(self, part: Span, indent: int) -> list[str]:
         lines: list[str] = []
         space = " " * indent
-        for item in part.items:
+        for item in part.entries:
             assert item.key is not None
             key = _key(item.key)
             above, lead = _indented(item.before, space), f"{space}{key}:"
-            value = self._inline(item.part, len(lead) + 1)
+            value = self._inline(item.value, len(lead) + 1)
             if value is not None:
                 more, after = _beside(item)
                 first, *rest = value
@@ -139,15 +140,15 @@ class _Formatter:
             head = item.head or item.after
             more = [item.after.text] if item.head is not None and item.after is not None else []
             lines += [*above, *_indented(more, space)]
-            opening = f"{lead} {_opening(item.part)}".rstrip()
-            lines += [_with_comment(opening, head), *self._below(item.part, indent + _STEP)]
+            opening = f"{lead} {_opening(item.value)}".rstrip()
+            lines += [_with_comment(opening, head), *self._below(item.value, indent + _STEP)]
         return lines
 
-    def _list(self, part: TreeNode, indent: int) -> list[str]:
+    def _list(self, part: Span, indent: int) -> list[str]:
         lines: list[str] = []
         space = " " * indent
-        for item in part.items:
-            value = self._inline(item.part, indent + _STEP)
+        for item in part.entries:
+            value = self._inline(item.value, indent + _STEP)
             beside = [comment for comment in (item.head, item.after) if comment is not None]
             after = beside.pop() if value is not None and beside else None
             lines += _indented([*item.before, *(comment.text for comment in beside)], space)
@@ -156,9 +157,9 @@ class _Formatter:
                 lines += [f"{space}- {first}".rstrip(), *rest]
                 lines[-1] = _with_comment(lines[-1], after)
                 continue
-            below = self._below(item.part, indent + _STEP)
-            if item.part.prefix or item.part.kind == "scalar":
-                lines += [f"{space}- {_opening(item.part)}".rstrip(), *below]
+            below = self._below(item.value, indent + _STEP)
+            if item.value.written or item.value.kind == "scalar":
+                lines += [f"{space}- {_opening(item.value)}".rstrip(), *below]
                 continue
             while not below[0] or below[0].lstrip().startswith(
                 "#"
@@ -167,15 +168,15 @@ class _Formatter:
             lines += [f"{space}- {below[0].lstrip()}", *below[1:]]
         return lines
 
-    def _below(self, part: TreeNode, indent: int) -> list[str]:
+    def _below(self, part: Span, indent: int) -> list[str]:
         """Return the lines below a key or a dash."""
         space = " " * indent
         if part.kind == "scalar":
-            return [space + line if line else "" for line in part.value.rstrip("\n").split("\n")]
+            return [space + line if line else "" for line in part.text.rstrip("\n").split("\n")]
         inside = self._map(part, indent) if part.kind == "map" else self._list(part, indent)
         return _without_empty_ends([*inside, *_indented(part.tail, space)])
 
-    def _inline(self, part: TreeNode, column: int) -> list[str] | None:
+    def _inline(self, part: Span, column: int) -> list[str] | None:
         """Return the lines of a value that continues on its key's line; None if it must start below.
 
         Args:
@@ -183,14 +184,14 @@ class _Formatter:
             column: Column in which it would start.
         """
         if part.kind == "scalar":
-            return None if part.block and _is_block_text(part.value) else [part.text]
+            return None if part.is_block and _is_block_text(part.text) else [part.written]
         if _has_comments(part):
             return None
         flat = _is_flat(part)
-        if part.block and part.items and not flat:
+        if not part.flow and part.entries and not flat:
             return None
         line = _flow(part)
-        if column + len(line) <= WIDTH or not part.items:
+        if column + len(line) <= WIDTH or not part.entries:
             return [line]
         lines = _filled(part, column)
         fits = len(lines) <= _MAX_LINES and all(len(line) <= WIDTH for line in [" " * column + lines[0], *lines[1:]])
@@ -212,45 +213,45 @@ def key_ranks(keys: list[str], path: Steps) -> dict[str, int]:
     return {key: len(order) + 1 if key == "repeat" else rank for key, rank in ranks.items()}
 
 
-def _key(key: TreeNode) -> str:
+def _key(key: Span) -> str:
     """Return a key, quoted only if needed."""
-    return key.value if key.value.isidentifier() and plain_value(key.value) == key.value else key.text
+    return key.text if key.text.isidentifier() and plain_value(key.text) == key.text else key.written
 
 
-def _key_in_brackets(key: TreeNode) -> str:
+def _key_in_brackets(key: Span) -> str:
     text = _key(key)
-    return _in_brackets(key) if text == key.text else text
+    return _in_brackets(key) if text == key.written else text
 
 
-def _flow(part: TreeNode) -> str:
+def _flow(part: Span) -> str:
     """Return a value in brackets, on one line."""
     if part.kind == "scalar":
         return _in_brackets(part)
     text = ", ".join(_pieces(part))
     text = f"{{{text}}}" if part.kind == "map" else f"[{text}]"
-    return f"{part.prefix} {text}" if part.prefix else text
+    return f"{part.written} {text}" if part.written else text
 
 
-def _pieces(part: TreeNode) -> list[str]:
+def _pieces(part: Span) -> list[str]:
     """Return the items of a list or a mapping in their form inside brackets."""
     return [
-        _flow(item.part) if item.key is None else f"{_key_in_brackets(item.key)}: {_flow(item.part)}"
-        for item in part.items
+        _flow(item.value) if item.key is None else f"{_key_in_brackets(item.key)}: {_flow(item.value)}"
+        for item in part.entries
     ]
 
 
-def _in_brackets(part: TreeNode) -> str:
+def _in_brackets(part: Span) -> str:
     """Return a scalar in its form inside brackets, where fewer characters are allowed without quotes."""
-    if not part.text:
+    if not part.written:
         return "null"
-    plain = part.text[0] not in "'\"&!*"
-    return one_line(part.value) if plain and any(sign in part.text for sign in ",[]{}") else part.text
+    plain = part.written[0] not in "'\"&!*"
+    return quoted(part.text) if plain and any(sign in part.written for sign in ",[]{}") else part.written
 
 
-def _filled(part: TreeNode, column: int) -> list[str]:
+def _filled(part: Span, column: int) -> list[str]:
     """Return a value in brackets with its items filling lines."""
     opening, closing = ("{", "}") if part.kind == "map" else ("[", "]")
-    opening = f"{part.prefix} {opening}".lstrip()
+    opening = f"{part.written} {opening}".lstrip()
     lines, space = [opening], " " * (column + len(opening))
     pieces = _pieces(part)
     for number, piece in enumerate(pieces, start=1):
@@ -263,21 +264,21 @@ def _filled(part: TreeNode, column: int) -> list[str]:
     return lines
 
 
-def _is_flat(part: TreeNode) -> bool:
+def _is_flat(part: Span) -> bool:
     """Return whether a part is a list of scalars, or of lists of scalars."""
     return part.kind == "list" and all(
-        (item.part.kind == "scalar" and not item.part.block) or _is_flat(item.part) for item in part.items
+        (item.value.kind == "scalar" and not item.value.is_block) or _is_flat(item.value) for item in part.entries
     )
 
 
-def _has_comments(part: TreeNode) -> bool:
+def _has_comments(part: Span) -> bool:
     return bool(part.tail) or any(
         item.head is not None
         or item.after is not None
         or any(item.before)
-        or (item.part.kind == "scalar" and item.part.block)
-        or _has_comments(item.part)
-        for item in part.items
+        or item.value.is_block
+        or _has_comments(item.value)
+        for item in part.entries
     )
 
 
@@ -288,14 +289,14 @@ def _is_block_text(value: str) -> bool:
     return plain and bool(lines[0]) and bool(lines[-1]) and not value.endswith("\n\n")
 
 
-def _opening(part: TreeNode) -> str:
+def _opening(part: Span) -> str:
     """Return what follows a key on its line if the value is below."""
     if part.kind == "scalar":
-        return "|" if part.value.endswith("\n") else "|-"
-    return part.prefix
+        return "|" if part.text.endswith("\n") else "|-"
+    return part.written
 
 
-def _beside(item: TreeItem) -> tuple[list[str], Comment | None]:
+def _beside(item: Entry) -> tuple[list[str], Comment | None]:
     """Return the comments above and beside an item on one line."""
     found = [comment for comment in (item.head, item.after) if comment is not None]
     after = found.pop() if found else None
@@ -309,7 +310,7 @@ def _with_comment(line: str, comment: Comment | None) -> str:
     return f"{line}{' ' * max(comment.column - len(line), _GAP)}{comment.text}"
 
 
-def _indented(lines: list[str], space: str) -> list[str]:
+def _indented(lines: Sequence[str], space: str) -> list[str]:
     return [space + line if line else "" for line in lines]
 
 

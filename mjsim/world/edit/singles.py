@@ -5,8 +5,8 @@ from dataclasses import replace
 from typing import Any
 
 from mjsim.world.edit.edited_text import EditedText, same
+from mjsim.world.edit.snippet import literal
 from mjsim.world.edit.text_place import Path, UnwritableError
-from mjsim.world.edit.yaml_layout import escaped
 from mjsim.world.language import OPEN, Value, expand, names_in
 from mjsim.world.yaml import Node
 
@@ -74,7 +74,7 @@ def as_written(plain: Any, expanded: Any, required: Any) -> Any:
         return {key: as_written(plain.get(key), expanded.get(key), value) for key, value in required.items()}
     if isinstance(plain, list) and isinstance(required, list) and len(plain) == len(expanded) == len(required):
         return [as_written(*each) for each in zip(plain, expanded, required, strict=True)]
-    return _literal(required)
+    return literal(required)
 
 
 def rewrite(draft: EditedText, path: Path, required: Any) -> None:
@@ -121,11 +121,11 @@ def _put_below(draft: EditedText, brought: Mapping[str, Any], at: Path) -> None:
     for key, value in brought.items():
         place = draft.place((*at, key))
         if place.rest:
-            draft.insert_key(place, _literal(value))
+            draft.insert_key(place, literal(value))
         elif (*at, key) in OPEN and isinstance(value, dict):
             _put_below(draft, value, (*at, key))
         elif isinstance(value, list) and value:
-            draft.insert(place, 0, _literal(value))
+            draft.insert(place, 0, literal(value))
 
 
 def _keep_variables(draft: EditedText, names: Mapping[str, Value]) -> None:
@@ -133,7 +133,7 @@ def _keep_variables(draft: EditedText, names: Mapping[str, Value]) -> None:
     own = draft.plain.get("variables") or {}
     used = {name for text in _texts(draft.plain) for name in names_in(text)}
     for name in sorted(used & names.keys() - own.keys()):
-        draft.insert_key(draft.place(("variables", name)), _literal(names[name]))
+        draft.insert_key(draft.place(("variables", name)), literal(names[name]))
 
 
 def foreign(node: Node, path: Path) -> Path | None:
@@ -169,15 +169,6 @@ def _count(node: Node, path: Path) -> int:
             return 0
         node = inner
     return len(node.items)
-
-
-def _literal(value: Any) -> Any:
-    """Return the literal form of a value, with expressions escaped."""
-    if isinstance(value, dict):
-        return {key: _literal(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_literal(item) for item in value]
-    return escaped(value) if isinstance(value, str) else value
 
 
 def _texts(value: Any) -> Iterator[str]:

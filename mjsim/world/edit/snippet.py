@@ -1,19 +1,25 @@
-"""Formats single values for insertion into hand-written world files."""
+"""Formats values for world files: single ones for insertion into a text, and whole worlds."""
 
-import json
+import math
 import re
 from decimal import Decimal
 from typing import Any
 
-from mjsim.world.edit.yaml_layout import WIDTH
-from mjsim.world.yaml import plain_value
+from mjsim.world.items import SENSOR_KINDS
+from mjsim.world.yaml import plain_value, quoted
 
+FIRST = (
+    *("mjsim", "name", "use", "preset", *SENSOR_KINDS, "box", "cylinder", "sphere", "ramp", "steps", "model", "image"),
+    *("marker", "time", "move", "to", "type", "segment", "on", "at", "heading_deg"),
+)
+"""Keys in their preferred order; all others follow, in the order of the models."""
+WIDTH = 120
+"""Maximum line length [characters]."""
 _PLAIN = re.compile(r"[A-Za-z_./][\w./+-]*(:[\w./+-]+)*", re.ASCII)
 """Text that never needs quotes, unless it reads as another kind of value."""
 _TYPED, _SHOWN = 6, 4
 """Numbers with up to the first number of decimals were typed; those with more were computed, and are rounded to the
 second."""
-_NOT_PLAIN = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ud800-\udfff]")
 _STEP = 2
 
 
@@ -24,6 +30,21 @@ def rounded(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [rounded(item) for item in value]
     return _rounded(value) if isinstance(value, float) else value
+
+
+def literal(value: Any) -> Any:
+    """Return a value with expressions escaped, so that each text stands for itself, and preferred keys first."""
+    if isinstance(value, dict):
+        order = sorted(value, key=lambda key: FIRST.index(key) if key in FIRST else len(FIRST))
+        return {key: literal(value[key]) for key in order}
+    if isinstance(value, (list, tuple)):
+        return [literal(item) for item in value]
+    return escaped(value) if isinstance(value, str) else value
+
+
+def escaped(text: str) -> str:
+    """Return a text with expressions escaped, so that it stands for itself."""
+    return text.replace("${", "$${")
 
 
 def scalar(value: Any, *, style: str = "") -> str:
@@ -41,7 +62,7 @@ def scalar(value: Any, *, style: str = "") -> str:
         return "'" + text.replace("'", "''") + "'"
     if not style and _PLAIN.fullmatch(text) and plain_value(text) == text:
         return text
-    return _NOT_PLAIN.sub(lambda found: f"\\u{ord(found.group()):04x}", json.dumps(text, ensure_ascii=False))
+    return quoted(text)
 
 
 def inline(value: Any) -> str:
@@ -150,6 +171,8 @@ def _rounded(value: float) -> float:
 
 
 def _number(value: float) -> str:
+    if not math.isfinite(value):
+        return ".nan" if math.isnan(value) else f"{'-' if value < 0 else ''}.inf"
     if value.is_integer() and abs(value) < 1e15:
         return str(int(value))
     return format(Decimal(repr(value)), "f") if 1e-12 < abs(value) < 1e15 else repr(value)

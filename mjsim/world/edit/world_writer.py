@@ -5,14 +5,15 @@ from functools import partial
 from typing import Any
 
 from mjsim.errors import Problem, WorldError
-from mjsim.world.edit.write_back import ForeignError, write_changes
-from mjsim.world.edit.yaml_layout import dumped, plain, round_trip, styled
+from mjsim.world.edit.changes import write_back
+from mjsim.world.edit.snippet import below, literal
+from mjsim.world.edit.text_place import UnwritableError
 from mjsim.world.files import Source
 from mjsim.world.ground import Model
 from mjsim.world.items import AnySensor, Robot, RobotArm, World, name_of
 from mjsim.world.language import needs_expansion
 from mjsim.world.read import parse_world
-from mjsim.world.yaml import problems_at, read_text
+from mjsim.world.yaml import problems_at
 
 
 def format_world(world: World) -> str:
@@ -26,47 +27,35 @@ def format_world(world: World) -> str:
     """
     text = world.source.text
     if text is None:
-        return dumped(styled(_keys_of_world(world)))
+        return _fresh(world)
     # Included files are those that were read, even if they have changed since.
     source = dataclasses.replace(world.source, attached={**world.source.included, **world.source.attached})
     before = parse_world(text, source=source)
     if before == world:
         return text
-    expanded = needs_expansion(text)
-    changed = _changed(text, before, world) if expanded else _rewritten(text, before, world)
     try:
+        changed = write_back(text, _keys_of_world(before), _keys_of_world(world), source=source)
         if parse_world(changed, source=source) == world:
             return changed
-    # An alias that stands for two values cannot be changed in only one place.
-    except WorldError:
-        pass
-    if expanded:
         message = "this change cannot be written beside 'include', 'variables' and 'repeat'; change the text itself"
-        raise WorldError([Problem(source.file, 1, 1, message)])
-    return dumped(styled(_keys_of_world(world)))
+        faults = [Problem(source.file, 1, 1, message)]
+    # An alias that stands for two values cannot be changed in only one place.
+    except WorldError as error:
+        faults = list(error.problems)
+    except UnwritableError as error:
+        faults = list(problems_at(before.source.written, source.file, [(error.path, partial(str, error))]))
+    if needs_expansion(text):
+        raise WorldError(faults)
+    return _fresh(world)
 
 
-def _rewritten(text: str, before: World, after: World) -> str:
-    tree = round_trip().load(text)
-    write_changes(tree, _keys_of_world(before), _keys_of_world(after), written=None, raw=None)
-    return dumped(tree)
-
-
-def _changed(text: str, before: World, after: World) -> str:
-    """Return a text that uses `include`, `variables` or `repeat`, updated with the differences between two worlds."""
-    source: Source = before.source
-    tree, (raw, _) = round_trip().load(text), read_text(text, file=source.file)
-    try:
-        write_changes(tree, _keys_of_world(before), _keys_of_world(after), written=source.written, raw=raw)
-    except ForeignError as error:
-        faults = [(error.path, partial(str, error.message))]
-        raise WorldError(problems_at(source.written, source.file, faults)) from None
-    return dumped(tree)
+def _fresh(world: World) -> str:
+    return "\n".join([*below(_keys_of_world(world), 0), ""])
 
 
 def _keys_of_world(world: World) -> dict[str, Any]:
     """Return the keys to write: all that differ from the default or the preset."""
-    keys = plain(world.model_dump(mode="json", exclude_defaults=True, exclude={"robots"}))
+    keys = literal(world.model_dump(mode="json", exclude_defaults=True, exclude={"robots"}))
     if world.robots:
         keys["robots"] = [_keys_of_robot(robot, world.source) for robot in world.robots]
     keys = {"mjsim": world.mjsim, "name": world.name, **keys}
@@ -88,7 +77,7 @@ def _keys_of_robot(robot: Robot, source: Source) -> dict[str, Any]:
         found["arms"] = [_keys_of_arm(arm) for arm in robot.arms]
     if "sensors" in found:
         found["sensors"] = [_keys_of_sensor(sensor) for sensor in robot.sensors]
-    keys: dict[str, Any] = plain(found)
+    keys: dict[str, Any] = literal(found)
     return keys
 
 

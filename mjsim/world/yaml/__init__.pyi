@@ -1,9 +1,6 @@
-from .format_tree import Comment as Comment
-from .format_tree import TreeItem as TreeItem
-from .format_tree import TreeNode as TreeNode
-from .format_tree import UnformattableError as UnformattableError
-from .format_tree import one_line as one_line
-from .format_tree import read_tree as read_tree
+from .comments import quoted as quoted
+from .comments import read_commented as read_commented
+from .spans import Comment as Comment
 from .spans import Entry as Entry
 from .spans import Span as Span
 from .spans import UnknownTextError as UnknownTextError

@@ -12,7 +12,20 @@ from mjsim.world.yaml.scan import UnsureError, sure_events
 from mjsim.world.yaml.yaml_text import plain_value
 
 _ODD = "it uses YAML features that world files do not allow"
-_COLON = re.compile(r"[ \t]*:")
+_COLON = re.compile(r"\s*:")
+
+
+@dataclass(slots=True, eq=False)
+class Comment:
+    """A comment and its position."""
+
+    text: str
+    """From the # on, without trailing spaces."""
+    index: int
+    line: int
+    column: int
+    own_line: bool
+    """Whether it is alone on its line."""
 
 
 @dataclass(slots=True, eq=False)
@@ -36,6 +49,15 @@ class Span:
     """Column of the dashes or keys of a list or a mapping without brackets, counted from 0."""
     meant: "Span | None" = None
     """For an alias, the value to which it refers."""
+    written: str = ""
+    """For layout: a scalar as written, on one line, with anchor and tag; only these for a list or a mapping."""
+    tail: tuple[str, ...] = ()
+    """For layout: comments after the last entry, and '' for an empty line."""
+
+    @property
+    def is_block(self) -> bool:
+        """Whether it is a block scalar."""
+        return self.style in ("|", ">")
 
     @property
     def plain(self) -> Any:
@@ -69,6 +91,12 @@ class Entry:
     """Just past its dash or colon; for an item in brackets, its start."""
     value: Span
     key: Span | None = None
+    before: tuple[str, ...] = ()
+    """For layout: comments above it, and '' for an empty line."""
+    head: Comment | None = None
+    """Comment beside its key, if its value is below."""
+    after: Comment | None = None
+    """Comment beside its end."""
 
     @property
     def end(self) -> int:
