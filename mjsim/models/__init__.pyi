@@ -4,9 +4,12 @@ from .arms import FileLink as FileLink
 from .arms import read_arm as read_arm
 from .arms import text_place as text_place
 from .colours import color_of as color_of
+from .colours import hex_of as hex_of
 from .content_notes import note as note
 from .content_notes import noted as noted
+from .mesh_files import MeshPart as MeshPart
 from .mesh_files import gazebo_triangles as gazebo_triangles
+from .mesh_files import mesh_parts as mesh_parts
 from .model_reader import UNSAID as UNSAID
 from .model_reader import no_warnings as no_warnings
 from .model_reader import seen_and_touched as seen_and_touched

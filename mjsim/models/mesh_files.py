@@ -35,6 +35,8 @@ NO_PICTURE = 2
 _HEAD, _RECORD = 80, np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
 _UNIT = re.compile(r"<unit\b[^>]*\bmeter\s*=\s*[\"']\s*([0-9.eE+-]{1,20})\s*[\"']")
 _UP = re.compile(r"<up_axis>\s*([XYZ])_UP\s*</up_axis>")
+_KEY, _NUMBER = re.compile(r"""\b(id|name)\s*=\s*["']([^"']*)["']"""), re.compile(r"[._]\d+$")
+"""Names of a geometry, and what the library adds to those of its parts."""
 _UPRIGHT: Mapping[str, Array] = {
     "X": np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]),
     "Y": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
@@ -62,7 +64,9 @@ class MeshPart:
         return ".stl" if self.texture is None else ".obj"
 
 
-def mesh_parts(path: str, data: bytes, read: Callable[[str], bytes], *, up_axis: bool = True) -> list[MeshPart]:
+def mesh_parts(
+    path: str, data: bytes, read: Callable[[str], bytes], *, up_axis: bool = True, named: str = ""
+) -> list[MeshPart]:
     """Return the parts of a mesh.
 
     Args:
@@ -70,12 +74,13 @@ def mesh_parts(path: str, data: bytes, read: Callable[[str], bytes], *, up_axis:
         data: Contents of the file.
         read: Returns a file that it names, by its path relative to the folder of the mesh; raises ValueError.
         up_axis: Whether Collada is turned as its `<up_axis>` says; Gazebo does not turn it.
+        named: Name of the mesh in the file that is meant; '' for all.
 
     Raises:
-        ValueError: It cannot be read as a mesh; the message names the file.
+        ValueError: It cannot be read as a mesh, or has none of this name; the message names the file.
     """
     groups: dict[object, list[Any]] = {}
-    for mesh in _meshes(path, data, read, up_axis=up_axis):
+    for mesh in _meshes(path, data, read, up_axis=up_axis, named=named):
         rgba, picture = _look(mesh)
         key: object = rgba if picture is None else id(picture)
         groups.setdefault(key if len(groups) < MAX_PARTS or key in groups else next(reversed(groups)), []).append(mesh)
@@ -87,17 +92,22 @@ def whole_mesh(path: str, data: bytes, read: Callable[[str], bytes], *, up_axis:
     return _plain([mesh.triangles for mesh in _meshes(path, data, read, up_axis=up_axis)], None)
 
 
-def gazebo_triangles(path: str, data: bytes) -> tuple[Array, bool]:
+def gazebo_triangles(path: str, data: bytes, *, named: str = "") -> tuple[Array, bool]:
     """Return the triangles of a mesh as Gazebo reads it, without `<up_axis>`, and whether there are fewer than in it.
+
+    Args:
+        path: Its file.
+        data: Contents of the file.
+        named: Name of the mesh in the file that is meant; '' for all.
 
     Returns:
         triangles: Shape (n, 3, 3) [m].
         coarser: Whether the mesh was simplified.
 
     Raises:
-        ValueError: It cannot be read as a mesh; the message names the file.
+        ValueError: It cannot be read as a mesh, or has none of this name; the message names the file.
     """
-    whole = np.concatenate([mesh.triangles for mesh in _meshes(path, data, alone, up_axis=False)])
+    whole = np.concatenate([mesh.triangles for mesh in _meshes(path, data, alone, up_axis=False, named=named)])
     fewer = coarser(whole)
     return fewer, len(fewer) < len(whole)
 
@@ -107,7 +117,9 @@ def alone(name: str) -> bytes:
     raise ValueError(f"'{name}' is not read")
 
 
-def _meshes(path: str, data: bytes, read: Callable[[str], bytes], *, up_axis: bool = True) -> list[Any]:
+def _meshes(
+    path: str, data: bytes, read: Callable[[str], bytes], *, up_axis: bool = True, named: str = ""
+) -> list[Any]:
     """Return the meshes of a file, placed, in metres, z up; without `up_axis`, those of Collada as they are turned."""
     import trimesh
 
@@ -129,6 +141,24 @@ def _meshes(path: str, data: bytes, read: Callable[[str], bytes], *, up_axis: bo
     corners = np.concatenate([mesh.vertices for mesh in found] or [np.zeros((1, 3))])
     if not (np.isfinite(corners).all() and np.ptp(corners, axis=0).max() > 0.0):
         raise ValueError(f"'{path}' cannot be read as a mesh: it has no triangles; export it again")
+    return _named(found, named, path, data) if named else found
+
+
+def _named(meshes: Sequence[Any], name: str, path: str, data: bytes) -> list[Any]:
+    """Return the meshes that have a name in their file, by itself or by that of their node or geometry.
+
+    Raises:
+        ValueError: There are none.
+    """
+    heads = [dict(_KEY.findall(head.decode(errors="replace"))) for head in re.findall(rb"<geometry\b[^>]*>", data)]
+    ids = {name, *(head.get("id", "") for head in heads if head.get("name") == name)}
+    called = [{_NUMBER.sub("", str(mesh.metadata.get(key, ""))) for key in ("name", "node")} for mesh in meshes]
+    called = [each | {str(mesh.metadata.get("name", ""))} for each, mesh in zip(called, meshes, strict=True)]
+    found = [mesh for mesh, names in zip(meshes, called, strict=True) if names & ids]
+    if not found:
+        own = {head["name"] for head in heads if head.get("name")}
+        known = sorted(own or {each for names in called for each in names if each})
+        raise ValueError(f"'{path}' has no mesh '{name[:60]}'; its meshes are {', '.join(known[:8])[:200]}")
     return found
 
 

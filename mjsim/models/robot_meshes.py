@@ -86,9 +86,11 @@ class PlainMeshes:
             if self._guarded:
                 parts = guarded_parts(name, data, whole=whole)
             else:
-                turned = {"up_axis": self._up_axis}
+                up = self._up_axis
                 parts = (
-                    [whole_mesh(name, data, beside, **turned)] if whole else mesh_parts(name, data, beside, **turned)
+                    [whole_mesh(name, data, beside, up_axis=up)]
+                    if whole
+                    else mesh_parts(name, data, beside, up_axis=up)
                 )
             self._known[name, whole] = parts
             if any(part.coarser for part in parts):

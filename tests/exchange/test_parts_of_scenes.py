@@ -242,7 +242,7 @@ def test_a_large_mesh_is_written_as_its_hull_with_faces_outwards():
     rng = np.random.default_rng(0)
     points = rng.normal(size=(120, 3))
     solid = SceneSolid("mesh", (), np.eye(4), None, points, rng.integers(0, 120, (20_001, 3)))
-    _, files = model_files([solid], mass=1.0)
+    _, files = model_files(SceneThing("m", [solid], np.eye(4)), moves=True)
     rows = [line.split() for line in files["part0.obj"].decode().splitlines()]
     vertices = np.array([row[1:] for row in rows if row[0] == "v"], float)
     faces = np.array([row[1:] for row in rows if row[0] == "f"], int) - 1

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from mjsim.exchange.maps import DIGITS
 from mjsim.exchange.scenes.model_text import model_files
-from mjsim.exchange.scenes.scene_solids import Scene, ScenePart, SceneSolid, SceneThing
+from mjsim.exchange.scenes.scene_solids import Scene, ScenePart, SceneSkin, SceneSolid, SceneTexture, SceneThing
 from mjsim.exchange.scenes.scene_walls import walls_of
 from mjsim.exchange.scenes.shells import traced
 from mjsim.geometry import Array
@@ -40,6 +40,8 @@ Obstacle = BoxObstacle | CylinderObstacle | SphereObstacle | ModelObstacle
 class Built:
     """A world, and the model files that it names, by their paths beside it."""
 
+    folder: str
+    """Folder of its files beside the world."""
     walls: list[Wall] = field(default_factory=list)
     obstacles: list[Obstacle] = field(default_factory=list)
     files: dict[str, bytes] = field(default_factory=dict)
@@ -56,13 +58,17 @@ def build_world(scene: Scene, *, name: str, folder: str) -> tuple[World, dict[st
         name: Name of the world.
         folder: Folder of the model files beside the world.
     """
-    built = Built()
+    built = Built(folder)
     _lower_to_floor(scene)
     static = [(thing, solid) for thing in scene.things if thing.mass is None for solid in thing.solids]
     static = [(thing, solid) for thing, solid in static if _counts(scene, thing, solid)]
     found, used = walls_of([solid for _, solid in static])
     taken = set(used)
-    built.walls += found
+    pictures = {solid.texture.name: solid.texture for _, solid in static if solid.texture is not None}
+    built.walls += [
+        wall.model_copy(update={"texture": _texture(built, pictures[wall.texture])}) if wall.texture else wall
+        for wall in found
+    ]
     if found:
         names = dict.fromkeys(static[index][0].name for index in used)
         for each in names:
@@ -75,10 +81,10 @@ def build_world(scene: Scene, *, name: str, folder: str) -> tuple[World, dict[st
         if thing.mass is None and thing.parts:
             left.setdefault(_key(thing), (thing, []))
     for thing, solids in left.values():
-        _add_static(built, scene, thing, solids, folder)
+        _add_static(built, scene, thing, solids)
     for thing in scene.things:
         if thing.mass is not None:
-            _add_movable(built, scene, thing, folder)
+            _add_movable(built, scene, thing)
     named = [wall.model_copy(update={"name": f"wall-{k}"}) for k, wall in enumerate(built.walls, start=1)]
     world = World(name=name, walls=tuple(named), obstacles=tuple(built.obstacles), lamps=tuple(_lamps(scene)))
     return world, built.files
@@ -130,9 +136,9 @@ def _counts(scene: Scene, thing: SceneThing, solid: SceneSolid) -> bool:
     return True
 
 
-def _add_static(built: Built, scene: Scene, thing: SceneThing, solids: Sequence[SceneSolid], folder: str) -> None:
+def _add_static(built: Built, scene: Scene, thing: SceneThing, solids: Sequence[SceneSolid]) -> None:
     """Add what is no wall of a static thing: parts with what they touch, simple shapes, all others as one model."""
-    solids = _add_parts(built, scene, thing, solids, folder)
+    solids, skins = _add_parts(built, scene, thing, solids)
     found = traced(solids)
     built.walls += found.walls
     built.obstacles += [each.model_copy(update={"name": _named(built, thing.name)}) for each in found.things]
@@ -143,27 +149,37 @@ def _add_static(built: Built, scene: Scene, thing: SceneThing, solids: Sequence[
     if found.dropped:
         scene.tell(Fate.LEFT_OUT, "hollow mesh part", thing.name, "it begins above 0.3 m")
     gone = {id(solid) for solid in (*found.used, *found.dropped)}
-    others = []
-    for solid in solids:
-        if id(solid) in gone:
-            continue
-        plain = _plain(solid, built, thing.name)
-        if plain is None:
-            others.append(solid)
-        else:
-            built.obstacles.append(plain)
-    for group in _touching([[solid] for solid in others]):
-        if (obstacle := _model(built, scene, thing, [others[k] for k in group], folder, {})) is not None:
-            built.obstacles.append(obstacle)
+    alone = [solid for solid in solids if id(solid) not in gone]
+    if skins and (found.used or not alone):
+        scene.tell(Fate.LEFT_OUT, "look of meshes", thing.name, "it became walls, which have one colour")
+        skins = []
+    others = alone if skins else _add_plain(built, scene, thing, alone)
+    # What is seen belongs to all of a thing together.
+    groups = [[*range(len(others))]] if skins else _touching([[solid] for solid in others])
+    for group in groups:
+        whole = replace(thing, solids=[others[k] for k in group], parts=(), skins=skins)
+        _add_model(built, scene, whole, {})
     if solids:
         scene.tell(Fate.KEPT, "static model", thing.name)
 
 
+def _add_plain(built: Built, scene: Scene, thing: SceneThing, solids: Sequence[SceneSolid]) -> list[SceneSolid]:
+    """Add solids that are simple shapes one by one, and return the others."""
+    others = []
+    for solid in solids:
+        plain = _plain(solid, built, thing.name)
+        if plain is not None:
+            built.obstacles.append(plain)
+        else:
+            others.append(solid)
+    return others
+
+
 def _add_parts(
-    built: Built, scene: Scene, thing: SceneThing, solids: Sequence[SceneSolid], folder: str
-) -> list[SceneSolid]:
-    """Add models of what joints move on a static thing, with the solids beside it, and return the other solids."""
-    parts = thing.parts
+    built: Built, scene: Scene, thing: SceneThing, solids: Sequence[SceneSolid]
+) -> tuple[list[SceneSolid], list[SceneSkin]]:
+    """Add models of what joints move on a static thing, with the solids beside it; return other solids and skins."""
+    parts, skins = thing.parts, list(thing.skins)
     shapes = [part.all_solids() for part in parts]
     beside = [solid for solid in solids if any(len(_touching([[solid], shape])) == 1 for shape in shapes)]
     for group in _touching([*shapes, *([solid] for solid in beside)]):
@@ -171,13 +187,11 @@ def _add_parts(
         still = [beside[k - len(parts)] for k in group if k >= len(parts)]
         if not moved:
             continue
-        named = replace(thing, name=moved[0].name) if len(moved) == 1 else thing
-        if (obstacle := _model(built, scene, replace(named, parts=moved), still, folder, {})) is not None:
-            built.obstacles.append(obstacle)
-            for part in moved:
-                scene.tell(Fate.KEPT, "jointed thing", part.name)
+        named = moved[0].name if len(moved) == 1 else thing.name
+        own = [skins.pop() for _ in range(len(skins) if still else 0)]
+        _add_model(built, scene, replace(thing, name=named, solids=still, parts=moved, skins=own), {})
     used = set(map(id, beside))
-    return [solid for solid in solids if id(solid) not in used]
+    return [solid for solid in solids if id(solid) not in used], skins
 
 
 def _touching(shapes: Sequence[Sequence[SceneSolid]]) -> list[list[int]]:
@@ -198,7 +212,7 @@ def _touching(shapes: Sequence[Sequence[SceneSolid]]) -> list[list[int]]:
     return [np.flatnonzero(label == group).tolist() for group in np.unique(label).tolist()]
 
 
-def _add_movable(built: Built, scene: Scene, thing: SceneThing, folder: str) -> None:
+def _add_movable(built: Built, scene: Scene, thing: SceneThing) -> None:
     """Add a movable thing: as a simple shape if it is one, else as a model."""
     assert thing.mass is not None, "static things have none"
     if not thing.solids:
@@ -206,15 +220,13 @@ def _add_movable(built: Built, scene: Scene, thing: SceneThing, folder: str) -> 
         whole = [solid for part in thing.parts for solid in part.all_solids()]
         thing = replace(thing, solids=whole, parts=(), mass=_mass(thing))
     keys = {"movable": True, "mass": round(min(max(_mass(thing), 1e-3), 1e5), 4)}
-    simple = len(thing.solids) == 1 and not thing.parts
+    simple = len(thing.solids) == 1 and not thing.parts and not thing.skins
     plain = _plain(thing.solids[0], built, thing.name, keys) if simple else None
-    obstacle = plain or _model(built, scene, thing, thing.solids, folder, keys)
-    if obstacle is None:
+    if plain is not None:
+        built.obstacles.append(plain)
+    elif not _add_model(built, scene, thing, keys):
         return
-    built.obstacles.append(obstacle)
     scene.tell(Fate.KEPT, "movable model", thing.name)
-    for part in thing.parts:
-        scene.tell(Fate.KEPT, "jointed thing", part.name)
 
 
 def _mass(thing: SceneThing | ScenePart) -> float:
@@ -234,6 +246,8 @@ def _plain(solid: SceneSolid, built: Built, name: str, keys: dict[str, Any] | No
     cut = min(low, 0.0)  # What is below the floor is not there.
     if solid.color is not None:
         given["color"] = solid.color
+    if solid.texture is not None and solid.kind != "sphere":
+        given |= {"texture": _texture(built, solid.texture), "tile": round(max(solid.size[-1], MIN_SIZE), DIGITS)}
     sizes = [round(max(size, MIN_SIZE), DIGITS) for size in solid.size]
     if solid.kind == "sphere":
         return SphereObstacle(sphere=sizes[0], **given)
@@ -244,35 +258,47 @@ def _plain(solid: SceneSolid, built: Built, name: str, keys: dict[str, Any] | No
     return BoxObstacle(box=(sizes[0], sizes[1], sizes[2]), heading_deg=round(heading, 2) + 0.0, **given)
 
 
-def _model(
-    built: Built, scene: Scene, thing: SceneThing, solids: Sequence[SceneSolid], folder: str, keys: dict[str, Any]
-) -> Obstacle | None:
-    """Return solids as one obstacle with a model file; equal things share a file. None if MuJoCo cannot read it."""
+def _add_model(built: Built, scene: Scene, thing: SceneThing, keys: dict[str, Any]) -> bool:
+    """Add a thing as one obstacle with a model file; equal things share a file. False if MuJoCo cannot read it."""
     yaw = math.atan2(thing.pose[1, 0], thing.pose[0, 0])
     base = np.eye(4)
     base[:2, :2] = [[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]]
     base[:2, 3] = thing.pose[:2, 3]
-    inward: Array = np.asarray(np.linalg.inv(base), dtype=float)
-    local = [solid.moved(inward) for solid in solids]
-    parts = [part.moved(inward) for part in thing.parts]
-    whole = [*local, *(solid for part in parts for solid in part.all_solids())]
+    local = thing.moved(np.asarray(np.linalg.inv(base), dtype=float))
+    whole = [*local.solids, *(solid for part in local.parts for solid in part.all_solids())]
     low = float(min(solid.corners()[:, 2].min() for solid in whole))
-    text, meshes = model_files(local, parts, mass=thing.mass if "mass" in keys else None)
+    if any(solid.texture is not None for solid in whole):
+        scene.tell(
+            Fate.LEFT_OUT, "texture", thing.name, "it is on no upright box or cylinder alone; its colour is kept"
+        )
+    text, meshes = model_files(local, moves="mass" in keys)
     digest = hashlib.sha256(b"".join([text.encode(), *meshes.values()])).hexdigest()
     if digest not in built.models:
         own = _file_name(thing.name, len(built.models))
-        built.models[digest] = f"{folder}/{own}/model.xml"
+        built.models[digest] = f"{built.folder}/{own}/model.xml"
         built.files[built.models[digest]] = text.encode()
-        built.files |= {f"{folder}/{own}/{mesh}": data for mesh, data in meshes.items()}
+        built.files |= {f"{built.folder}/{own}/{mesh}": data for mesh, data in meshes.items()}
     given: dict[str, Any] = {"name": _named(built, thing.name), "model": built.models[digest], **keys}
     given["at"] = tuple((np.round(base[:2, 3], DIGITS) + 0.0).tolist())
     given["heading_deg"] = round(math.degrees(yaw), 2) + 0.0
     given["elevation"] = round(max(low, 0.0), DIGITS)
     try:
-        return ModelObstacle.model_validate(given, context={"source": Source(attached=built.files)})
+        built.obstacles.append(ModelObstacle.model_validate(given, context={"source": Source(attached=built.files)}))
     except ValidationError as error:
         scene.tell(Fate.LEFT_OUT, "model", thing.name, error.errors()[0]["msg"][:200])
-        return None
+        return False
+    for part in thing.parts:
+        scene.tell(Fate.KEPT, "jointed thing", part.name)
+    return True
+
+
+def _texture(built: Built, texture: SceneTexture) -> str:
+    """Return the path of a texture in the world."""
+    if texture.data is None:
+        return texture.name
+    path = f"{built.folder}/{texture.name}"
+    built.files[path] = texture.data
+    return path
 
 
 def _named(built: Built, name: str) -> str:

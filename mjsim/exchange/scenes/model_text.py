@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 import numpy as np
 
 from mjsim.exchange.drawings import Indices
-from mjsim.exchange.scenes.scene_solids import ScenePart, SceneSolid
+from mjsim.exchange.scenes.scene_solids import ScenePart, SceneSkin, SceneSolid, SceneThing
 from mjsim.geometry import Array
 from mjsim.models import pose_keys
 
@@ -35,17 +35,31 @@ class _Model:
         self._names[plain] += 1
         return plain if self._names[plain] == 1 else f"{plain}_{self._names[plain]}"
 
-    def add_geoms(self, body: Element, solids: Sequence[SceneSolid], *, shell: bool, mass: float | None) -> None:
+    def add_geoms(
+        self,
+        body: Element,
+        solids: Sequence[SceneSolid],
+        skins: Sequence[SceneSkin],
+        *,
+        shell: bool,
+        mass: float | None,
+    ) -> None:
         """Add solids to a body.
 
         Args:
             body: The body.
             solids: In the frame of the model.
+            skins: What is seen instead of them, in the same frame.
             shell: Whether meshes may enclose no volume.
             mass: Of all together [kg]; None for that of their volumes.
         """
+        hidden = {"group": "3"} if skins else {}
+        for skin in skins:
+            self._add_skin(body, skin)
         for solid in solids:
-            geom = SubElement(body, "geom", {key: _text(values) for key, values in pose_keys(solid.pose).items()})
+            geom = SubElement(
+                body, "geom", hidden | {key: _text(values) for key, values in pose_keys(solid.pose).items()}
+            )
             geom.set("rgba", _text([*(int((solid.color or USUAL)[k : k + 2], 16) / 255 for k in (1, 3, 5)), 1.0]))
             if mass is not None:
                 geom.set("mass", f"{mass / len(solids):.6g}")
@@ -61,6 +75,25 @@ class _Model:
                 geom.set("type", solid.kind)
                 geom.set("size", _text(solid.half[[0, 2]] if solid.kind == "cylinder" else solid.half))
             self._count += 1
+
+    def _add_skin(self, body: Element, skin: SceneSkin) -> None:
+        """Add a mesh that is seen, with its texture."""
+        name = f"look{self._count}"
+        self._count += 1
+        self.files[f"{name}{skin.look.ending}"] = skin.look.data
+        keys = {"name": name, "file": f"{name}{skin.look.ending}", "scale": _text(skin.scale), "inertia": "shell"}
+        SubElement(self.asset, "mesh", keys)
+        pose = {key: _text(values) for key, values in pose_keys(skin.pose).items()}
+        touched = {"contype": "0", "conaffinity": "0", "mass": "0"}
+        geom = SubElement(body, "geom", {"type": "mesh", "mesh": name, **touched, **pose})
+        rgba = skin.look.rgba or (0.7, 0.7, 0.7, 1.0)
+        if skin.look.texture is None:
+            geom.set("rgba", _text(rgba))
+            return
+        self.files[f"{name}.png"] = skin.look.texture
+        SubElement(self.asset, "texture", {"name": name, "type": "2d", "file": f"{name}.png"})
+        SubElement(self.asset, "material", {"name": name, "texture": name, "rgba": _text(rgba)})
+        geom.set("material", name)
 
     def add_part(self, outer: Element, part: ScenePart) -> None:
         """Add what joints move as a body whose frame is that of the model."""
@@ -81,25 +114,23 @@ class _Model:
         if not part.solids:
             place = _text(part.joints[0].anchor)
             SubElement(body, "inertial", pos=place, mass=_text([mass]), diaginertia=_text([MIN_PART_MASS * 0.1] * 3))
-        self.add_geoms(body, part.solids, shell=True, mass=mass)
+        self.add_geoms(body, part.solids, part.skins, shell=True, mass=mass)
         for inner in part.parts:
             self.add_part(body, inner)
 
 
-def model_files(
-    solids: Sequence[SceneSolid], parts: Sequence[ScenePart] = (), *, mass: float | None
-) -> tuple[str, dict[str, bytes]]:
-    """Return the text of an MJCF model, and its meshes by file name.
+def model_files(thing: SceneThing, *, moves: bool) -> tuple[str, dict[str, bytes]]:
+    """Return the text of an MJCF model, and its meshes and pictures by file name.
 
     Args:
-        solids: In the frame of the model.
-        parts: What joints move on it, in the same frame.
-        mass: Of its solids, if the model can be pushed [kg]; None for one that stands still.
+        thing: In the frame of the model.
+        moves: Whether the model can be pushed: then its solids are one body with a mass.
     """
     model = _Model()
     body = SubElement(SubElement(model.root, "worldbody"), "body")
-    model.add_geoms(body, solids, shell=mass is None, mass=mass if parts else None)
-    for part in parts:
+    mass = thing.mass if thing.parts else None
+    model.add_geoms(body, thing.solids, thing.skins, shell=not moves, mass=mass)
+    for part in thing.parts:
         model.add_part(body, part)
     if len(model.asset):
         model.root.insert(1, model.asset)

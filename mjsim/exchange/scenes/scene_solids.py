@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.inventory import Fate, FileItem
-from mjsim.models import SceneJoint
+from mjsim.models import MeshPart, SceneJoint
 
 Kind = Literal["box", "cylinder", "sphere", "mesh"]
 MAX_COORDINATE = 1e4
@@ -19,6 +19,31 @@ MAX_COORDINATE = 1e4
 MAX_TILT_SINE = 1e-3
 """Maximum sine of the tilt of an upright solid."""
 MAX_SOLIDS = 20_000
+
+
+@dataclass(frozen=True, slots=True)
+class SceneTexture:
+    """A picture on a solid."""
+
+    name: str
+    """Name of its file, or of one that comes with mjsim."""
+    data: bytes | None = None
+    """A PNG; None if it comes with mjsim."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SceneSkin:
+    """A mesh that cameras see in place of the solids of its thing, and nothing touches."""
+
+    look: MeshPart
+    scale: Array
+    """Along x, y and z, shape (3,)."""
+    pose: Array
+    """In the frame of its thing or of the world, shape (4, 4) [m]."""
+
+    def moved(self, outer_from_inner: Array) -> "SceneSkin":
+        """Return it in an outer frame."""
+        return replace(self, pose=outer_from_inner @ self.pose)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,6 +61,7 @@ class SceneSolid:
     """Of a mesh, in its own frame, shape (n, 3) [m]."""
     faces: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64))
     """Vertices of its triangles, shape (m, 3)."""
+    texture: SceneTexture | None = None
 
     def __post_init__(self) -> None:
         """Check the numbers before geometry is computed with them.
@@ -79,7 +105,7 @@ class SceneSolid:
 
     def moved(self, outer_from_inner: Array) -> "SceneSolid":
         """Return it in an outer frame."""
-        return SceneSolid(self.kind, self.size, outer_from_inner @ self.pose, self.color, self.vertices, self.faces)
+        return replace(self, pose=outer_from_inner @ self.pose)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,6 +120,7 @@ class ScenePart:
     """Without its own parts [kg]."""
     parts: Sequence["ScenePart"] = ()
     """What further joints move on it."""
+    skins: Sequence[SceneSkin] = ()
 
     def all_solids(self) -> list[SceneSolid]:
         """Return its solids and those of its parts."""
@@ -106,6 +133,7 @@ class ScenePart:
             joints=[joint.moved(outer_from_inner) for joint in self.joints],
             solids=[solid.moved(outer_from_inner) for solid in self.solids],
             parts=[part.moved(outer_from_inner) for part in self.parts],
+            skins=[skin.moved(outer_from_inner) for skin in self.skins],
         )
 
 
@@ -122,6 +150,7 @@ class SceneThing:
     """Mass of a movable thing, without its parts [kg]; None for a static one."""
     parts: Sequence[ScenePart] = ()
     """What joints move on it."""
+    skins: Sequence[SceneSkin] = ()
 
     def moved(self, outer_from_inner: Array) -> "SceneThing":
         """Return it in an outer frame."""
@@ -130,6 +159,7 @@ class SceneThing:
             solids=[solid.moved(outer_from_inner) for solid in self.solids],
             pose=outer_from_inner @ self.pose,
             parts=[part.moved(outer_from_inner) for part in self.parts],
+            skins=[skin.moved(outer_from_inner) for skin in self.skins],
         )
 
 

@@ -4,11 +4,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from mjsim.exchange.maps import DIGITS
-from mjsim.exchange.scenes.scene_solids import SceneSolid
+from mjsim.exchange.scenes.scene_solids import SceneSolid, SceneTexture
 from mjsim.geometry import Array
 from mjsim.world import Opening, Wall
 
@@ -35,6 +36,7 @@ class Slab:
     """From where to where along the line [m]."""
     heights: tuple[float, float]
     color: str | None
+    texture: SceneTexture | None
 
 
 def slab_of(box: SceneSolid) -> Slab | None:
@@ -51,7 +53,11 @@ def slab_of(box: SceneSolid) -> Slab | None:
     x, y, z = box.pose[:3, 3]
     middle, offset = float(along @ [x, y]), float(along @ [y, -x])
     return Slab(
-        (heading, offset, thick), (middle - long / 2, middle + long / 2), (z - high / 2, z + high / 2), box.color
+        (heading, offset, thick),
+        (middle - long / 2, middle + long / 2),
+        (z - high / 2, z + high / 2),
+        box.color,
+        box.texture,
     )
 
 
@@ -141,13 +147,15 @@ def _wall(run: Sequence[Stretch], first: Slab, slabs: dict[int, Slab]) -> Wall |
     holes = _openings(run)
     if points[0] == points[1] or holes is None:
         return None
-    keys = {} if first.color is None else {"color": first.color}
+    keys: dict[str, Any] = {} if first.color is None else {"color": first.color}
+    if first.texture is not None:
+        keys |= {"texture": first.texture.name, "tile": round(top, DIGITS)}
     return Wall(
         points=points,
         thickness=round(max(thick, 1e-3), DIGITS),
         height=round(top, DIGITS),
         openings=tuple(holes),
-        **keys,  # type: ignore[arg-type]  # a colour
+        **keys,
     )
 
 

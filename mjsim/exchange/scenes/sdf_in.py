@@ -5,18 +5,20 @@ References:
 """
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePosixPath
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from mjsim.errors import UsageError
-from mjsim.exchange.scenes.scene_meshes import MeshFiles
-from mjsim.exchange.scenes.scene_solids import Light, Scene, SceneSolid, SceneThing
+from mjsim.exchange.bounded_file import read_bounded
+from mjsim.exchange.scenes.scene_meshes import MeshFiles, MeshName
+from mjsim.exchange.scenes.scene_solids import Light, Scene, SceneSkin, SceneSolid, SceneThing
 from mjsim.exchange.scenes.sdf_files import Folders
 from mjsim.exchange.scenes.sdf_joints import SdfLink, trees_of
+from mjsim.exchange.scenes.sdf_looks import MAX_PICTURE, Looks
 from mjsim.geometry import Array
 from mjsim.inventory import Fate
 from mjsim.models import SdfFrames, color_of, floats, has_joint_frames, is_robot, mesh_of, sizes_of
@@ -74,6 +76,7 @@ class _Reader:
     def __init__(self, path: Path, folders: Folders) -> None:
         self.scene, self._path, self._folders = Scene(), path, folders
         self._meshes = MeshFiles(self.scene)
+        self._looks = Looks(self.scene, folders)
         self._in_joint = has_joint_frames(folders.read(path))
 
     def world(self, world: Element) -> None:
@@ -158,38 +161,74 @@ class _Reader:
         links, bare = [], 0
         for link in model.findall("link"):
             found = list(self._solids(link, frames, world_from_model, file, name))
-            shown, touched = len(link.findall("visual")), len(link.findall("collision"))
+            skins = self._skins(link, frames, world_from_model, file, name) if found else []
+            touched = len(link.findall("collision"))
+            shown = sum(visual.find("geometry/mesh") is None or not skins for visual in link.findall("visual"))
             bare += touched == 0 and shown > 0
             if shown > touched > 0:
                 why = f"{shown - touched} more than it has collision shapes, which alone are taken"
                 self.scene.tell(Fate.LEFT_OUT, "visible part of a link", f"{name}::{link.get('name', '')}", why)
-            links.append(SdfLink(link.get("name", ""), found, _mass_of(link, name)))
+            links.append(SdfLink(link.get("name", ""), found, _mass_of(link, name), skins))
         if bare:
             self.scene.tell(Fate.LEFT_OUT, "visible model part", name, "it has no collision shape")
         if static:
             solids = [solid for link in links for solid in link.solids]
             if solids:
-                self.scene.add(SceneThing(name, solids, world_from_model))
+                skins = [skin for link in links for skin in link.skins]
+                self.scene.add(SceneThing(name, solids, world_from_model, skins=skins))
             return
         for tree in trees_of(model, links, frames, world_from_model, self.scene, in_joint=self._in_joint):
             solids = [solid for link in tree.links for solid in link.solids]
             mass = None if tree.held else max(sum(link.mass for link in tree.links), 1e-3)
-            self.scene.add(SceneThing(name, solids, world_from_model, mass, tree.parts))
+            skins = [skin for link in tree.links for skin in link.skins]
+            self.scene.add(SceneThing(name, solids, world_from_model, mass, tree.parts, skins))
+
+    def _skins(
+        self, link: Element, frames: SdfFrames, world_from_model: Array, file: Path, name: str
+    ) -> list[SceneSkin]:
+        """Return what cameras see of the meshes of a link that have no material of their own."""
+        found = []
+        for visual in link.findall("visual"):
+            shape = visual.find("geometry/mesh")
+            if shape is None or self._looks.of_visual(visual, file, name)[0] is not None:
+                continue
+            uri, scale = mesh_of(shape, f"'{self._path}': {name}")
+            place = self._folders.find(uri, file.parent)
+            if place is None or not place.is_file():
+                continue
+            pose = world_from_model @ frames.pose_in(link, visual, f"'{self._path}': {name}")
+            found += self._meshes.skins(_mesh_name(place, shape), np.array(scale), pose, self._beside(place))
+        return found
+
+    def _beside(self, mesh: Path) -> Callable[[str], bytes]:
+        """Return how files that a mesh names are read."""
+
+        def read(uri: str) -> bytes:
+            place = self._folders.find(uri, mesh.parent) or self._folders.find(
+                PurePosixPath(uri).name, mesh.parent.parent / "materials" / "textures"
+            )
+            if place is None:
+                raise ValueError(f"no file '{uri}'")
+            try:
+                return read_bounded(place, limit=MAX_PICTURE, kind="a picture")
+            except UsageError as error:
+                raise ValueError(str(error)) from None
+
+        return read
 
     def _solids(
         self, link: Element, frames: SdfFrames, world_from_model: Array, file: Path, name: str
     ) -> Iterator[SceneSolid]:
-        """Yield the collision shapes of a link, in the colours of what is visible of it."""
-        looks = [color for visual in link.findall("visual") if (color := color_of(visual)) is not None]
-        for visual in link.findall("visual"):
-            if visual.find("material//albedo_map") is not None or visual.find("material//texture") is not None:
-                self.scene.tell(Fate.LEFT_OUT, "texture", name, "its colour is kept")
+        """Yield the collision shapes of a link, in the looks of what is visible of it."""
+        looks = [self._looks.of_visual(visual, file, name) for visual in link.findall("visual")]
+        known = [look for look in looks if look != (None, None)]
         for number, part in enumerate(link.findall("collision")):
             geometry = part.find("geometry")
             pose = world_from_model @ frames.pose_in(link, part, f"'{self._path}': {name}")
-            color = looks[min(number, len(looks) - 1)] if looks else None
+            color, texture = known[min(number, len(known) - 1)] if known else (None, None)
             if geometry is not None:
-                yield from self._shapes(geometry, pose, color, file, name)
+                for solid in self._shapes(geometry, pose, color, file, name):
+                    yield replace(solid, texture=texture)
 
     def _shapes(self, geometry: Element, pose: Array, color: str | None, file: Path, name: str) -> Iterator[SceneSolid]:
         """Yield the solids of a geometry."""
@@ -219,9 +258,7 @@ class _Reader:
         if place is None or not place.is_file():
             self.scene.tell(Fate.LEFT_OUT, "mesh", uri, _why_missing(uri))
             return
-        if shape.find("submesh") is not None:
-            self.scene.tell(Fate.GUESSED, "mesh", uri, "the whole mesh, not the part that is named")
-        yield from self._meshes.solids(place, np.array(scale), pose, color)
+        yield from self._meshes.solids(_mesh_name(place, shape), np.array(scale), pose, color)
 
     def _plane(self, shape: Element, pose: Array, name: str) -> None:
         normal = pose[:3, :3] @ floats(shape.findtext("normal", "0 0 1"), 3, f"'{self._path}': {name}: normal")
@@ -240,6 +277,12 @@ class _Reader:
         place = (world_from_outer @ frames.pose_of(light))[:3, 3]
         reach = float(floats(light.findtext("attenuation/range", "10"), 1, f"{where}: range")[0])
         self.scene.lights.append(Light(name, place, color_of(light) or "#ffffff", reach))
+
+
+def _mesh_name(place: Path, shape: Element) -> MeshName:
+    """Return the mesh that a `<mesh>` means."""
+    named = (shape.findtext("submesh/name") or "").strip()
+    return MeshName(place, named, _is_true(shape.find("submesh/center")))
 
 
 def _mass_of(link: Element, name: str) -> float:

@@ -6,7 +6,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from mjsim.exchange.scenes.scene_solids import Scene, ScenePart, SceneSolid
+from mjsim.exchange.scenes.scene_solids import Scene, ScenePart, SceneSkin, SceneSolid
 from mjsim.geometry import Array
 from mjsim.inventory import Fate
 from mjsim.models import MAX_HINGE_LIMIT, SceneJoint, SdfFrames, axis_of, finite_number, link_named
@@ -25,6 +25,7 @@ class SdfLink:
     """Poses in the world."""
     mass: float
     """[kg]"""
+    skins: Sequence[SceneSkin] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,11 +102,14 @@ def trees_of(
             if solids or inner:
                 made = _joint(joint, model, frames, world_from_model, where, in_joint=in_joint)
                 label = own[0].name if own else joint.get("name", "part")
-                yield ScenePart(label, [made], solids, sum(link.mass for link in own), inner)
+                skins = [skin for link in own for skin in link.skins]
+                yield ScenePart(label, [made], solids, sum(link.mass for link in own), inner, skins)
 
     world = _root(owner, WORLD)
     # Links without any joint between them are meant as one thing, though Gazebo lets them fall apart.
-    loose = [root for root in dict.fromkeys(_root(owner, link.name) for link in links) if root not in {world, *children}]
+    loose = [
+        root for root in dict.fromkeys(_root(owner, link.name) for link in links) if root not in {world, *children}
+    ]
     found = [
         SdfTree(
             [link for root in roots for link in members(root)], [part for root in roots for part in parts(root)], held
