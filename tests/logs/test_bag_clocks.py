@@ -122,7 +122,6 @@ def test_parts_do_not_mix_where_the_clock_of_the_recorder_was_set_back(form, bac
     np.testing.assert_allclose(np.diff([stamp for stamp, _ in run.images("robot", "eye")]), 1.0, atol=0.01)
 
 
-@pytest.mark.slow
 def test_files_of_a_split_bag_stay_in_order_where_the_clock_was_set_back_before_the_first_one(tmp_path):
     (tmp_path / "run").mkdir()
     for part, (times, back) in enumerate([(range(20), 0.0), (range(20, 60), 3.0)]):

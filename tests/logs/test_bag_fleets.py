@@ -8,7 +8,6 @@ from mjsim.logs import Wishes
 from tests.bags import START, new_bag
 from tests.real_logs import imported
 
-pytestmark = pytest.mark.slow  # Each writes a bag.
 SPEEDS = {"one": 0.5, "two": -0.25}
 
 
@@ -35,6 +34,7 @@ def write_fleet(path, *, space: str = "", odometry: bool = True) -> None:
                     bag.put(f"{space}/{name}/odom", at, bag.odometry(bag.header(at, "odom"), "base_link", pose))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("space", "odometry"), [("/fleet", True), ("", True), ("", False)])
 def test_each_robot_has_its_own_motion_scans_and_mounts(space, odometry, tmp_path):
     write_fleet(tmp_path / "bag", space=space, odometry=odometry)

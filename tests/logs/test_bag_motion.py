@@ -8,8 +8,6 @@ from mjsim.logs import Wishes
 from tests.bags import START, new_bag
 from tests.real_logs import imported
 
-pytestmark = pytest.mark.slow  # Each writes bags.
-
 
 def write_driving(bag, *, simulated: bool = False) -> None:
     """Write two seconds of commands and scans of a robot at 0.5 m/s; headers may begin at 0."""

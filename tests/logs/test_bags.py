@@ -169,6 +169,7 @@ def test_modules_are_given_the_pictures_depth_and_calibration_of_the_log(logged,
     np.testing.assert_array_equal(film[-1], given[-1].image)
 
 
+@pytest.mark.slow
 def test_statistics_and_pictures_of_a_bag_that_was_replayed(logged, tmp_path):
     again = mjsim.replay(logged, robot="robot", estimator=EkfSlam(), record=tmp_path / "again.mcap")
     assert mjsim.statistics(again)["robot"]["position_error_m"]["max"] < 0.05
@@ -205,7 +206,6 @@ TURNED = np.array([[0.0, 0.0, 1.0, 0.2], [0.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 0.0, 
 """base_link_from_lidar of a lidar that looks down [m]."""
 
 
-@pytest.mark.slow
 def test_clouds_of_several_drivers_come_in_along_the_axes_of_the_robot(tmp_path):
     velodyne = np.dtype(
         [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"), ("ring", "<u2"), ("time", "<f4")]

@@ -13,8 +13,6 @@ from mjsim.errors import UsageError
 from mjsim.logs import Wishes
 from tests.real_logs import imported
 
-pytestmark = pytest.mark.slow  # Each writes recordings.
-
 PACKERS = {".gz": gzip.compress, ".xz": lzma.compress, ".bz2": bz2.compress}
 
 
@@ -31,6 +29,7 @@ def described(folder: Path, name: str) -> Path:
     return log
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", PACKERS)
 def test_a_compressed_table_that_was_cut_is_read_up_to_its_last_whole_line(kind, tmp_path):
     rows = 200_000 if kind == ".bz2" else 20_000  # bzip2 unpacks whole blocks of 900 kB only.

@@ -38,7 +38,6 @@ def test_a_chunk_that_is_larger_than_it_says_is_not_unpacked(tmp_path: Path):
         imported(tmp_path / "bomb.mcap")
 
 
-@pytest.mark.slow
 def test_files_of_a_bag_are_what_they_are_said_to_be(tmp_path: Path):
     write_scans(tmp_path / "packed", "sqlite-file")
     (file,) = (tmp_path / "packed").glob("*.zstd")
@@ -53,7 +52,6 @@ def test_files_of_a_bag_are_what_they_are_said_to_be(tmp_path: Path):
         imported(tmp_path / "pipe")
 
 
-@pytest.mark.slow
 def test_metadata_of_any_length_is_left_out_and_said(tmp_path: Path):
     write_scans(tmp_path / "run", "mcap")
     with (tmp_path / "run" / "metadata.yaml").open("a") as file:
@@ -63,7 +61,6 @@ def test_metadata_of_any_length_is_left_out_and_said(tmp_path: Path):
     assert "bag breaks off" not in run.metadata
 
 
-@pytest.mark.slow
 def test_scans_in_degrees_are_left_out_with_the_reason(tmp_path: Path):
     with new_bag(tmp_path / "run") as bag:
         for k in range(5):
@@ -93,7 +90,6 @@ def test_messages_in_a_file_without_chunks_may_be_out_of_order(tmp_path: Path):
     assert min(moved) >= 0.0
 
 
-@pytest.mark.slow
 def test_a_bag_without_index_is_whole_unless_it_was_cut(tmp_path: Path):
     write_scans(tmp_path / "run.bag", "bag")
     data = bytearray((tmp_path / "run.bag").read_bytes())

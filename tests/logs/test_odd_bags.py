@@ -18,8 +18,6 @@ from mjsim.logs.bags.bag_frames import matrix_of
 from tests.bags import START, new_bag, write_scans
 from tests.real_logs import imported, run_command
 
-pytestmark = pytest.mark.slow  # Each writes bags.
-
 
 def test_ranges_that_are_no_numbers_and_scans_from_left_to_right_are_told_as_ours(tmp_path):
     write_scans(tmp_path / "plain")
@@ -65,7 +63,6 @@ def test_a_bag_that_was_cut_is_read_up_to_where_it_ends(form, tmp_path):
         assert bag.decode(found[-1]).ranges[0] == np.float32(np.random.default_rng(len(found) - 1).uniform(1.0, 2.0))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("form", ["bag", "sqlite", "mcap"])
 def test_a_bag_of_several_files_is_read_without_its_metadata(form, tmp_path):
     folder = tmp_path / "run"
@@ -246,7 +243,6 @@ def test_what_cannot_be_read_or_is_not_clear_is_one_line(tmp_path):
     assert run_command("import-log", tmp_path / "run", "-o", tmp_path / "x.mcap", "--topic", "scan") == 2
 
 
-@pytest.mark.slow
 def test_commands_echoes_and_what_is_not_read_are_told(tmp_path):
     with new_bag(tmp_path / "run") as bag:
         for k in range(10):

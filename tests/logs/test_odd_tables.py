@@ -55,7 +55,6 @@ def test_a_folder_that_holds_one_log_stands_for_it(tmp_path):
         imported(tmp_path)
 
 
-@pytest.mark.slow
 def test_landmarks_may_have_any_names_and_sightings_none(tmp_path):
     seen = "t,what,r,b\n" + "".join(
         f"{t:.1f},Tür 7/ä,{2.0 - 0.5 * t:.3f},0\n{t:.1f},,1.0,{np.pi / 2:.6f}\n" for t in TIMES

@@ -281,7 +281,6 @@ def test_cameras_of_tum_vi_are_calibrated_by_kalibr(folder, tmp_path):
         imported(place)
 
 
-@pytest.mark.slow
 def test_lines_of_a_folder_may_be_in_any_order(folder, tmp_path):
     shutil.copytree(folder[0], tmp_path / "tum")
     for file in ("rgb.txt", "depth.txt", "groundtruth.txt", "accelerometer.txt"):

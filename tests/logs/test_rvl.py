@@ -60,7 +60,6 @@ def test_damaged_rvl_is_refused():
             unpack_rvl(damaged)
 
 
-@pytest.mark.slow
 def test_bags_with_rvl_and_nv12_come_in(tmp_path):
     depth = _depth()
     colour = np.zeros((24, 32, 3), dtype=np.uint8)

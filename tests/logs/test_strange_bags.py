@@ -16,8 +16,6 @@ from mjsim.geometry import Pose3
 from tests.bags import START, new_bag, write_scans
 from tests.real_logs import imported
 
-pytestmark = pytest.mark.slow  # Each writes a bag.
-
 
 def test_a_stamp_of_zero_is_a_time_where_the_clock_begins_at_zero(tmp_path):
     with new_bag(tmp_path / "run") as bag:
@@ -109,6 +107,7 @@ def test_a_database_of_a_killed_recorder_is_read_with_its_log_which_stays_as_it_
     assert {each.name: each.read_bytes() for each in killed.iterdir()} == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["run #1", "was?", "50%41", "ünï cödé", "-x-"])
 @pytest.mark.parametrize("form", ["sqlite", "mcap"])
 def test_a_bag_may_have_any_name(name, form, tmp_path):

@@ -10,8 +10,6 @@ from mjsim.errors import MjsimError
 from mjsim.geometry import Pose
 from tests.real_logs import imported
 
-pytestmark = pytest.mark.slow  # Each writes a recording.
-
 TURN = 0.3
 POSES = [(0.1 * k, math.sin(TURN * 0.1 * k), 1.0 - math.cos(TURN * 0.1 * k), TURN * 0.1 * k) for k in range(40)]
 

@@ -64,7 +64,6 @@ def test_a_scan_of_a_robot_that_stands_and_beams_without_return_stay():
     np.testing.assert_array_equal(moved.intensities, np.arange(4.0))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("sense", [1, -1])
 def test_the_beams_of_a_bag_are_where_they_were_measured(sense, tmp_path):
     beams, increment = 360, 0.08 / 359
@@ -97,7 +96,6 @@ def test_the_beams_of_a_bag_are_where_they_were_measured(sense, tmp_path):
         assert np.quantile(np.abs(scan.ranges - still), 0.97) < 0.02
 
 
-@pytest.mark.slow
 def test_a_duration_that_cannot_be_is_not_used(tmp_path):
     with new_bag(tmp_path / "run") as bag:
         for k in range(10):

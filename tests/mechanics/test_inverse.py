@@ -41,7 +41,6 @@ def test_the_nearest_solution_is_found_from_beside_it(name):
     assert np.abs(found.q - q).max() < 0.2
 
 
-@pytest.mark.slow
 def test_a_pose_out_of_reach_is_not_reached_and_says_by_how_much():
     far = np.eye(4)
     far[0, 3] = 5.0

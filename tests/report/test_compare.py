@@ -54,7 +54,6 @@ def pair(tmp_path_factory):
     return record(RING, folder / "one.mcap"), record(WHEELS, folder / "two.mcap")
 
 
-@pytest.mark.slow
 def test_runs_are_called_by_the_estimators_in_which_they_differ(pair):
     found = mjsim.compare(pair)
     assert labels(found) == ["EkfLocalization", "odometry"]

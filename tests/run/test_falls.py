@@ -2,8 +2,6 @@
 
 import math
 
-import pytest
-
 import mjsim
 from mjsim.geometry import Pose3
 from mjsim.run.falls import Falls
@@ -22,7 +20,6 @@ def leaning(degrees: float) -> Pose3:
     return Pose3(0.0, 0.0, 0.1, 0.0, math.sin(half), 0.0, math.cos(half))
 
 
-@pytest.mark.slow
 def test_a_robot_that_cannot_be_caught_falls_once(tmp_path):
     with mjsim.Simulation(mjsim.parse_world(LEANS % 40)) as sim:
         recording = mjsim.run(sim, record=tmp_path / "run.mcap")
@@ -33,7 +30,6 @@ def test_a_robot_that_cannot_be_caught_falls_once(tmp_path):
     assert (figures["joe"]["falls"], figures["rover"]["falls"]) == (1, 0)
 
 
-@pytest.mark.slow
 def test_one_that_stands_does_not_fall():
     with mjsim.Simulation(mjsim.parse_world(LEANS % 10)) as sim:
         assert mjsim.statistics(mjsim.run(sim))["joe"]["falls"] == 0

@@ -65,7 +65,6 @@ def test_the_final_path_is_recorded_exactly_and_counted_beside_the_online_estima
     np.testing.assert_allclose(2 * np.arctan2(rows[:, 6], rows[:, 7]), kept[:, 3], atol=1e-9)
 
 
-@pytest.mark.slow
 def test_a_replay_makes_the_path_anew_and_keeps_that_of_other_robots(tmp_path):
     run = recorded(tmp_path / "run.mcap", Late())
     again = mjsim.replay(run, robot="scout", estimator=Late(), record=tmp_path / "again.mcap")

@@ -92,7 +92,6 @@ def test_told_only_to_go_ahead_in_a_room_it_never_touches_and_never_rests():
     assert np.ptp(poses[-500:, 0]) > 1.0
 
 
-@pytest.mark.slow
 def test_it_gets_out_of_a_dead_end():
     pocket = [(0.0, -0.6, 1.5, -0.5), (0.0, 0.5, 1.5, 0.6), (1.4, -0.6, 1.5, 0.6)]
     poses = drive(pocket, seconds=20.0, start=(-0.5, 0.0, 0.0))

@@ -289,7 +289,6 @@ def test_the_page_of_sessions_runs(tmp_path, monkeypatch, capsys):
     assert address.startswith("watch it at http://127.0.0.1:")
 
 
-@pytest.mark.slow
 def test_a_restart_keeps_what_was_recorded_and_writes_the_next_free_file(tmp_path: Path):
     path = tmp_path / "run.mcap"
     (tmp_path / "run-2.mcap").write_bytes(b"precious")
