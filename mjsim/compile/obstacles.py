@@ -4,6 +4,11 @@ The frame of an obstacle has its origin at the center of its underside, x along 
 the world; a movable one is a body `obstacle/NAME` with a free joint of the same name, and one with a scripted path a
 body of that name on slides. Geoms carry the name too, numbered where there are several:
 `obstacle/NAME/1`. Models are always bodies, as their parts may have joints.
+
+Movers: obstacles with a scripted motion.
+
+A mover is a body on two slides, `obstacle/NAME/x` and `obstacle/NAME/y`, whose values are the displacement from its
+start. The simulation sets them; contacts use its true velocity, and no object slows it down.
 """
 
 import math
@@ -16,7 +21,6 @@ import mujoco
 import numpy as np
 
 from mjsim.compile.models import LoadedFile, add_model, original, try_alone
-from mjsim.compile.mover_mocap import add_slides
 from mjsim.compile.room import COLLISION, VISUAL, Covers, surface_of
 from mjsim.compile.textures import add_matte, color_of, tint_of
 from mjsim.errors import WorldError
@@ -195,3 +199,15 @@ def add_flat_mesh(spec: mujoco.MjSpec, name: str, faces: Sequence[Array]) -> Non
     mesh.uservert = np.concatenate(faces).ravel()
     mesh.usernormal = np.concatenate(normals).ravel()
     mesh.userface = np.array(triangles, dtype=np.int32).ravel()
+
+
+MOVER_INERTIA = 1e4
+"""Inertia of a mover along its slides [kg]: no contact within one physics step can slow it down."""
+
+
+def add_slides(body: mujoco.MjsBody, name: str, *, heading: float) -> None:
+    """Add slides in the plane, with a practically infinite inertia, to a body with a heading in the world [rad]."""
+    c, s = math.cos(heading), math.sin(heading)
+    # An axis is given in the frame of its body.
+    for axis, direction in (("x", [c, -s, 0.0]), ("y", [s, c, 0.0])):
+        body.add_joint(name=f"{name}/{axis}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=direction, armature=MOVER_INERTIA)

@@ -1,15 +1,24 @@
-"""The page of a workplace: posture, reach, sight and clearance in one HTML file that opens offline."""
+"""The page of a workplace: posture, reach, sight and clearance in one HTML file that opens offline.
+
+Pictures from a person's eyes, and of the person from outside, as PNG.
+"""
 
 import json
 import math
 from collections.abc import Iterator, Mapping
 
-from mjsim.ergonomics.person_views import pictures_of
-from mjsim.ergonomics.sight import MIN_DISPLAY_ANGLE
+import cv2
+import mujoco
+import numpy as np
+
+from mjsim.ergonomics.sight import MIN_DISPLAY_ANGLE, Eye
 from mjsim.ergonomics.workplace_plots import posture_plot, reach_plot, sight_plot
 from mjsim.ergonomics.workplace_study import PersonStudy, contact_figure, figures_of
+from mjsim.errors import OpenGLError
 from mjsim.posture import ANGLES, comfort_of
+from mjsim.progress import say
 from mjsim.report import Block, Heading, HtmlTable, Paragraph, html_page, picture, png_of
+from mjsim.sim import SEEN_FROM_OUTSIDE, Renderer
 
 
 def page_files(study: PersonStudy) -> dict[str, bytes]:
@@ -129,3 +138,51 @@ def _settings(study: PersonStudy) -> HtmlTable:
         for each in study.settings
     ]
     return HtmlTable(("figure", "along [mm]", "up [mm]", "wished along", "wished up", "out of reach"), rows, wide=True)
+
+
+LOOKING = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+"""eye_from_camera: right, up and back of the camera in the axes of an eye, as columns."""
+WIDTH, HEIGHT = 640, 480
+"""Size of a picture [px]."""
+VIEW = 2.6, 62.0, -16.0
+"""External view of a person: distance [m], azimuth and elevation relative to the seat [deg]."""
+
+
+def pictures_of(model: mujoco.MjModel, person: str, eyes: tuple[Eye, Eye]) -> dict[str, bytes]:
+    """Return the pictures of a person by name; none if rendering is impossible, which is reported.
+
+    Args:
+        model: The compiled world.
+        person: Name of the person.
+        eyes: Both eyes with their lines of sight.
+    """
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    pelvis = model.body(f"{person}/pelvis").id
+    try:
+        with Renderer(model, width=WIDTH, height=HEIGHT, groups=SEEN_FROM_OUTSIDE) as renderer:
+            found = {"outside": renderer.render(data, _outside(data, pelvis)).copy()}
+            for eye in eyes:
+                name = f"{person}/{eye.side}_eye"
+                # A camera of MuJoCo looks along -z, with x to the right; an eye looks along its line of sight.
+                data.cam_xmat[model.camera(name).id] = (eye.axes @ LOOKING).ravel()
+                found[f"{eye.side}_eye"] = renderer.render(data, name).copy()
+    except OpenGLError as error:
+        say(f"no pictures: {error}")
+        return {}
+    return {name: _png(image) for name, image in found.items()}
+
+
+def _outside(data: mujoco.MjData, pelvis: int) -> mujoco.MjvCamera:
+    """Return a camera beside and behind the shoulder of a seated person."""
+    camera = mujoco.MjvCamera()
+    camera.type = mujoco.mjtCamera.mjCAMERA_FREE
+    camera.lookat[:] = data.xpos[pelvis] + (0.0, 0.0, 0.25)
+    axes = data.xmat[pelvis].reshape(3, 3)
+    heading = float(np.degrees(np.arctan2(axes[1, 0], axes[0, 0])))
+    camera.distance, camera.azimuth, camera.elevation = VIEW[0], heading + VIEW[1], VIEW[2]
+    return camera
+
+
+def _png(image: np.ndarray[tuple[int, ...], np.dtype[np.uint8]]) -> bytes:
+    return bytes(cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR))[1].tobytes())

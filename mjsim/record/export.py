@@ -1,6 +1,8 @@
 """Exports recordings to files that other tools read: TUM, CSV, NPZ, MAT and pictures.
 
 Every file is written completely or not at all, and replaces an existing one only with `overwrite`.
+
+Readings of sensors as tables and arrays, for `export`.
 """
 
 import csv
@@ -16,9 +18,9 @@ from mjsim.geometry import Array, Pose, Pose3, roll_and_pitch
 from mjsim.interface import Sighting
 from mjsim.output import free_paths, new_file, new_files, require_free, write_files, write_part
 from mjsim.record.joint_tables import joint_tables, mechanism_tables
-from mjsim.record.readings import SensorTable
+from mjsim.record.parse import FAULTS, unfit
+from mjsim.record.readings import CODECS, SensorTable
 from mjsim.record.recording import Recording
-from mjsim.record.sensor_tables import sensor_tables
 from mjsim.record.track import Track
 from mjsim.spelling import ascii_name
 from mjsim.world import event_text
@@ -375,3 +377,23 @@ def export_images(recording: Recording, folder: str | Path, *, overwrite: bool =
                 f"'{recording.path}' has no {'pictures' if recording.cameras() else 'camera'}; nothing is written"
             )
     return count
+
+
+def sensor_tables(recording: Recording, robot: str) -> list[SensorTable]:
+    """Return a table for each sensor of a robot whose kind of reading has one.
+
+    In each, `time` is when modules received a reading, and `stamp` when it was taken [s].
+
+    Raises:
+        RecordingError: Readings of one sensor differ in size.
+    """
+    exported = [(codec.field, codec.tables) for codec in CODECS if codec.tables is not None]
+    given: dict[str, list[tuple[float, Any]]] = {field: [] for field, _ in exported}
+    for seen in recording.observations(robot):
+        for field, values in given.items():
+            if value := getattr(seen, field):
+                values.append((seen.time, value))
+    try:
+        return [table for field, tables in exported for table in tables(given[field])]
+    except FAULTS as error:
+        raise unfit(f"'{recording.path}': what the sensors of robot '{robot}' gave", error) from error

@@ -1,12 +1,16 @@
-"""Reads a recording's file into arrays."""
+"""Reads a recording's file into arrays.
+
+Checks the metadata of a recording.
+"""
 
 import math
 from array import array
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import JsonValue, TypeAdapter
 
 from mjsim.errors import RecordingError, WorldError
 from mjsim.geometry import Array
@@ -27,7 +31,6 @@ from mjsim.record.json_messages import (
     world_event_of,
 )
 from mjsim.record.mechanism_messages import SensorRows
-from mjsim.record.metadata import checked_metadata
 from mjsim.record.numbers import Message
 from mjsim.record.parse import FAULTS, content_of, misfit, unfit
 from mjsim.record.readings import SIGHTINGS, identities_of
@@ -355,3 +358,28 @@ class _Robot:
             mean[first:end, places] = means
             covariance[first:end, places] = covariances
         return Landmarks(names=tuple(columns), mean=mean, covariance=covariance)
+
+
+MAX_SEED = 2**63 - 1
+_MODULES: TypeAdapter[dict[str, dict[str, str]]] = TypeAdapter(dict[str, dict[str, str]])
+_USES: TypeAdapter[dict[str, dict[str, JsonValue]]] = TypeAdapter(dict[str, dict[str, JsonValue]])
+
+
+def checked_metadata(metadata: Mapping[str, str]) -> tuple[int, dict[str, str]]:
+    """Return the seed, and all other metadata.
+
+    Raises:
+        ValueError: The seed is invalid, or an entry that other parts rely on is.
+    """
+    others = dict(metadata)
+    seed = int(others.pop("seed"))
+    if not 0 <= seed <= MAX_SEED:
+        raise ValueError(f"its seed is {seed:.3g}; it must be between 0 and {MAX_SEED}")
+    if not math.isfinite(float(others.get("seconds", "0"))):
+        raise ValueError("its seconds are not finite")
+    # Its exceptions are ValueErrors as well.
+    _MODULES.validate_json(others.get("modules", "{}"))
+    _USES.validate_json(others.get("replayed modules", "{}"))
+    if any(key.startswith("replayed ") for key in others) and "replayed robot" not in others:
+        raise ValueError("it does not say which robot was replayed")
+    return seed, others

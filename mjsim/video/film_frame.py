@@ -1,4 +1,7 @@
-"""The composed picture of a run: the plan, a close-up, the onboard camera, and the error so far."""
+"""The composed picture of a run: the plan, a close-up, the onboard camera, and the error so far.
+
+The paths of one robot in a film, drawn incrementally.
+"""
 
 from collections.abc import Sequence
 
@@ -8,7 +11,7 @@ import numpy as np
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.interface import Picture
-from mjsim.plan import PlanItem, Rgb, world_words
+from mjsim.plan import PlanItem, Rgb, paint_of, world_words
 from mjsim.video.beam_points import mounts_of
 from mjsim.video.chart import ErrorChart
 from mjsim.video.diagram_drawing import draw_mechanism, posed
@@ -35,7 +38,6 @@ from mjsim.video.picture_layout import HEIGHT, MARGIN, WIDTH, Pane, arrange
 from mjsim.video.placed_names import MAX_NAMES, write_words
 from mjsim.video.plan_parts import bounds_with, draw_grid, draw_scale_bar, floor_color
 from mjsim.video.state import MAX_TRAIL_STEP, PlanState
-from mjsim.video.trails import Trails
 from mjsim.video.view import PlanView, round_step
 from mjsim.world import Camera, View, World
 
@@ -307,3 +309,34 @@ def _close_view(bounds: Array, part: Pane) -> PlanView:
     size = np.maximum(np.ceil(np.array([width, height]) * scale), (part.width, part.height)).astype(int)
     x, y = room.mean(axis=0).tolist()
     return PlanView.around(x, y, scale, int(size[0]), int(size[1]))
+
+
+TRAILS = (("odometry", "odometry path", 1, 1), ("truth", "true path", 5, 1), ("estimate", "estimated path", 1, 5))
+"""Trail, role, width [px], and number of segments drawn again: the estimate's trail is thin and on top of the
+truth's, whose round ends would cover it."""
+MIN_TRAIL_STEP = 3.0
+"""A trail is extended when its robot has moved this far [px]."""
+
+
+class Trails:
+    """The paths of one robot on a persistent plan, extended incrementally."""
+
+    def __init__(self, plan: Picture, view: PlanView) -> None:
+        """Store the plan, which is drawn on."""
+        self._plan = plan
+        self._view = view
+        self._last: dict[str, list[Array]] = {}
+
+    def add(self, moment: Moment) -> None:
+        """Extend the trails to the robot's current position."""
+        for name, role, width, again in TRAILS:
+            pixel = self._view.pixels(getattr(moment, name)[:2])
+            if not np.isfinite(pixel).all():
+                continue
+            last = self._last.setdefault(name, [pixel])
+            if name == "truth" and np.abs(pixel - last[-1]).max() > MAX_TRAIL_STEP * self._view.scale:
+                self._last[name] = [pixel]
+                continue
+            if np.abs(pixel - last[-1]).max() >= MIN_TRAIL_STEP:
+                draw_polyline(self._plan, np.stack([*last, pixel]), paint_of(role).line or PAPER, width=width)
+                self._last[name] = [*last, pixel][-again:]

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from mjsim.ergonomics.clearance import clearances
-from mjsim.ergonomics.person_views import pictures_of
 from mjsim.ergonomics.reach import TargetReach, reach_envelope, settled, target_reach
 from mjsim.ergonomics.sight import Eye, eyes_of
 from mjsim.ergonomics.workplace_files import write_ergonomics
+from mjsim.ergonomics.workplace_page import pictures_of
 from mjsim.ergonomics.workplace_study import seat_settings, studies
 from mjsim.errors import UsageError
 from mjsim.people import Figure, Measures

@@ -13,10 +13,9 @@ from mjsim.report import key_table, write_report
 from mjsim.report.consistency import nees_figures
 from mjsim.report.coverage import coverage
 from mjsim.report.statistics import _pose_figures as pose_figures
-from mjsim.report.statistics import robot_statistics
+from mjsim.report.statistics import recoveries, robot_statistics, transient_errors
 from mjsim.report.swept import swept_share
 from mjsim.report.tables import latex_text
-from mjsim.report.transient import recoveries, transient_errors
 from mjsim.world import solid
 
 ROOM = """

@@ -4,7 +4,7 @@ import math
 
 import mjsim
 from mjsim.geometry import Pose3
-from mjsim.run.falls import Falls
+from mjsim.run.loop import Falls
 
 LEANS = """
 mjsim: 1

@@ -11,8 +11,7 @@ from mjsim.geometry import Pose
 from mjsim.interface import Command, Observation, Odometry, Scan, SensorInfo
 from mjsim.safety.footprint import Footprint
 from mjsim.safety.hits import NO_HIT_RANGE, RAYS, Hits
-from mjsim.safety.ring import RingAvoidance
-from mjsim.safety.trail import Trail
+from mjsim.safety.ring import RingAvoidance, Trail
 from tests.robots import pioneer
 
 NONE = np.full(RAYS, np.inf)

@@ -10,8 +10,8 @@ import pytest
 
 import mjsim
 from mjsim.record import same_run
+from mjsim.session.gate import MAX_DELAY, Pace
 from mjsim.session.helm import Helm
-from mjsim.session.pace import MAX_DELAY, Pace
 
 ROOM = """
 mjsim: 1

@@ -6,7 +6,7 @@ import pytest
 
 from mjsim.light import ALWAYS, DOOR, GENERAL, LAMP, BakedLight, LightGroup, LightProbes, coded
 from mjsim.sim.rendering.contact_shadows import SHADOW_SIDE, shadows_of
-from mjsim.sim.rendering.light_mix import LightMix
+from mjsim.sim.rendering.lit_scene import LightMix
 
 GAMMA = 2.2
 

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from mjsim.compile import compile_world
 from mjsim.sim.imaging.shutter import Shutter
-from mjsim.sim.rendering.hiding import Hiding, _clipped
+from mjsim.sim.rendering.in_view import Hiding, _clipped
 from mjsim.sim.states.playback import CAMERA_DISTANCE, avoid_walls
 from mjsim.world import parse_world
 

@@ -7,7 +7,7 @@ import pytest
 
 import mjsim
 from mjsim.errors import WorldError
-from mjsim.world.items.mechanisms.refused import INSTEAD
+from mjsim.world.items.mechanisms.mechanism_items import INSTEAD
 
 ROOT = Path(mjsim.__file__).parent.parent
 PAGE = (ROOT / "docs" / "mechanisms.md").read_text(encoding="utf-8").partition("## Blocks")[2].partition("\n## ")[0]

@@ -2,24 +2,37 @@
 
 MuJoCo draws a mesh by calling the display list `baseMesh + dataid`. Geoms with a light map are therefore handed to it
 as meshes with the number of a list of ours; its own lists, and all it draws by them, stay as they are.
+
+Light on what moves: that of the probes where it is.
+
+The light map that is drawn: maps of groups of lights, each times a weight, added up and encoded in 8 bits.
 """
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.compile import DIRECTED, EVEN, PICTURES, has_texcoords, is_flat, picture_glow, rgba_of, texture_of
+from mjsim.compile import (
+    DIRECTED,
+    EVEN,
+    MEAN_LIGHT,
+    PICTURES,
+    has_texcoords,
+    is_flat,
+    picture_glow,
+    rgba_of,
+    texture_of,
+)
 from mjsim.geometry import Array
-from mjsim.light import BakedLight, LitSurface
+from mjsim.light import GAMMA, BakedLight, LitSurface
 from mjsim.sim.gl import GlCalls
 from mjsim.sim.rendering.contact_shadows import shadows_of
 from mjsim.sim.rendering.gl_light import GlLight
 from mjsim.sim.rendering.gl_shadows import GlShadows
 from mjsim.sim.rendering.in_view import frustum_of
-from mjsim.sim.rendering.light_mix import LightMix
 from mjsim.sim.rendering.light_weights import LightWeights
 from mjsim.sim.rendering.merged import UNSEEN
-from mjsim.sim.rendering.moving_light import MovingLight
+from mjsim.sim.rendering.merged_geoms import moving_bodies
 from mjsim.sim.rendering.scene_geoms import as_bytes, geoms_of, mesh_geom
 
 CAST = (0, 1, UNSEEN)
@@ -159,3 +172,103 @@ def _own_colors(model: mujoco.MjModel, *, lit: NDArray[np.bool_]) -> tuple[Array
             factors[geom] = 1.0 / share if lit[geom] else 1.0
             glow[geom] = picture_glow(1.0, share)
     return factors, glow
+
+
+CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+"""Corners of a cell of a grid."""
+
+
+class MovingLight:
+    """Colours that the surroundings give to geoms without a light map: one for all of a body, from all directions."""
+
+    def __init__(self, model: mujoco.MjModel, baked: BakedLight) -> None:
+        """Find the place of each body by its largest geom."""
+        self._baked = baked
+        self._last = np.array(baked.probes.light.shape[1:4]) - 1
+        _, ny, nz = self._last + 1
+        self._steps = np.array([ny * nz, nz, 1])
+        bodies = moving_bodies(model)[model.geom_bodyid]
+        bodies = np.where(bodies > 0, bodies, model.body_rootid[model.geom_bodyid])
+        by_size = np.lexsort([-model.geom_rbound, bodies])
+        found, first = np.unique(bodies[by_size], return_index=True)
+        largest = by_size[first][np.searchsorted(found, bodies)]
+        # What is part of the building has the light of its own place.
+        self._points = np.where(bodies > 0, largest, np.arange(model.ngeom))
+        self._light = np.zeros((0, 3))
+
+    def set_weights(self, weights: Array) -> None:
+        """Take new weights of the groups, shape (groups, 3)."""
+        total = np.einsum("gxyzc,gc->xyzc", self._baked.probes.light.astype(float), weights)
+        self._light = total.reshape(-1, 3) * self._baked.exposure
+
+    def factors(self, data: mujoco.MjData, geoms: NDArray[np.intp]) -> Array:
+        """Return what multiplies the colour that geoms have in full even light, shape (n, 3)."""
+        probes = self._baked.probes
+        where = np.clip((data.geom_xpos[self._points[geoms]] - probes.origin) / probes.spacing, 0.0, self._last)
+        low = np.minimum(where.astype(np.intp), np.maximum(self._last - 1, 0))
+        share = (where - low)[:, None]
+        weights = np.where(CORNERS, share, 1.0 - share).prod(axis=2)
+        places = np.minimum(low[:, None] + CORNERS, self._last) @ self._steps
+        light = np.einsum("nk,nkc->nc", weights, self._light[places])
+        return np.asarray(np.maximum(light, 0.0) ** (1.0 / GAMMA) / MEAN_LIGHT)
+
+
+DITHER_SEED = 39
+"""Seed of the noise that is added before values are rounded, so that smooth light has no steps."""
+
+
+class LightMix:
+    """Adds up the maps again when weights change; the result depends on the weights alone, to the last bit."""
+
+    def __init__(self, baked: BakedLight) -> None:
+        """Keep the maps of the groups."""
+        self._maps = [group.texels for group in baked.groups]
+        self.height, self.width = self._maps[0].shape[:2]
+        self._spans = [_rows(each) for each in self._maps]
+        self._weights = np.full((len(self._maps), 3), np.nan)
+        self._codes = _codes(baked.exposure)
+        noise = np.random.default_rng(DITHER_SEED).integers(0, 256, (self.height, self.width, 1), dtype=np.uint16)
+        self._noise: NDArray[np.uint16] = noise
+
+    def changed(self, weights: Array) -> tuple[int, NDArray[np.uint8]] | None:
+        """Return the rows that new weights change, encoded, with the number of the first; None if none change.
+
+        Args:
+            weights: Factor of each group, red, green and blue, shape (groups, 3).
+        """
+        different = np.flatnonzero((weights != self._weights).any(axis=1))
+        everything = np.isnan(self._weights).any()
+        self._weights = np.array(weights)
+        spans = [self._spans[group] for group in different.tolist() if self._spans[group][1]]
+        if everything:
+            spans = [(0, self.height)]
+        if not spans:
+            return None
+        first, last = min(span[0] for span in spans), max(span[1] for span in spans)
+        return first, self._encoded(first, last)
+
+    def _encoded(self, first: int, last: int) -> NDArray[np.uint8]:
+        """Return rows of the map, shape (last - first, width, 3)."""
+        light = np.zeros((last - first, self.width, 3), dtype=np.float32)
+        for texels, (start, end), weight in zip(self._maps, self._spans, self._weights, strict=True):
+            low, high = max(start, first), min(end, last)
+            if low < high and weight.any():
+                light[low - first : high - first] += texels[low:high] * weight.astype(np.float32)
+        codes = self._codes[light.astype(np.float16).view(np.uint16)]
+        codes += self._noise[first:last]
+        codes >>= 8
+        return codes.astype(np.uint8)
+
+
+def _codes(exposure: float) -> NDArray[np.uint16]:
+    """Return the value, in 256ths of a step of 8 bits, of light given as the bits of a half-precision number."""
+    light = np.arange(1 << 16, dtype=np.uint16).view(np.float16).astype(np.float64)
+    light = np.nan_to_num(light, nan=0.0, posinf=65504.0, neginf=0.0)
+    values = np.clip(light * exposure, 0.0, 1.0) ** (1.0 / GAMMA)
+    return np.rint(values * (255 * 256)).astype(np.uint16)
+
+
+def _rows(texels: NDArray[np.float16]) -> tuple[int, int]:
+    """Return the first row that is not dark, and the one after the last; 0 and 0 if all are."""
+    lit = np.flatnonzero((texels != 0).any(axis=(1, 2)))
+    return (int(lit[0]), int(lit[-1]) + 1) if len(lit) else (0, 0)

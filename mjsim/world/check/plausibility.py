@@ -1,4 +1,7 @@
-"""Checks for implausible values: robots in walls, hidden beacons, openings that do not fit, tags without an anchor."""
+"""Checks for implausible values: robots in walls, hidden beacons, openings that do not fit, tags without an anchor.
+
+Lamps whose baked light reaches nothing: above the ceiling, or inside a wall or an object.
+"""
 
 import itertools
 import math
@@ -8,7 +11,6 @@ from functools import partial
 import numpy as np
 
 from mjsim.errors import Problem, UsageError
-from mjsim.world.check.lamps import hidden_lamps
 from mjsim.world.check.lead_checks import misled_joints
 from mjsim.world.check.mover_checks import misled
 from mjsim.world.check.overlaps import MAX_OVERLAP, Finding, Solids, called, disc, pair
@@ -168,3 +170,30 @@ def _hidden_in_robot(item: Hung) -> Iterator[str]:
                 f"beacon '{beacon.name}' at {pair(beacon.at)} on '{robot.name}' hangs inside this robot,"
                 f" whose body is {robot.body.height:g} m high; move it out or above"
             )
+
+
+def hidden_lamps(world: World) -> Iterator[Finding]:
+    """Yield the lamps that light nothing; in plain light there are no shadows, and all lamps shine."""
+    if world.shading == "plain" or not world.lamps:
+        return
+    solids, ceiling = Solids(world), _ceiling(world)
+    for index, lamp in enumerate(world.lamps):
+        level = lamp.height - MAX_OVERLAP
+        found = solids.reached(np.array([lamp.at]), depth=MAX_OVERLAP, low=level, high=lamp.height)
+        name = f"lamp '{lamp.name}'" if lamp.name else f"lamps[{index}]"
+        if found:
+            yield f"{name} at {pair(lamp.at)} is inside {found} and lights nothing; move it out", ("lamps", index, "at")
+        elif ceiling is not None and level > ceiling:
+            yield (
+                f"{name} is {lamp.height:g} m high, above the ceiling at {ceiling:g} m, and lights nothing; lower it",
+                ("lamps", index, "height" if "height" in lamp.model_fields_set else "at"),
+            )
+
+
+def _ceiling(world: World) -> float | None:
+    """Return the height of the ceiling [m]; None if there is none, or objects alone determine it."""
+    if world.ceiling is None:
+        return None
+    if world.ceiling.height is not None:
+        return world.ceiling.height
+    return max((wall.height for wall in world.walls), default=None)

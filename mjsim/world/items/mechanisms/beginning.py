@@ -1,4 +1,7 @@
-"""Assembling a mechanism, with its values and speeds at the start."""
+"""Assembling a mechanism, with its values and speeds at the start.
+
+Checks that the parts that sensors of a mechanism measure exist.
+"""
 
 import dataclasses
 import math
@@ -6,17 +9,18 @@ import math
 import numpy as np
 from pydantic_core import PydanticCustomError
 
+from mjsim.errors import did_you_mean
 from mjsim.geometry import Array
 from mjsim.mechanics import Apart, Linear, Linkage, Rows, close, jacobian, rates, tracked
 from mjsim.world.ground import fault
 from mjsim.world.items.mechanisms.assembly import Assembly, Motion, rank_of
 from mjsim.world.items.mechanisms.curve_points import begin_tracks, track_speeds, tracks_of
 from mjsim.world.items.mechanisms.mass_checks import check_inertias
+from mjsim.world.items.mechanisms.measurements import SENSORS, ActuatorSensor, BodySensor, JointSensor, ReactionSensor
 from mjsim.world.items.mechanisms.mechanism_items import MechanismParts
 from mjsim.world.items.mechanisms.motions import Read, motions_of
-from mjsim.world.items.mechanisms.points import GROUND
+from mjsim.world.items.mechanisms.points import GROUND, place_of
 from mjsim.world.items.mechanisms.rest import trimmed
-from mjsim.world.items.mechanisms.sensor_checks import check_sensors
 from mjsim.world.items.mechanisms.ties import couplings_of, rods_of, springs_of, tied_rows
 from mjsim.world.items.mechanisms.tree import Points, linkage_of, places_of, tree_of, values_of
 
@@ -232,3 +236,50 @@ def _speeds(mechanism: MechanismParts, found: Assembly, values: Array) -> Array:
     if missed > SAME:
         raise fault(f"the initial speeds violate the constraints by {missed:.4g} m/s; leave some of them out", "joints")
     return speeds
+
+
+def check_sensors(mechanism: MechanismParts, found: Assembly, points: Points) -> None:
+    """Raise an error for a sensor of a missing part, and for a duplicate sensor."""
+    taken = dict[tuple[str, str], int]()
+    for number, sensor in enumerate(mechanism.sensors):
+        kind = next(key for key, model in SENSORS.items() if isinstance(sensor, model))
+        called = sensor.called if isinstance(sensor, BodySensor) else str(getattr(sensor, kind))
+        if (kind, called) in taken:
+            remedy = "give this one a name, or leave it out" if kind == "body" else "leave one out"
+            other = taken[kind, called]
+            raise fault(f"'{called}' has this sensor already, sensors[{other}]; {remedy}", "sensors", number, kind)
+        taken[kind, called] = number
+    for number, sensor in enumerate(mechanism.sensors):
+        path = ("sensors", number)
+        match sensor:
+            case JointSensor(joint=name) if name not in found.columns:
+                try:
+                    found.column(name)
+                except ValueError as error:
+                    raise fault(str(error), *path, "joint") from None
+            case ReactionSensor(reaction=name) if name not in found.columns:
+                known = did_you_mean(name, found.columns)
+                raise fault(f"no joint '{name}' in this mechanism{known}", *path, "reaction")
+            case ActuatorSensor(actuator=name):
+                _check_actuator(mechanism, found, name, path)
+            case BodySensor(body=end):
+                _check_body(end, points, path)
+            case _:
+                pass
+
+
+def _check_actuator(mechanism: MechanismParts, found: Assembly, name: str, path: tuple[str | int, ...]) -> None:
+    targets = [actuator.target for actuator in mechanism.actuators]
+    if name not in targets:
+        raise fault(f"no actuator on '{name}' in this mechanism{did_you_mean(name, targets)}", *path, "actuator")
+    if name not in found.names and name not in [drive.name for drive in found.drives]:
+        raise fault(f"what acts on body '{name}' is its signal; leave this sensor out", *path, "actuator")
+
+
+def _check_body(end: object, points: Points, path: tuple[str | int, ...]) -> None:
+    try:
+        place = place_of(end, points)  # type: ignore[arg-type]
+    except ValueError as error:
+        raise fault(str(error), *path, "body") from None
+    if place.body == GROUND:
+        raise fault("the ground does not move; name a point of a body", *path, "body")

@@ -1,11 +1,15 @@
-"""The parts of a mechanism."""
+"""The parts of a mechanism.
 
+Features of SimMechanics that mechanisms here lack: what to use instead.
+"""
+
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from mjsim.world.ground import Model
+from mjsim.world.ground import Model, fault
 from mjsim.world.items.mechanisms.actuators import Actuator
 from mjsim.world.items.mechanisms.constraints import Constraint, ParallelConstraint
 from mjsim.world.items.mechanisms.joint_kinds import Jointed
@@ -13,7 +17,6 @@ from mjsim.world.items.mechanisms.joints import MechanismJoint
 from mjsim.world.items.mechanisms.many_joints import CustomJoint
 from mjsim.world.items.mechanisms.measurements import MechanismSensor
 from mjsim.world.items.mechanisms.mechanism_links import MechanismBody
-from mjsim.world.items.mechanisms.refused import refuse
 
 
 class MechanismParts(Model):
@@ -56,3 +59,25 @@ class MechanismParts(Model):
                 keys = {"custom": item.called(number), "of": item.parallel}
                 found.append(CustomJoint.model_validate({**keys, "motions": [*slides, {"turn": item.axis}]}))
         return tuple(found)
+
+
+INSTEAD = {
+    ("bodies", "variable_mass"): "a mass that changes is not simulated; give the change of weight as"
+    " {force: BODY.center, axis: [0, 0, -1], signal: ...}",
+    ("bodies", "variable_inertia"): "an inertia that changes is not simulated; move a mass on a prismatic joint with"
+    " position: JOINT",
+}
+"""By the list and the key."""
+
+
+def refuse(keys: Any) -> None:
+    """Raise a fault for keys of a mechanism that cannot be simulated.
+
+    Args:
+        keys: Of the mechanism, as written.
+    """
+    for (part, key), line in INSTEAD.items():
+        items = keys.get(part) if isinstance(keys, Mapping) else None
+        for number, item in enumerate(items if isinstance(items, (list, tuple)) else ()):
+            if isinstance(item, Mapping) and key in item:
+                raise fault(line, part, number, key)
