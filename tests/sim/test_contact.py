@@ -1,3 +1,4 @@
+import mujoco
 import pytest
 
 from mjsim.geometry import wrap_angle
@@ -113,3 +114,14 @@ robots:
     assert sim.sense("a").bump == pytest.approx([0.0], abs=1e-3)
     assert [abs(bearing) for bearing in sim.sense("b").bump] == pytest.approx([3.14159], abs=1e-3)
     assert sim.sense("c").bump == ()
+
+
+def test_what_its_wheels_roll_over_is_no_bump():
+    sim = Simulation(
+        parse_world("mjsim: 1\nobstacles: [{box: [3, 3, 0.02], at: [0, 0]}]\nrobots: [{name: r, at: [0, 0]}]\n")
+    )
+    sim.data.qpos[2] += 0.0199
+    mujoco.mj_forward(sim.model, sim.data)
+    touching = {sim.model.body(sim.model.geom_bodyid[geom]).name for pair in sim.data.contact.geom for geom in pair}
+    assert {"r/wheel_left", "r/wheel_right"} <= touching
+    assert sim.sense("r").bump == ()

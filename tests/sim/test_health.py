@@ -1,10 +1,11 @@
 """What is told of a state that has failed."""
 
+import mujoco
 import numpy as np
 import pytest
 
 from mjsim.sim import Simulation
-from mjsim.sim.health import MAX_SPEED, Health
+from mjsim.sim.health import MAX_SPEED, Health, collected_warnings
 from mjsim.world import parse_world
 
 ROBOTS = "mjsim: 1\nrobots: [{name: a, at: [0, 0]}, {name: b, at: [3, 0]}, {name: c, at: [6, 0], base: fixed}]"
@@ -57,3 +58,16 @@ def test_the_warning_of_the_physics_comes_first_and_that_of_a_mechanism_before_i
     assert health.fault(data, [], loop="loop of 'm' is open").startswith("loop of 'm' is open")
     data.warning.number[3] = 0
     assert health.fault(data, [], loop="loop of 'm' is open").startswith("loop of 'm' is open")
+
+
+def test_warnings_go_to_a_list_within_the_block_alone():
+    mine = [].append
+    mujoco.set_mju_user_warning(mine)
+    try:
+        with pytest.raises(ZeroDivisionError), collected_warnings() as collected:
+            mujoco.get_mju_user_warning()("a warning")
+            raise ZeroDivisionError
+        assert mujoco.get_mju_user_warning() == mine
+    finally:
+        mujoco.set_mju_user_warning(None)
+    assert collected == ["a warning"]

@@ -171,6 +171,12 @@ def test_intensity_is_brightness_times_the_cosine_at_which_a_surface_is_met():
     assert scan.intensities is not None
     assert scan.intensities == pytest.approx(128 / 255 * np.cos(np.radians([-60, -30, 0, 30, 60])), rel=1e-3)
     assert scan_in(parse_world(ROOM + "robots:\n" + robot())).intensities is None
+    for keys in ("range: [0.05, 2.5]", "range: [2.2, 9]", "missed: 0.5"):
+        text = f"mjsim: 1\n{wall}robots:\n{robot(f'beams: 61, fov_deg: 120, intensity: true, {keys}', at=(0, 0))}"
+        scan = scan_in(parse_world(text))
+        gone = ~np.isfinite(scan.ranges)
+        assert 0 < gone.sum() < 61
+        np.testing.assert_array_equal(scan.intensities == 0.0, gone)
 
 
 def test_the_data_sheet_tells_where_the_lidar_is_and_how_far_it_errs():

@@ -162,6 +162,21 @@ def test_noise_lies_along_the_beams_and_misses_are_left_out():
         assert len(cloud_of(sim).points) == pytest.approx(0.75 * len(exact.points), rel=0.03)
 
 
+def test_columns_are_fired_evenly_over_the_steps_of_a_revolution_and_the_last_ones_at_the_tick():
+    walls = "walls: [{points: [[0, 0], [8, 0], [8, 6], [0, 6]], closed: true, height: 30}]"
+    keys = "lidar3d: top, at: [0, 0, 9], rings: 4, columns: 80, rate_hz: 12.5"
+    world = parse_world(f"mjsim: 1\n{walls}\nrobots: [{{name: scout, at: [3, 2], sensors: [{{{keys}}}]}}]\n")
+    with Simulation(world) as sim:
+        cloud = cloud_of(sim)
+    assert len(cloud.points) == 320
+    # 20 steps of 4 ms, in each of which 4 columns of 4 beams are fired.
+    times, counts = np.unique(np.round(cloud.times, 6), return_counts=True)
+    np.testing.assert_allclose(times, -0.004 * np.arange(19, -1, -1), atol=1e-6)
+    assert set(counts) == {16}
+    angles = np.unwrap(np.arctan2(cloud.points[:, 1], cloud.points[:, 0]))[::4]
+    assert (np.diff(angles) > 0.0).all(), "from right to left"
+
+
 def test_rings_have_the_elevations_that_the_world_gives():
     with Simulation(room(", elevation_deg: [-20, 10]")) as sim:
         cloud = cloud_of(sim)

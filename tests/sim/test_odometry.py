@@ -192,6 +192,15 @@ def test_encoders_count_whole_steps_and_lose_none():
         assert (np.abs(turned - told) < step).all()
 
 
+def test_the_pitch_of_a_body_that_balances_is_added_to_what_its_wheels_turn_against_it():
+    for ticks in (None, 64):
+        told = odometer(ticks=ticks).increment((0.35, 0.25), pitched=-0.2)
+        step = 2 * math.pi / 64
+        left, right = (0.35, 0.25) if ticks is None else (math.floor(each / step) * step for each in (0.35, 0.25))
+        alone = odometer().increment((left - 0.2, right - 0.2))
+        assert (told.forward, told.left, told.turn) == pytest.approx((alone.forward, alone.left, alone.turn))
+
+
 def test_a_wheel_that_is_thought_too_large_bends_the_way():
     # 1 % on the right wheel alone: straight ahead reads as a turn of 0.01 * 1 m / 0.4 m to the left.
     seen = odometer(wheel_errors=(0.0, 0.01)).increment((10.0, 10.0))

@@ -215,6 +215,8 @@ def test_a_rate_that_does_not_divide_the_loops_is_refused():
     assert [ticks_between(25.0, rate) for rate in (25.0, 12.5, 5.0)] == [1, 2, 5]
     with pytest.raises(UsageError, match=r"rate_hz is 10; it must divide the loop's 25, the nearest is 12.5"):
         ticks_between(25.0, 10.0)
+    with pytest.raises(UsageError, match=r"rate_hz is 50; it must divide the loop's 25, the nearest is 25"):
+        ticks_between(25.0, 50.0)
 
 
 def test_the_calibration_is_the_one_that_mujoco_draws_with(world: World, model: mujoco.MjModel):
