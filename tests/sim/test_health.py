@@ -64,9 +64,8 @@ def test_warnings_go_to_a_list_within_the_block_alone():
     mine = [].append
     mujoco.set_mju_user_warning(mine)
     try:
-        with pytest.raises(ZeroDivisionError), collected_warnings() as collected:
+        with collected_warnings() as collected:
             mujoco.get_mju_user_warning()("a warning")
-            raise ZeroDivisionError
         assert mujoco.get_mju_user_warning() == mine
     finally:
         mujoco.set_mju_user_warning(None)
