@@ -12,7 +12,7 @@ walls: [{points: [[0, 0], [7, 0], [7, 5], [0, 5]], closed: true}]
 obstacles:
   - {box: [0.3, 2.8, 1.0], at: [3.0, 1.4]}
   - {cylinder: [0.2, 1.0], at: [4.6, 3.0]}
-robots: [{name: r, preset: PRESET, at: [1.5, 1.2], sensors: SENSORS}]
+robots: [{name: r, preset: PRESET, sensors: SENSORS}]
 """
 LIDAR = (
     "[{lidar: scan, at: [0.05, 0, 0.4], beams: 181, fov_deg: FOV, range: [0.05, REACH], rate_hz: 12.5,"
@@ -20,12 +20,20 @@ LIDAR = (
 )
 DEPTH = "[{camera: front, at: [0.15, 0, 0.35], width: 160, height: 120, fov_deg: 80, rate_hz: 12.5, depth: true}]"
 CASES = {
-    "a lidar of 180 degrees": ("pioneer3dx", LIDAR.replace("FOV", "180").replace("REACH", "8")),
-    "a lidar of 2 m": ("jackal", LIDAR.replace("FOV", "360").replace("REACH", "2")),
-    "rollers": ("robotino", LIDAR.replace("FOV", "240").replace("REACH", "8")),
-    "two wheels that balance": ("balancer", LIDAR.replace("FOV", "360").replace("REACH", "8")),
-    "a depth camera alone": ("pioneer3dx", DEPTH),
-    "proximity alone": ("pioneer3dx", "[]"),
+    "a lidar of 180 degrees": ("pioneer3dx, at: [1.5, 1.2]", LIDAR.replace("FOV", "180").replace("REACH", "8")),
+    "a lidar of 2 m": ("jackal, at: [1.5, 1.2]", LIDAR.replace("FOV", "360").replace("REACH", "2")),
+    "rollers": ("robotino, at: [1.5, 1.2]", LIDAR.replace("FOV", "240").replace("REACH", "8")),
+    "two wheels that balance": ("balancer, at: [1.5, 1.2]", LIDAR.replace("FOV", "360").replace("REACH", "8")),
+    "a car that must reverse": (
+        "f1tenth, at: [0.6, 1.2], heading_deg: 180",
+        LIDAR.replace("FOV", "270").replace("REACH", "8"),
+    ),
+    "three wheels, forks first": (
+        "forklift, at: [1.9, 3.5]",
+        LIDAR.replace("FOV", "360").replace("REACH", "8").replace("0.05, 0, 0.4", "-1.2, 0, 0.9"),
+    ),
+    "a depth camera alone": ("pioneer3dx, at: [1.5, 1.2]", DEPTH),
+    "proximity alone": ("pioneer3dx, at: [1.5, 1.2]", "[]"),
 }
 
 
@@ -60,7 +68,7 @@ class ClosesALoop:
 @pytest.mark.slow
 def test_it_arrives_without_a_touch_when_the_estimate_jumps_because_a_loop_closes():
     sensors = LIDAR.replace("FOV", "360").replace("REACH", "8")
-    text = ROOM.replace("PRESET", "pioneer3dx").replace("SENSORS", sensors)
+    text = ROOM.replace("PRESET", "pioneer3dx, at: [1.5, 1.2]").replace("SENSORS", sensors)
     world = mjsim.parse_world(
         text.replace("at: [1.5, 1.2]", "odometry: {noise: {distance: 0, turn: 0}}, at: [1.5, 1.2]")
     )
