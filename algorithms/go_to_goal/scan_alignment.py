@@ -18,8 +18,9 @@ SLIPS = 4.0
 DEVIATION = 0.04
 """Standard deviation of the distance of a point: errors of cells and neighbouring beams are shared [m]."""
 ROUNDS = 6
-FEWEST = 12
-"""Fewer points say nothing."""
+FEWEST, KNOWN = 12, 0.8
+"""Fewer points say nothing, nor do those of which a smaller share meets what was seen before: in BARN worlds such scans
+only made headings worse."""
 
 
 class ScanAlignment:
@@ -55,7 +56,7 @@ class ScanAlignment:
         start, best, pose = self.pose, math.inf, self.pose
         for _ in range(ROUNDS):
             distance, slope = map.slope(pose.transform(points))
-            if np.count_nonzero(distance < FAR) < FEWEST:
+            if np.count_nonzero(distance < FAR) < KNOWN * len(points):
                 break
             moved = (start.inverse() @ pose).as_array()
             # On a thin wall the slope vanishes: a step may lead away again.
