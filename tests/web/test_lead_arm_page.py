@@ -135,7 +135,10 @@ def standing_apart(canvas) -> str:
 
 def a_joint_is_dragged_in_3d_and_no_other_turns(studio, page, canvas):
     number = int(standing_apart(canvas)[-1]) - 1
-    before = np.degrees(goal(until(studio, page, tool_rests())))
+    lead(canvas, f"joint{number + 1}", "", (30, -30))
+    # On a slow page the arm goes on until then to where its tool was led.
+    until(studio, page, lambda _: "joints_deg" in touched(studio)[-1])
+    before = np.array(last_target(touched(studio)[-1]))
     lead(canvas, f"joint{number + 1}", "", (30, -30))
     until(studio, page, lambda tick: abs(math.degrees(goal(tick)[number]) - before[number]) > 2)
     changes = np.abs(last_target(touched(studio)[-1]) - before)
