@@ -1,9 +1,8 @@
 """EKF-SLAM with range and bearing to landmarks of known identity: the mathematics, apart from any robot."""
 
-import copy
 import math
 from collections.abc import Hashable, Sequence
-from typing import Literal, Self
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,8 +32,6 @@ YOUNG, STRAYED = 3, 0.2
 of the landmark. Later both move together as loops close, and Jacobians should not follow."""
 ITERATIONS, STILL = 10, 1e-3
 """Maximum number of iterations, and change of the pose at convergence [m, rad]."""
-NONE, SMALL = 0.25, 1e-3
-"""Prior probability that motion is without constant errors, which few wheels are, and the least that counts."""
 
 
 class EkfSlamFilter(SlamState):
@@ -167,7 +164,7 @@ class EkfSlamFilter(SlamState):
         nu = innovation(np.asarray(measurements, dtype=float).reshape(-1, 2), z)
         return nu, C + np.asarray(measurement_covariance, dtype=float)
 
-    def update(self, names: Sequence[Hashable], measurements: ArrayLike, measurement_covariance: ArrayLike) -> None:
+    def update(self, names: Sequence[Hashable], measurements: ArrayLike, measurement_covariance: ArrayLike) -> float:
         """Correct by simultaneous sightings, all at once; then add the new landmarks.
 
         Args:
@@ -175,6 +172,9 @@ class EkfSlamFilter(SlamState):
             measurements: Range [m] and bearing [rad, left positive], shape (k, 2).
             measurement_covariance: Of each (k, 2, 2), one for all (2, 2), or the joint one (2 k, 2 k) if errors are
                 correlated.
+
+        Returns:
+            Logarithm of the likelihood of the sightings of landmarks that were known, less a constant for each.
         """
         Z = np.asarray(measurements, dtype=float).reshape(-1, 2)
         if len(names) != len(Z):
@@ -183,12 +183,14 @@ class EkfSlamFilter(SlamState):
         known = [i for i, name in enumerate(names) if name in self._order]
         new = [i for i, name in enumerate(names) if name not in self._order and name not in names[:i]]
         again = sorted(set(range(len(Z))).difference(known, new))  # seen twice in their first batch
+        likelihood = 0.0
         if known:
-            self._correct(self._places([names[i] for i in known]), Z[known], R[known][:, :, known])
+            likelihood = self._correct(self._places([names[i] for i in known]), Z[known], R[known][:, :, known])
         for i in new:
             self._add(names[i], Z[i], R[i, :, i])
         if again:
             self._correct(self._places([names[i] for i in again]), Z[again], R[again][:, :, again])
+        return likelihood
 
     def unite(self, kept: Hashable, gone: Hashable, variance: float) -> None:
         """Merge two landmarks: correct by the constraint that they are at one place, and remove the second.
@@ -197,7 +199,8 @@ class EkfSlamFilter(SlamState):
         """
         at, other = self._order[kept] + np.arange(2), self._order[gone] + np.arange(2)
         HP = self._P[at, : self._size] - self._P[other, : self._size]
-        self._apply(*gain(HP, HP[:, at] - HP[:, other] + variance * np.eye(2), self._mean[other] - self._mean[at]))
+        S = HP[:, at] - HP[:, other] + variance * np.eye(2)
+        self._apply(*gain(HP, S, self._mean[other] - self._mean[at])[:2])
         self.remove(gone)
 
     def mark(self, name: Hashable) -> None:
@@ -230,40 +233,7 @@ class EkfSlamFilter(SlamState):
         """Correct by a measurement that the sensor's errors are zero, with variances (s,)."""
         HP = self._P[self._sensor, : self._size]
         S = HP[:, self._sensor] + np.diag(np.asarray(variances, dtype=float))
-        self._apply(*gain(HP, S, -self._mean[self._sensor]))
-
-    def averaged(self, variances: Array) -> Self:
-        """Return the belief averaged over motion with constant errors and without: both are possible.
-
-        Estimating errors that are none costs accuracy. The probability that there are none follows from how much that
-        gained by the data; without them the belief is that under the condition that they are zero.
-
-        Args:
-            variances: Prior variances of the motion's constant errors, shape (p,); zero for those that are not assumed.
-
-        References:
-            Dickey, The Weighted Likelihood Ratio, Annals of Mathematical Statistics 42(1), 1971: the ratio of densities
-            at zero. Hoeting et al., Bayesian Model Averaging: A Tutorial, Statistical Science 14(4), 1999.
-        """
-        rows, size = 3 + np.flatnonzero(variances), self._size
-        L = np.linalg.cholesky(self._P[rows[:, None], rows])
-        solved = np.linalg.solve(L, np.column_stack([self._P[rows, :size], self._mean[rows]]))
-        W, apart = solved[:, :-1], solved[:, -1]
-        squared = float(apart @ apart)
-        log_odds = math.log(NONE / (1.0 - NONE)) - 0.5 * squared
-        log_odds += float(np.log(np.sqrt(variances[rows - 3]) / np.diag(L)).sum())
-        none = 1.0 / (1.0 + math.exp(min(-log_odds, 700.0)))
-        if not rows.size or none < SMALL:
-            return self
-        # Of the covariance, `none` is lost in each direction but the one in which both hypotheses differ.
-        direction = apart / math.sqrt(max(squared, 1e-300))
-        along = none * (1.0 - (1.0 - none) * squared)
-        loss = math.sqrt(none) * W + (math.sqrt(max(along, 0.0)) - math.sqrt(none)) * np.outer(direction, direction @ W)
-        average = copy.copy(self)
-        average._mean, average._P = self._mean.copy(), self._P[:size, :size].copy()
-        average._apply(-none * apart @ W, loss)
-        average._P += max(-along, 0.0) * np.outer(direction @ W, direction @ W)
-        return average
+        self._apply(*gain(HP, S, -self._mean[self._sensor])[:2])
 
     def _expect(self, places: Places) -> tuple[Array, Slopes]:
         """Return expected measurements (k, 2) and their derivatives."""
@@ -273,22 +243,23 @@ class EkfSlamFilter(SlamState):
             _, H_pose, H_landmark = range_bearing(self._anchor[:3], self._anchor[columns])
         return measured(expected, H_pose, H_landmark, self._mean[self._sensor])
 
-    def _correct(self, places: Places, Z: Array, R: Array) -> None:
-        """Update mean and covariance: P - K S K^T as P - W^T W with S = L L^T and W = L^-1 H P.
+    def _correct(self, places: Places, Z: Array, R: Array) -> float:
+        """Update mean and covariance: P - K S K^T as P - W^T W with S = L L^T and W = L^-1 H P; return the likelihood.
 
         Each row of H has five nonzero columns, so H P costs O(n k) and the whole O(n^2 k). W^T W is symmetric
         to the last bit, and so stays P.
         """
         expected, H = self._expect(places)
-        step, W = self._gained(places, H, innovation(Z, expected), R)
+        step, W, likelihood = self._gained(places, H, innovation(Z, expected), R)
         if self._is_far(step, places):
             step, W = self._iterated(places, Z, R, step, W)
         self._apply(step, W)
         if self._first:
             self._renew(places)
+        return likelihood
 
-    def _gained(self, places: Places, H: Slopes, nu: Array, R: Array) -> tuple[Array, Array]:
-        """Return the step K nu, shape (m,), and W, shape (2 k, m)."""
+    def _gained(self, places: Places, H: Slopes, nu: Array, R: Array) -> tuple[Array, Array, float]:
+        """Return what `gain` does: the step K nu, shape (m,), W, shape (2 k, m), and the log-likelihood."""
         HP, C = projected(self._P[: self._size, : self._size], places, H, self._sensor)
         return gain(HP, C + R.reshape(C.shape), nu.ravel())
 
@@ -314,7 +285,7 @@ class EkfSlamFilter(SlamState):
             nu = innovation(Z, expected) + by_pose @ step[:3] + np.einsum("kij,kj->ki", by_landmark, step[columns])
             nu += H.sensor @ step[self._sensor]
             before = step[:3]
-            step, W = self._gained(places, Slopes(by_pose, by_landmark, H.sensor), nu, R)
+            step, W, _ = self._gained(places, Slopes(by_pose, by_landmark, H.sensor), nu, R)
             if np.abs(step[:3] - before).max() < STILL:
                 return step, W
         return plain

@@ -12,7 +12,9 @@ Sightings may lack the name of their beacon; those are associated with the map, 
 
 import itertools
 import math
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from functools import partial
+from operator import methodcaller
 from typing import Literal
 
 import numpy as np
@@ -33,6 +35,7 @@ from .invariant_ekf import InvariantEkfSlamFilter
 from .landmark_merging import DuplicateLandmarks
 from .map_management import Probation
 from .past_positions import Mark, PastPositions
+from .rival_filters import RivalFilters
 
 __all__ = ["EkfSlam", "EkfSlamFilter", "InvariantEkfSlamFilter", "bicycle_motion", "odometry_motion"]
 
@@ -126,7 +129,7 @@ class EkfSlam:
         self._delay = delay
         self._odometry_errors = OdometryErrors(self._systematic, delay=self._delay)
         self._motion = odometry_motion()
-        self._filter = _new_filter(jacobians, pose=np.zeros(3), covariance=np.zeros((3, 3)), sensor=0)
+        self._rivals = _new_filters(jacobians, pose=np.zeros(3), covariance=np.zeros((3, 3)), errors=False)
         self._usual = np.zeros(3)
         self._merged: set[Hashable] = set()
         self._past: PastPositions | None = None
@@ -137,15 +140,15 @@ class EkfSlam:
         self._duplicates = DuplicateLandmarks(gate=self._gate, scale=self._sighting_scale)
         self._odometry_errors = OdometryErrors(self._systematic, delay=self._delay)
         self._errors = PictureErrors(robot, nod=self._nod, repeat=self._repeat)
-        self._filter = _new_filter(
+        self._rivals = _new_filters(
             self._jacobians,
             pose=robot.prior.as_array(),
             covariance=robot.prior_covariance,
-            sensor=0 if math.isinf(self._systematic) else RANGE_ERRORS,
+            errors=not math.isinf(self._systematic),
         )
         self._range_errors = RangeErrors(scale=self._sighting_scale)
         self._usual, self._merged = np.zeros(3), set()
-        self._past = PastPositions(self._filter) if self._held else None
+        self._past = PastPositions(self._rivals) if self._held else None
         confirmations, patience = self._rules
         self._probation = Probation(confirmations=confirmations, patience=patience)
 
@@ -170,7 +173,7 @@ class EkfSlam:
 
     def _reported(self, innovations: Innovations, *, distance: float) -> Estimate:
         """Return the belief; with frame 'map' also after a late correction of the whole map where it was before."""
-        believed = self._filter.averaged(self._odometry_errors.variances)
+        believed = self._rivals.believed()
         if self._past is not None:
             self._past.move(distance)
             if innovations:
@@ -184,13 +187,17 @@ class EkfSlam:
             joint_covariance=believed.joint_covariance_of(mapped) if self._joint else None,
         )
         if self._past is not None:
-            self._past.mark(self._filter, believed.pose)
+            self._past.mark(self._rivals, believed.pose)
             belief = self._past.reported(belief)
         return belief
 
     def lost(self) -> bool:
         """Return whether nearly all recent sightings contradict the map, or expected ones do not come."""
         return self._relocation.doubted
+
+    @property
+    def _filter(self) -> EkfSlamFilter:
+        return self._rivals.leading
 
     @property
     def systematic_errors(self) -> Array:
@@ -208,17 +215,18 @@ class EkfSlam:
     def _move(self, moved: Odometry, covariance: Array, seconds: float) -> None:
         """Predict with odometry; systematic errors add up to the odometry noise over `systematic`."""
         delay = float(self._filter.parameters[3])
-        control, slopes, gained = self._odometry_errors.step(moved, covariance, seconds, delay=delay)
-        self._filter.predict(self._motion, control, covariance, slopes=slopes, wander=gained)
+        errors = self._odometry_errors.step(moved, covariance, seconds, delay=delay)
+        self._rivals.predict(self._motion, (moved.forward, moved.left, moved.turn), covariance, errors=errors)
 
     def _limit_range_errors(self, sightings: Sequence[Sighting]) -> None:
         """Assume systematic errors of the ranges as large as the scatter of named sightings leaves room for."""
         if math.isinf(self._systematic):
             return
-        self._filter.assume(self._range_errors.begin(sightings))
+        prior = self._range_errors.begin(sightings)
+        self._rivals.change(lambda slam: slam.assume(prior))
         variances = self._range_errors.constraint(sightings, self._recent)
         if variances is not None:
-            self._filter.constrain(variances)
+            self._rivals.change(lambda slam: slam.constrain(variances))
 
     def _relocate(self, time: float) -> None:
         """Relocate the robot to where the recent sightings fit the map, if nearly all of them fail."""
@@ -227,8 +235,8 @@ class EkfSlam:
         places = {name: mean for name, (mean, _) in self._filter.landmarks(self._mapped()).items()}
         found = self._relocation.find(self._recent, time, places)
         if found is not None:
-            self._filter.relocate(found.pose, np.diag(ANYWHERE) ** 2)
-            self._filter.update(list(found.sightings), *self._measured(list(found.sightings.values())))
+            self._rivals.change(lambda slam: slam.relocate(found.pose, np.diag(ANYWHERE) ** 2))
+            self._rivals.update(list(found.sightings), *self._measured(list(found.sightings.values())))
 
     def _steadied(self, claimed: Array) -> Array:
         """Return the covariance of odometry, no variance less than half of its average over the last ticks.
@@ -245,7 +253,7 @@ class EkfSlam:
         innovations = self._correct([names[i] for i in known], [sightings[i] for i in known], time) if known else ()
         for name, sighting in zip(names, sightings, strict=True):
             if name not in self._filter and not self._relocation.lost:
-                self._filter.update([name], *self._measured([sighting]))
+                self._rivals.update([name], *self._measured([sighting]))
                 self._probation.begin(name, time)
         return innovations
 
@@ -259,7 +267,7 @@ class EkfSlam:
         counting = [] if lost else np.flatnonzero(good).tolist()
         if counting:
             together = self._errors.covariance([sightings[i] for i in counting], scale=self._sighting_scale)
-            self._filter.update([names[i] for i in counting], Z[counting], together)
+            self._rivals.update([names[i] for i in counting], Z[counting], together)
         for name, sighting, agrees, distance in zip(names, sightings, good.tolist(), distances.tolist(), strict=True):
             if name not in self._probation:
                 self._relocation.record(name, sighting, distance, gate=self._gate)
@@ -268,7 +276,7 @@ class EkfSlam:
             if agrees:
                 self._probation.agrees(name, time)
             elif self._probation.fails(name):
-                self._filter.remove(name)
+                self._rivals.change(methodcaller("remove", name))
         return tuple((names[i], nu[i], S[i]) for i in counting)
 
     def _forget(self, time: float) -> None:
@@ -276,7 +284,7 @@ class EkfSlam:
         for name in self._probation.overdue(time):
             if isinstance(name, int):
                 self._probation.end(name)
-                self._filter.remove(name)
+                self._rivals.change(methodcaller("remove", name))
 
     def _associate(self, sightings: Sequence[Sighting], time: float) -> Innovations:
         """Correct by sightings without names, and add new landmarks; return the innovations.
@@ -306,8 +314,8 @@ class EkfSlam:
         while pair := self._duplicates.find(
             self._filter, seen, [name for name in self._mapped() if isinstance(name, int)]
         ):
-            kept, gone, variance = pair
-            self._filter.unite(kept, gone, variance)
+            kept, gone, _ = pair
+            self._rivals.change(methodcaller("unite", *pair))
             self._duplicates.unite(kept, gone)
             self._merged.add(gone)
             seen = [(kept if name == gone else name, sighting) for name, sighting in seen]
@@ -338,13 +346,16 @@ class EkfSlam:
         return Z, each_of(self._errors.covariance(sightings, scale=self._sighting_scale))
 
 
-def _new_filter(
-    jacobians: Jacobians | Literal["invariant"], *, pose: Array, covariance: Array, sensor: int
-) -> EkfSlamFilter:
-    start = {"pose": pose, "covariance": covariance}
-    if jacobians == "invariant":
-        return InvariantEkfSlamFilter(**start, parameters=COUNT, sensor=sensor, far=FAR)
-    return EkfSlamFilter(jacobians=jacobians, **start, parameters=COUNT, sensor=sensor, renew=RENEW, far=FAR)
+def _new_filters(
+    jacobians: Jacobians | Literal["invariant"], *, pose: Array, covariance: Array, errors: bool
+) -> RivalFilters:
+    """Return filters with and without errors of odometry, both with errors of ranges; or one without any."""
+    sensor = RANGE_ERRORS if errors else 0
+    make: Callable[..., EkfSlamFilter] = InvariantEkfSlamFilter
+    if jacobians != "invariant":
+        make = partial(EkfSlamFilter, jacobians=jacobians, renew=RENEW)
+    filters = [make(pose=pose, covariance=covariance, parameters=COUNT, sensor=sensor, far=FAR) for _ in range(2)]
+    return RivalFilters(filters[0], filters[1] if errors else None)
 
 
 def _squared_distances(nu: Array, S: Array) -> Array:

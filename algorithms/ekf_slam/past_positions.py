@@ -5,6 +5,7 @@ landmarks move, and nothing tells whether that was the map or the robot. Marks o
 """
 
 import math
+from operator import methodcaller
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from mjsim.interface import Estimate
 
 from ..estimation.held_frame import HeldFrame
 from .ekf_filter import EkfSlamFilter
+from .rival_filters import RivalFilters
 
 SPACING = 0.3
 """Way between two marks [m]; twice as much whenever there are too many."""
@@ -34,12 +36,12 @@ class PastPositions:
         Roumeliotis, Burdick, Stochastic Cloning, ICRA 2002: past poses in the state, never seen again.
     """
 
-    def __init__(self, slam: EkfSlamFilter) -> None:
+    def __init__(self, slam: RivalFilters) -> None:
         """Begin where the robot starts."""
-        self._frame = HeldFrame(slam.pose, release=False)
+        self._frame = HeldFrame(slam.leading.pose, release=False)
         self._marks = [Mark(0)]
         self._distance, self._spacing, self._next = 0.0, SPACING, 1
-        slam.mark(self._marks[0])
+        slam.change(lambda each: each.mark(self._marks[0]))
 
     def move(self, distance: float) -> None:
         """Take how far the robot has driven in a tick [m]."""
@@ -49,18 +51,18 @@ class PastPositions:
         """Keep the frame after a correction."""
         self._frame.hold(slam.positions(self._marks), math.sqrt(slam.covariance[2, 2]))
 
-    def mark(self, slam: EkfSlamFilter, pose: Array) -> None:
+    def mark(self, slam: RivalFilters, pose: Array) -> None:
         """Mark the position of the robot, whose pose is reported, if it is far enough from the last one."""
         if self._distance < self._spacing:
             return
         self._distance = 0.0
         self._marks.append(Mark(self._next))
         self._next += 1
-        slam.mark(self._marks[-1])
+        slam.change(lambda each: each.mark(self._marks[-1]))
         self._frame.report(pose)
         if len(self._marks) > MAX_MARKS:
             for mark in self._marks[1::2]:
-                slam.remove(mark)
+                slam.change(methodcaller("remove", mark))
             del self._marks[1::2]
             self._frame.thin()
             self._spacing *= 2.0

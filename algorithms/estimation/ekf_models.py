@@ -184,11 +184,15 @@ def together(R: Array, count: int) -> Array:
     return together
 
 
-def gain(HP: Array, S: Array, nu: Array) -> tuple[Array, Array]:
-    """Return the step K nu, shape (n,), and W = L^-1 H P, shape (m, n), with S = L L^T."""
+def gain(HP: Array, S: Array, nu: Array) -> tuple[Array, Array, float]:
+    """Return the step K nu, shape (n,), W = L^-1 H P, shape (m, n), with S = L L^T, and the likelihood of nu.
+
+    It is the logarithm, less that of (2 pi)^(m / 2).
+    """
     L = np.linalg.cholesky(S)
     W = scipy.linalg.solve_triangular(L, HP, lower=True, check_finite=False)
-    return W.T @ scipy.linalg.solve_triangular(L, nu, lower=True, check_finite=False), W
+    white = scipy.linalg.solve_triangular(L, nu, lower=True, check_finite=False)
+    return W.T @ white, W, float(-0.5 * white @ white - np.log(np.diag(L)).sum())
 
 
 def couple(P: Array, B: Array) -> None:
