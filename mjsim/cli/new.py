@@ -32,7 +32,7 @@ MapFile = Annotated[
     typer.Option(
         "--from",
         metavar="FILE",
-        help="Map (.yaml or image), drawing (.svg, .dxf), MATLAB data (.mat, .m), or scene (.world, .sdf, MJCF .xml).",
+        help="Map (.yaml, image), drawing (.svg, .dxf), MATLAB data (.mat, .m), scene (.world, .sdf, .wbt, MJCF .xml).",
     ),
 ]
 MazeSize = Annotated[str | None, typer.Option(metavar="9x9", help="A maze with this many cells.")]

@@ -26,6 +26,7 @@ ADVICE: Mapping[str, str] = {
     ".world": "check that Gazebo opens it",
     ".sdf": "check that Gazebo opens it",
     ".xml": "check that MuJoCo opens it",
+    ".wbt": "check that Webots opens it",
     ".mat": "write a MAT-file of version 5 to 7 with: save('-v7', 'map.mat', 'lm', 'wp')",
 }
 """Kind of a file -> what to do if it cannot be read."""

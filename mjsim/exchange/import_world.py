@@ -142,7 +142,7 @@ def bring_file(path: Path, *, robot: Newcomer | None, reading: Reading | None = 
         return bring_scene(path, robot=robot, search=[*given.models], folder=given.folder or f"{name_of(path)}_models")
     raise UsageError(
         f"'{path}' is not a supported file; name a map's .yaml, a drawing (.svg, .dxf), MATLAB data (.mat, .m) or"
-        " a scene (.world, .sdf, .xml)"
+        " a scene (.world, .sdf, .xml, .wbt)"
     )
 
 

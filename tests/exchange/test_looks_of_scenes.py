@@ -11,7 +11,7 @@ from tests.exchange.test_scenes import BOX, brought, link, model, scene
 RED = encode_png(np.full((4, 4, 3), (200, 30, 20), dtype=np.uint8))
 SCRIPT = """material Other { technique { pass { texture_unit { texture no.png } } } }
 material House/Red : Base
-{ technique { pass { diffuse 0.1 0.2 0.3 1 texture_unit {
+{ technique { pass { diffuse 0.1 0.2 0.4 1 texture_unit {
   texture red.png
   scale 1 1 } } } }
 """
@@ -44,7 +44,7 @@ def test_textures_of_boxes_and_walls_are_those_of_maps_and_scripts(tmp_path):
     chest, bricks, lost = world.obstacles
     (wall,) = world.walls
     assert (chest.texture, chest.tile) == (wall.texture, 0.5)
-    assert (wall.tile, wall.color, bricks.texture, lost.texture) == (2.5, "#1a334d", "materials/brick.jpg", None)
+    assert (wall.tile, wall.color, bricks.texture, lost.texture) == (2.5, "#1a3366", "materials/brick.jpg", None)
     assert (read_picture(found.files[wall.texture]) == (200, 30, 20)).all()
     assert "left out: texture 'textures/no.png': not found" in found.report
     assert "guessed: material Gazebo/Bricks 'bricks': the texture materials/brick.jpg of mjsim" in found.report

@@ -61,7 +61,7 @@ def build_world(scene: Scene, *, name: str, folder: str) -> tuple[World, dict[st
     built = Built(folder)
     _lower_to_floor(scene)
     static = [(thing, solid) for thing in scene.things if thing.mass is None for solid in thing.solids]
-    static = [(thing, solid) for thing, solid in static if _counts(scene, thing, solid)]
+    static = [(thing, solid) for thing, solid in static if not _is_floor(scene, thing, solid)]
     found, used = walls_of([solid for _, solid in static])
     taken = set(used)
     pictures = {solid.texture.name: solid.texture for _, solid in static if solid.texture is not None}
@@ -75,7 +75,7 @@ def build_world(scene: Scene, *, name: str, folder: str) -> tuple[World, dict[st
             scene.tell(Fate.KEPT, "wall", each)
     left: dict[tuple[str, int], tuple[SceneThing, list[SceneSolid]]] = {}
     for index, (thing, solid) in enumerate(static):
-        if index not in taken:
+        if index not in taken and not _is_overhead(scene, thing, solid):
             left.setdefault(_key(thing), (thing, []))[1].append(solid)
     for thing in scene.things:
         if thing.mass is None and thing.parts:
@@ -123,17 +123,22 @@ def _lower_to_floor(scene: Scene) -> None:
     scene.lights = [replace(light, place=light.place + down[:3, 3]) for light in scene.lights]
 
 
-def _counts(scene: Scene, thing: SceneThing, solid: SceneSolid) -> bool:
-    """Return whether a static solid is something that a robot can meet or see."""
+def _is_floor(scene: Scene, thing: SceneThing, solid: SceneSolid) -> bool:
+    """Return whether a static solid is part of the floor."""
     points = solid.corners()
-    heights, (wide, deep) = points[:, 2], np.ptp(points[:, :2], axis=0)
-    if heights.max() <= MAX_FLOOR_HEIGHT or (heights.max() <= MAX_SLAB_HEIGHT and wide * deep >= MIN_SLAB_AREA):
+    top, (wide, deep) = points[:, 2].max(), np.ptp(points[:, :2], axis=0)
+    found = top <= MAX_FLOOR_HEIGHT or (top <= MAX_SLAB_HEIGHT and wide * deep >= MIN_SLAB_AREA)
+    if found:
         scene.tell(Fate.KEPT, "floor", thing.name)
-        return False
-    if heights.min() >= MIN_OVERHEAD:
+    return bool(found)
+
+
+def _is_overhead(scene: Scene, thing: SceneThing, solid: SceneSolid) -> bool:
+    """Return whether a static solid that is no part of a wall is above all that a robot can meet or see."""
+    found = solid.corners()[:, 2].min() >= MIN_OVERHEAD
+    if found:
         scene.tell(Fate.LEFT_OUT, "overhead part", thing.name, f"it begins above {MIN_OVERHEAD} m")
-        return False
-    return True
+    return bool(found)
 
 
 def _add_static(built: Built, scene: Scene, thing: SceneThing, solids: Sequence[SceneSolid]) -> None:

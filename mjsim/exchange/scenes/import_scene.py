@@ -1,4 +1,4 @@
-"""Imports scenes of Gazebo and MuJoCo as worlds."""
+"""Imports scenes of Gazebo, MuJoCo and Webots as worlds."""
 
 from pathlib import Path
 
@@ -8,13 +8,15 @@ from mjsim.exchange.scenes.build import build_world
 from mjsim.exchange.scenes.mjcf_in import read_mjcf
 from mjsim.exchange.scenes.scene_solids import Scene
 from mjsim.exchange.scenes.sdf_in import read_sdf
+from mjsim.exchange.scenes.wbt_in import read_wbt
 from mjsim.exchange.start_place import with_newcomer
 from mjsim.exchange.world_comment import world_text
 from mjsim.exchange.world_import import SCENE_SUFFIXES, Brought, Newcomer
 from mjsim.inventory import inventory
 from mjsim.world import World, solid
 
-_SIMULATORS = {True: "MuJoCo", False: "Gazebo"}
+_SIMULATORS = {".xml": "MuJoCo", ".mjcf": "MuJoCo", ".wbt": "Webots"}
+"""Suffix -> simulator, if it is not Gazebo."""
 
 
 def is_scene(path: Path) -> bool:
@@ -26,7 +28,7 @@ def bring_scene(path: Path, *, robot: Newcomer | None, search: list[Path], folde
     """Return the world of a scene, with a robot unless `robot` is None.
 
     Args:
-        path: An SDF world or model, or an MJCF file.
+        path: An SDF world or model, an MJCF file, or a world of Webots.
         robot: The robot to add; it starts where the first robot of the scene does, if there is space.
         search: Folders with folders of models.
         folder: Name of the folder for the model files, beside the world.
@@ -34,15 +36,18 @@ def bring_scene(path: Path, *, robot: Newcomer | None, search: list[Path], folde
     Raises:
         UsageError: The file cannot be read, or leaves no space for the robot.
     """
-    mjcf = path.suffix.lower() in (".xml", ".mjcf")
-    scene = read_mjcf(path) if mjcf else read_sdf(path, search=search)
+    simulator = _SIMULATORS.get(path.suffix.lower(), "Gazebo")
+    if simulator == "Gazebo":
+        scene = read_sdf(path, search=search)
+    else:
+        scene = read_wbt(path) if simulator == "Webots" else read_mjcf(path)
     if not scene.things:
         lost = "; ".join(inventory(scene.items))[:400]
         raise UsageError(f"'{path}' has nothing that a robot could meet{f' ({lost})' if lost else ''}")
     world, files = build_world(scene, name=name_of(path), folder=folder)
     report = [f"{path}: {_counted(scene)}; {len(world.walls)} walls, {len(world.obstacles)} things{_size(world)}"]
     whole, told = with_newcomer(world, robot, start=scene.starts[0] if scene.starts else None)
-    notes = [f"From the scene {path.name} of {_SIMULATORS[mjcf]}."]
+    notes = [f"From the scene {path.name} of {simulator}."]
     return Brought(world_text(whole, notes=notes), [*report, *told, *inventory(scene.items)], files)
 
 
