@@ -19,7 +19,7 @@ from mjsim.compile.robots.model_robots import add_model_robot
 from mjsim.compile.robots.running_gear import add_running_gear, clearance
 from mjsim.compile.robots.sensor_bodies import add_sensor
 from mjsim.compile.robots.stability import drives, likely_cause
-from mjsim.compile.robots.wheels import SAGS, WHEEL_SHARE
+from mjsim.compile.robots.wheels import KNUCKLE_SHARE, SAGS, WHEEL_SHARE
 from mjsim.compile.textures import add_matte
 from mjsim.errors import WorldError
 from mjsim.geometry import Array
@@ -137,7 +137,7 @@ def _add_own(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, body: Plai
         add_body(spec, base, body, name=f"{robot.name}/body", low=0.0, mass=body.mass, balanced=False)
         return
     low = clearance(body, robot.drive)
-    shared = sum(wheel.mass is None for wheel in robot.drive.wheels)
+    shared = sum((wheel.mass is None) + KNUCKLE_SHARE * (wheel.steer is not None) for wheel in robot.drive.wheels)
     mass = body.mass * (1.0 - shared * WHEEL_SHARE)
     add_body(spec, base, body, name=f"{robot.name}/body", low=low, mass=mass, balanced=robot.drive.on_casters)
     add_running_gear(spec, base, robot)

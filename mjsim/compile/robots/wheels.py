@@ -28,6 +28,8 @@ SAGS = {"full": WHEEL_PENETRATION, "shared": 2.15e-4, "heavy": 3.8e-4, "light": 
 """Penetration depth of wheels under their load; see `mjsim.world.drives.Wheel.load` [m]."""
 WHEEL_SHARE = 0.05
 """Mass of one wheel, relative to the robot's."""
+KNUCKLE_SHARE = 0.1
+"""Mass of what carries a steered wheel, relative to the wheel's."""
 FREE_INERTIA = 0.1 * 0.02
 """Armature of a wheel without a motor, for bearings and the like, relative to the robot's mass at the wheel's rim."""
 ROLLER_SHARE, ROLLER_INERTIA = 0.25, 0.03
@@ -282,7 +284,8 @@ def add_servo(spec: mujoco.MjSpec, wheel: WheelSpec, *, torque: float | None) ->
 def add_steering(base: mujoco.MjsBody, spec: mujoco.MjSpec, name: str, wheel: WheelSpec) -> mujoco.MjsBody:
     """Add a steering hinge with a position servo right above a wheel; return the body that carries the wheel."""
     knuckle = base.add_body(name=name, pos=[*wheel.at, 2 * wheel.radius])
-    _weigh(knuckle, 0.1 * wheel.mass, [0.1 * wheel.mass * wheel.radius**2] * 3)
+    mass = KNUCKLE_SHARE * wheel.mass
+    _weigh(knuckle, mass, [mass * wheel.radius**2] * 3)
     add_kingpin(spec, knuckle, name, inertia=wheel.mass * wheel.radius**2)
     return knuckle
 
