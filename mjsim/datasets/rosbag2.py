@@ -7,8 +7,6 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from ruamel.yaml import YAML
-from ruamel.yaml.error import YAMLError
 
 from mjsim.datasets.dataset_folder import new_folders
 from mjsim.datasets.recorded_robots import RecordedRobots, RecordedTick, planar_pose
@@ -16,7 +14,7 @@ from mjsim.errors import UsageError
 from mjsim.interface import JointState
 from mjsim.record import Recording
 from mjsim.ros import MAP, Outgoing, Qos, RosTick, RosTopic, RosWorld, bytes_of, grid_map, nanoseconds, typestore
-from mjsim.world import grid_of
+from mjsim.world import grid_of, read_value
 
 Storage = Literal["mcap", "sqlite3"]
 METADATA = "metadata.yaml"
@@ -82,9 +80,9 @@ def _files_of(folder: Path, recording: Recording) -> str:
 def _listed(metadata: Path) -> list[str]:
     """Return the files listed in the metadata of a bag; none if it is invalid."""
     try:
-        content = YAML(typ="safe", pure=True).load(metadata.read_text(encoding="utf-8"))
+        content = read_value(metadata.read_text(encoding="utf-8"))
         return [str(each) for each in content["rosbag2_bagfile_information"]["relative_file_paths"]]
-    except (OSError, UnicodeDecodeError, YAMLError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError):
         return []
 
 

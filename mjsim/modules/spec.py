@@ -3,12 +3,10 @@
 from typing import Any
 
 from pydantic import ValidationError
-from ruamel.yaml import YAML
-from ruamel.yaml.error import YAMLError
 
 from mjsim.errors import UsageError
 from mjsim.modules.use import host_of, make_module
-from mjsim.world import Source, Use, path_of, sentence
+from mjsim.world import Source, Use, path_of, read_value, sentence
 
 
 def module_of(spec: str, *, role: str, robot: str) -> tuple[Any, Use]:
@@ -41,8 +39,8 @@ def _arguments(spec: str, text: str) -> dict[str, Any]:
     if not text:
         return {}
     try:
-        values = YAML(typ="safe", pure=True).load(text)
-    except YAMLError:
+        values = read_value(text)
+    except ValueError:
         values = None
     if not isinstance(values, dict) or not all(isinstance(key, str) for key in values):
         raise UsageError(f"'{spec}': the part in braces is not YAML; write it as {{key: value, other: value}}")

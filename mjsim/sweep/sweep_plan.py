@@ -8,12 +8,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ruamel.yaml import YAML
-from ruamel.yaml.error import YAMLError
-
 from mjsim.errors import UsageError
 from mjsim.report import CONFIDENCE, fewest_pairs, shared_confidence
-from mjsim.world import setting_texts
+from mjsim.world import read_value, setting_texts
 
 MAX_RUNS = 1_000_000
 _SEEDS = re.compile(r"(\d+)(?::(\d+))?")
@@ -134,9 +131,9 @@ def parse_settings(texts: Iterable[str]) -> dict[str, tuple[Any, ...]]:
         if key in settings:
             raise UsageError(f"--set {text}: '{key}' is set twice; give all its values at once, with commas")
         try:
-            settings[key] = tuple(YAML(typ="safe", pure=True).load(f"[{values}]"))
+            settings[key] = tuple(read_value(f"[{values}]"))
             json.dumps(settings[key])
-        except (YAMLError, TypeError):
+        except (ValueError, TypeError):
             raise UsageError(f"--set {text}: '{values}' are not YAML values separated by commas") from None
     return settings
 

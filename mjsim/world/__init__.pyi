@@ -250,4 +250,5 @@ from .yaml import Fault as Fault
 from .yaml import Node as Node
 from .yaml import problems_at as problems_at
 from .yaml import read_text as read_text
+from .yaml import read_value as read_value
 from .yaml import too_large as too_large

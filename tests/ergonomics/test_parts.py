@@ -11,8 +11,7 @@ import pytest
 from mjsim.ergonomics.clearance import Clearance
 from mjsim.ergonomics.reach import Envelope, TargetReach
 from mjsim.ergonomics.sight import FIELD, DisplayView, eyes_of, in_field
-from mjsim.ergonomics.workplace_page import _blocks, fault_lines
-from mjsim.ergonomics.workplace_plots import posture_plot, reach_plot, sight_plot
+from mjsim.ergonomics.workplace_page import _blocks, fault_lines, posture_plot, reach_plot, sight_plot
 from mjsim.ergonomics.workplace_study import PersonStudy, SeatSetting, figures_of
 from mjsim.people import SIDES
 from mjsim.posture import ANGLES, Seated, Workstation, comfort_of, posture_angles

@@ -13,8 +13,7 @@ from mjsim.report import key_table, write_report
 from mjsim.report.consistency import nees_figures
 from mjsim.report.coverage import coverage
 from mjsim.report.statistics import _pose_figures as pose_figures
-from mjsim.report.statistics import recoveries, robot_statistics, transient_errors
-from mjsim.report.swept import swept_share
+from mjsim.report.statistics import recoveries, robot_statistics, swept_share, transient_errors
 from mjsim.report.tables import latex_text
 from mjsim.world import solid
 

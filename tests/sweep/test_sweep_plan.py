@@ -44,10 +44,14 @@ def test_settings_are_yaml_with_commas_between():
     }
 
 
-@pytest.mark.parametrize("texts", [["a"], ["a="], ["=1"], ["a=1", "a=2"], ["a=1,]"], ["a=2026-01-01"]])
+@pytest.mark.parametrize("texts", [["a"], ["a="], ["=1"], ["a=1", "a=2"], ["a=1,]"], ["a=*b"]])
 def test_what_are_no_settings_is_refused(texts):
     with pytest.raises(UsageError, match="--set"):
         parse_settings(texts)
+
+
+def test_values_of_settings_are_those_of_world_files():
+    assert parse_settings(["a=2026-01-01,12:30", "b=no,0x1F"]) == {"a": ("2026-01-01", "12:30"), "b": ("no", 31)}
 
 
 @pytest.mark.parametrize(("cases", "robots"), [(2, 1), (4, 1), (3, 2), (1, 3)])

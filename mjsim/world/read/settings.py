@@ -10,6 +10,7 @@ from mjsim.world.check import check_world
 from mjsim.world.files import Source, world_path
 from mjsim.world.items import World, with_parts
 from mjsim.world.read.world_reader import parse_world, read_file
+from mjsim.world.yaml import read_value
 
 _VARIABLES = "variables"
 Settings = Iterable[str] | Mapping[str, Any]
@@ -87,15 +88,12 @@ def load_checked(path: str | FilePath, *, settings: Settings = ()) -> World:
 
 def _parts(setting: str) -> tuple[list[str], Any, str]:
     """Return the path of a setting, its value, and the setting itself."""
-    from ruamel.yaml import YAML
-    from ruamel.yaml.error import YAMLError
-
     key, equals, text = setting.partition("=")
     if not equals or not key:
         raise UsageError(f"--set {setting}: write it as KEY=VALUE, such as run.seconds=20")
     try:
-        return key.split("."), YAML(typ="safe", pure=True).load(text), f"--set {setting}"
-    except YAMLError:
+        return key.split("."), read_value(text), f"--set {setting}"
+    except ValueError:
         raise UsageError(f"--set {setting}: '{text}' is not a YAML value") from None
 
 

@@ -14,4 +14,5 @@ from .yaml_text import Origin as Origin
 from .yaml_text import line_and_column as line_and_column
 from .yaml_text import plain_value as plain_value
 from .yaml_text import read_text as read_text
+from .yaml_text import read_value as read_value
 from .yaml_text import too_large as too_large

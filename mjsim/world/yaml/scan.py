@@ -53,9 +53,15 @@ class UnsureError(Exception):
 
 def exact_events(text: str) -> Iterator[YamlEvent]:
     """Return the events of a text in order; raises the errors of ruamel.yaml if it is not YAML."""
+    return map(_event, ruamel_events(text))
+
+
+def ruamel_events(text: str) -> Iterator[Any]:
+    """Return the events of ruamel.yaml itself."""
     from ruamel.yaml import YAML  # Slow to load, and few texts need it.
 
-    return map(_event, YAML(typ="safe", pure=True).parse(text))
+    found: Iterator[Any] = YAML(typ="safe", pure=True).parse(text)
+    return found
 
 
 def fast_events(text: str) -> Iterator[YamlEvent]:

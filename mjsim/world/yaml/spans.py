@@ -5,10 +5,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
-from mjsim.world.yaml.scan import UnsureError, sure_events
+from mjsim.world.yaml.scan import UnsureError, ruamel_events, sure_events
 from mjsim.world.yaml.yaml_text import plain_value
 
 _ODD = "it uses YAML features that world files do not allow"
@@ -118,7 +117,7 @@ def read_spans(text: str) -> Span:
         try:
             return _Reader(text, sure_events(text)).whole()
         except UnsureError:
-            return _Reader(text, YAML(typ="safe", pure=True).parse(text)).whole()
+            return _Reader(text, ruamel_events(text)).whole()
     # The arithmetic of ruamel.yaml fails at an escape beyond Unicode, and recursion fails on hostile nesting.
     except (YAMLError, ValueError, OverflowError, RecursionError, StopIteration) as error:
         raise UnknownTextError(f"it is not YAML ({str(error).partition(chr(10))[0]:.80})") from None

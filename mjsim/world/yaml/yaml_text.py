@@ -100,6 +100,20 @@ def read_text(text: str, *, file: str) -> tuple[Node | None, list[Problem]]:
     return (node, []) if node is not None else _read_exactly(text, file=file)
 
 
+def read_value(text: str) -> Any:
+    """Return the value of a text such as `[1, 2]`; None if it is empty.
+
+    Raises:
+        ValueError: It is not YAML.
+    """
+    if not text.strip():
+        return None
+    node, problems = read_text(text, file="")
+    if node is None or problems:
+        raise ValueError(problems[0].message)
+    return node.value
+
+
 def _check_size(text: str) -> None:
     """Raise at once for a text whose brackets, commas and dashes show that it has too many values."""
     if sum(map(text.count, (",", "[", "{", "- "))) > MAX_NODES:
