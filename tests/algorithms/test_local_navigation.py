@@ -173,6 +173,16 @@ def test_a_motion_is_free_and_within_the_limits_of_the_drive(keys, bend):
     assert apart.min() > 0.0
 
 
+def test_obstacles_matter_as_far_as_any_part_of_the_body_can_come():
+    local = PathIntegral(robot(), np.random.default_rng(0), top=0.8)
+    local._plan[:, 0] = 0.8
+    seconds = STEP * len(local._plan)
+    assert local.reach > 0.8 * seconds + local.body.reach + 0.2
+    assert local.body.reach >= math.hypot(0.25, 0.2) - 1e-6
+    local.shift(10.0)
+    assert local.planned[0] == pytest.approx(0.8)
+
+
 def test_without_progress_it_backs_out_on_its_way_and_says_so_after_5_s():
     recovery, time = Recovery(), 0.0
     for tick in range(25):

@@ -9,6 +9,9 @@ import pytest
 
 import mjsim
 from mjsim.compile import compile_world, export_scene
+from mjsim.compile.arm_shapes import solid_keys
+from mjsim.compile.geom_groups import DECOR, SEEN
+from mjsim.compile.robot_shapes import TOUCHED
 from mjsim.world import format_world, parse_world
 
 DATA = Path(__file__).parents[1] / "data" / "arms"
@@ -132,3 +135,23 @@ def test_invalid_keys_are_errors(sentence, arm, folder):
         mjsim.load_world(path)
     assert str(caught.value).endswith(sentence)
     assert str(caught.value).startswith(f"{path}:3:")
+
+
+def test_geoms_of_a_file_are_seen_touched_or_both_and_keep_their_contacts():
+    xml = """<mujoco><worldbody><body><geom name="one" size="0.1" condim="4" friction="0.7 0.1 0.2" priority="3"
+      solref="0.03 0.8" solimp="0.8 0.9 0.01 0.4 3"/></body></worldbody></mujoco>"""
+    model = mujoco.MjModel.from_xml_string(xml)
+    groups = {
+        (seen, touched): solid_keys(model, 0, seen=seen, touched=touched) for seen in (0, 1) for touched in (0, 1)
+    }
+    for (_, touched), keys in groups.items():
+        if not touched:
+            assert (keys["contype"], keys["conaffinity"]) == (0, 0)
+            continue
+        assert (keys["condim"], keys["priority"]) == (4, 3)
+        np.testing.assert_array_equal(keys["friction"], [0.7, 0.1, 0.2])
+        np.testing.assert_array_equal(keys["solref"], [0.03, 0.8])
+        np.testing.assert_array_equal(keys["solimp"], [0.8, 0.9, 0.01, 0.4, 3.0])
+    assert groups[1, 1]["group"] == SEEN
+    assert groups[0, 1]["group"] == TOUCHED
+    assert groups[1, 0]["group"] == DECOR
