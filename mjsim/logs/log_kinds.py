@@ -15,9 +15,11 @@ from mjsim.logs.formats import (
     convert_victoria_park,
     is_carmen,
     is_euroc,
+    is_rawlog,
     is_rgbd,
     read_carmen,
     read_euroc,
+    read_rawlog,
     read_rgbd,
 )
 from mjsim.logs.resampling import Log, Output, Wishes, record_logs, require_motion, usable
@@ -51,12 +53,13 @@ KINDS: Sequence[Kind] = (
     Kind(name="a bag of ROS", is_one=is_bag, read=read_bag, robots=True, topics=True),
     Kind(name="an RGB-D folder of TUM", is_one=is_rgbd, read=lambda path, *_: [read_rgbd(path)]),
     Kind(name="a folder of EuRoC", is_one=is_euroc, read=lambda path, *_: [read_euroc(path)]),
+    Kind(name="a rawlog of MRPT", is_one=is_rawlog, read=lambda path, *_: [read_rawlog(path)]),
     Kind(name="a CARMEN log", is_one=is_carmen, read=lambda path, *_: [read_carmen(path)]),
 )
 """Formats in the order in which they are tried; MRCLAM and Victoria Park are handled separately."""
 READ = (
     "a folder of MRCLAM (Barcodes.dat), Victoria Park (inputs.dat), TUM RGB-D (rgb.txt) or EuRoC (mav0),"
-    " a bag of ROS 1 or ROS 2, a CARMEN log, a YAML file that describes tables (log: tables)"
+    " a bag of ROS 1 or ROS 2, a CARMEN log, a rawlog of MRPT, a YAML file that describes tables (log: tables)"
 )
 MAX_LINES = 1000
 """Of a file that is not a supported log, to tell whether it was cut."""

@@ -4,6 +4,8 @@ from .carmen import read_carmen as read_carmen
 from .euroc import is_euroc as is_euroc
 from .euroc import read_euroc as read_euroc
 from .mrclam import convert_mrclam as convert_mrclam
+from .rawlog import is_rawlog as is_rawlog
+from .rawlog import read_rawlog as read_rawlog
 from .rgbd import is_rgbd as is_rgbd
 from .rgbd import read_rgbd as read_rgbd
 from .victoria_park import convert_victoria_park as convert_victoria_park
