@@ -201,8 +201,13 @@ def redrawn(canvas: Locator) -> None:
     expect(canvas).not_to_have_attribute("data-frames", re.compile(rf"^({count}|{count + 1})$"))
 
 
-def lead(canvas: Locator, key: str, way: str, by: tuple[float, float]) -> None:
-    """Drag a handle of what is led by so much [px], in the plane that faces the view for way ''."""
+def lead(
+    canvas: Locator, key: str, way: str, by: tuple[float, float], *, between: Callable[[], None] = lambda: None
+) -> None:
+    """Drag a handle of what is led by so much [px], in the plane that faces the view for way ''.
+
+    `between` is called between its two moves.
+    """
     canvas.page.wait_for_function(IS_LED, arg=[canvas.element_handle(), key], timeout=PATIENCE)
     box = canvas.bounding_box()
     entries = json.loads(canvas.get_attribute("data-leads"))
@@ -210,6 +215,7 @@ def lead(canvas: Locator, key: str, way: str, by: tuple[float, float]) -> None:
     mouse = canvas.page.mouse
     mouse.move(box["x"] + x, box["y"] + y)
     mouse.down()
-    for share in (0.5, 1):
-        mouse.move(box["x"] + x + share * by[0], box["y"] + y + share * by[1])
+    mouse.move(box["x"] + x + 0.5 * by[0], box["y"] + y + 0.5 * by[1])
+    between()
+    mouse.move(box["x"] + x + by[0], box["y"] + y + by[1])
     mouse.up()

@@ -11,7 +11,6 @@ import mjsim
 from tests.hands import (
     CELL,
     drag,
-    goal,
     grip,
     keep,
     last_target,
@@ -135,13 +134,14 @@ def standing_apart(canvas) -> str:
 
 def a_joint_is_dragged_in_3d_and_no_other_turns(studio, page, canvas):
     number = int(standing_apart(canvas)[-1]) - 1
-    lead(canvas, f"joint{number + 1}", "", (30, -30))
-    # On a slow page the arm goes on until then to where its tool was led.
-    until(studio, page, lambda _: "joints_deg" in touched(studio)[-1])
-    before = np.array(last_target(touched(studio)[-1]))
-    lead(canvas, f"joint{number + 1}", "", (30, -30))
-    until(studio, page, lambda tick: abs(math.degrees(goal(tick)[number]) - before[number]) > 2)
-    changes = np.abs(last_target(touched(studio)[-1]) - before)
+
+    def is_told():
+        until(studio, page, lambda _: "joints_deg" in touched(studio)[-1])
+
+    lead(canvas, f"joint{number + 1}", "", (40, -40), between=is_told)
+    until(studio, page, lambda _: "then" in touched(studio)[-1])
+    event = touched(studio)[-1]
+    changes = np.abs(np.subtract(last_target(event), event["joints_deg"]))
     assert np.flatnonzero(changes > 0.05).tolist() == [number]
 
 
