@@ -17,7 +17,7 @@ from mjsim.compile.models import LoadedFile
 from mjsim.compile.textures import color_of
 from mjsim.geometry import Array
 from mjsim.mechanics import Arm, Link, inverted, is_valid, nearest_valid, tensor
-from mjsim.models import pose_keys
+from mjsim.models import matrix_of, pose_keys
 from mjsim.world import NoBody, Robot, RobotArm, World
 
 MIN_SEGMENT_LENGTH = 1e-6
@@ -251,11 +251,11 @@ def set_exact_masses(model: mujoco.MjModel, world: World) -> None:
     if not solids:
         return
     for name, solid in solids:
-        body, axes = model.body(name), np.zeros(9)
+        body = model.body(name)
         # The principal axes are the compiled ones: the bounding boxes of geoms, used for finding contacts, are aligned
         # with them.
-        mujoco.mju_quat2Mat(axes, body.iquat)
-        principal = axes.reshape(3, 3).T @ tensor(solid.inertia) @ axes.reshape(3, 3)
+        axes = matrix_of(body.iquat)
+        principal = axes.T @ tensor(solid.inertia) @ axes
         body.mass[0], body.inertia[:] = solid.mass, np.diagonal(principal)
     # It also recomputes statistics, of which cameras have their own.
     extent, center = model.stat.extent, model.stat.center.copy()

@@ -50,6 +50,7 @@ from .robots import line_of as line_of
 from .robots import names_in as names_in
 from .robots import robot_text as robot_text
 from .robots import said_about as said_about
+from .rotations import matrix_of as matrix_of
 from .rotations import pose_keys as pose_keys
 from .rotations import quaternion_of as quaternion_of
 from .sdf import MAX_HINGE_LIMIT as MAX_HINGE_LIMIT

@@ -13,6 +13,13 @@ def quaternion_of(rotation: Array) -> Array:
     return quaternion
 
 
+def matrix_of(quaternion: Array) -> Array:
+    """Return the rotation of a unit quaternion (w, x, y, z), shape (4,) -> (3, 3)."""
+    rotation = np.empty(9)
+    mujoco.mju_quat2Mat(rotation, quaternion)
+    return rotation.reshape(3, 3)
+
+
 def pose_keys(pose: Array) -> dict[str, Array]:
     """Return the keys `pos` [m] and `quat` of a body, camera or geom at a pose, shape (4, 4)."""
     return {"pos": pose[:3, 3], "quat": quaternion_of(pose[:3, :3])}

@@ -7,7 +7,7 @@ import pytest
 
 from mjsim.errors import UsageError
 from mjsim.interface import Command
-from mjsim.session import pace
+from mjsim.session import gate
 from mjsim.session.helm import Helm
 from mjsim.session.touches import _written_time, joints_keys, noise_kept, touch_of
 from mjsim.world import NoiseEvent, parse_world
@@ -16,12 +16,12 @@ from mjsim.world import NoiseEvent, parse_world
 @pytest.fixture
 def clock(monkeypatch):
     clock = SimpleNamespace(now=100.0)
-    monkeypatch.setattr(pace, "time", SimpleNamespace(perf_counter=lambda: clock.now))
+    monkeypatch.setattr(gate, "time", SimpleNamespace(perf_counter=lambda: clock.now))
     return clock
 
 
 def test_ticks_are_due_at_a_multiple_of_real_time_from_the_first_on(clock):
-    half = pace.Pace(0.5)
+    half = gate.Pace(0.5)
     assert half.left(3.0) == 0.0
     assert half.left(3.1) == pytest.approx(0.2)
     clock.now += 0.15
@@ -29,11 +29,11 @@ def test_ticks_are_due_at_a_multiple_of_real_time_from_the_first_on(clock):
     clock.now += 0.3
     assert half.left(3.1) == 0.0
     assert half.left(3.3) == pytest.approx(0.15), "what was late is caught up"
-    assert pace.Pace(None).left(1e9) == 0.0
+    assert gate.Pace(None).left(1e9) == 0.0
 
 
 def test_after_a_long_delay_or_a_pause_a_run_goes_on_from_where_it_is(clock):
-    one = pace.Pace(1.0)
+    one = gate.Pace(1.0)
     one.left(0.0)
     clock.now += 1.2
     assert one.left(0.1) == 0.0

@@ -11,7 +11,7 @@ from mjsim.bench.rooms import forwarded, look_from
 from mjsim.compile import compile_world, compiled, dim_lamp, dim_light
 from mjsim.light import ALWAYS, DOOR, GENERAL, LAMP, LightProbes, bake, linear
 from mjsim.sim import Onlooker, Playback, Renderer, Simulation
-from mjsim.sim.rendering import lit_check
+from mjsim.sim.rendering import canvas as canvases
 from mjsim.sim.rendering.canvas import Canvas
 from mjsim.sim.rendering.light_weights import DOOR_STEPS, LightWeights
 from mjsim.sim.rendering.lit_scene import LitScene
@@ -272,8 +272,8 @@ def test_renderers_that_share_a_canvas_share_its_light(model: mujoco.MjModel, ca
 
 
 def test_mujoco_draws_as_baked_light_needs_it():
-    lit_check.why_not_lit.cache_clear()
-    assert lit_check.why_not_lit() == ""
+    canvases.why_not_lit.cache_clear()
+    assert canvases.why_not_lit() == ""
 
 
 @pytest.mark.slow
@@ -282,15 +282,15 @@ def test_a_mujoco_that_draws_otherwise_is_named_once_and_drawn_plain(
 ):
     data = forwarded(model)
     # As if another layout of geoms had moved the number of the list.
-    monkeypatch.setattr(lit_check.LitScene, "_prepare", lambda self, scene, data: None)
-    lit_check.why_not_lit.cache_clear()
+    monkeypatch.setattr(canvases.LitScene, "_prepare", lambda self, scene, data: None)
+    canvases.why_not_lit.cache_clear()
     try:
         with own_canvas(model, (ALWAYS, values)) as renderer:
             np.testing.assert_array_equal(renderer.render(data, "r/eye"), plain.render(data, "r/eye"))
         with own_canvas(model, (ALWAYS, values)) as renderer:
             renderer.render(data, "r/eye")
     finally:
-        lit_check.why_not_lit.cache_clear()
+        canvases.why_not_lit.cache_clear()
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("mjsim: baked light is drawn as plain: surfaces do not show their light map")
 

@@ -6,7 +6,7 @@ import pytest
 from mjsim.bench.scenes import office, office_places
 from mjsim.geometry import Pose
 from mjsim.sim import Renderer, Simulation
-from mjsim.sim.rendering import hiding
+from mjsim.sim.rendering import in_view
 from mjsim.world import parse_world
 
 pytestmark = pytest.mark.slow
@@ -34,7 +34,7 @@ beacons:
 
 def drawn(world, *, hidden, monkeypatch, place=None):
     """Return the picture, the depth and how many geoms were drawn, with or without asking what is hidden."""
-    monkeypatch.setattr(hiding, "MIN_GEOMS", 1 if hidden else 10**9)
+    monkeypatch.setattr(in_view, "MIN_GEOMS", 1 if hidden else 10**9)
     with Simulation(world) as sim, Renderer(sim.model, width=160, height=120) as renderer:
         if place is not None:
             sim.move("scout", place)
@@ -81,7 +81,7 @@ def test_no_pixel_of_an_office_changes_and_few_of_its_rooms_are_drawn(monkeypatc
             sim.move("scout", place)
             seen = []
             for worth in (1, 10**9):
-                monkeypatch.setattr(hiding, "MIN_GEOMS", worth)
+                monkeypatch.setattr(in_view, "MIN_GEOMS", worth)
                 seen.append((renderer.render(sim.data, "scout/front"), renderer.drawn))
             np.testing.assert_array_equal(seen[0][0], seen[1][0])
             counts.append([seen[0][1], seen[1][1]])

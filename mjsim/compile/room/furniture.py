@@ -23,7 +23,7 @@ from mjsim.compile.room.triangles import Triangles, joined, shape_triangles
 from mjsim.compile.room.walls import CHUNK_SIDE, COLLISION, VISUAL
 from mjsim.compile.textures import MAX_TILE_SIDE, add_material
 from mjsim.geometry import Array
-from mjsim.models import bounded
+from mjsim.models import bounded, matrix_of
 from mjsim.world import World, rooms_at
 
 Rgba = tuple[float, ...]
@@ -195,23 +195,16 @@ def _owner(geom: mujoco.MjsGeom) -> str:
 
 def _carried(geom: mujoco.MjsGeom) -> tuple[mujoco.MjsBody, Array, Array]:
     """Return the body that moves a geom, and rotation and origin of the geom in its frame, shapes (3, 3), (3,) [m]."""
-    rotation, origin = _rotation(geom.quat), np.array(geom.pos)
+    rotation, origin = matrix_of(geom.quat / np.linalg.norm(geom.quat)), np.array(geom.pos)
     body = geom.parent
     outer = [] if geom.frame is None else [geom.frame]
     while body.name != "world" and not len(body.joints):
         outer.append(body)
         body = body.parent
     for frame in outer:
-        world_from_frame = _rotation(frame.quat)
+        world_from_frame = matrix_of(frame.quat / np.linalg.norm(frame.quat))
         rotation, origin = world_from_frame @ rotation, world_from_frame @ origin + frame.pos
     return body, rotation, origin
-
-
-def _rotation(quat: Array) -> Array:
-    """Return the matrix of a quaternion w, x, y, z, shape (3, 3)."""
-    matrix = np.empty(9)
-    mujoco.mju_quat2Mat(matrix, np.asarray(quat) / np.linalg.norm(quat))
-    return matrix.reshape(3, 3)
 
 
 def _regions(world: World, parts: Sequence[_Part]) -> list[tuple[int, ...]]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array
 from mjsim.interface import Picture
+from mjsim.models import matrix_of
 from mjsim.world import Camera
 
 MAX_EXPOSURES = 24
@@ -116,11 +117,10 @@ class Shutter:
         index = self._index
         place, axes = data.cam_xpos[index].copy(), data.cam_xmat[index].copy()
         velocity, turn = self._velocities(data)
-        quaternion, turned = np.empty(4), np.empty(9)
+        quaternion = np.empty(4)
         angle = float(np.linalg.norm(turn)) * instant
         mujoco.mju_axisAngle2Quat(quaternion, turn / max(float(np.linalg.norm(turn)), 1e-12), angle)
-        mujoco.mju_quat2Mat(turned, quaternion)
-        rotation, base = turned.reshape(3, 3), data.xpos[self._base]
+        rotation, base = matrix_of(quaternion), data.xpos[self._base]
         data.cam_xpos[index] = base + velocity * instant + rotation @ (place - base)
         data.cam_xmat[index] = (rotation @ axes.reshape(3, 3)).ravel()
         try:

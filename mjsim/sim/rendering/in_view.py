@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from mjsim.compile import rgba_of, wall_lines
 from mjsim.geometry import Array
+from mjsim.models import matrix_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -219,9 +220,7 @@ def _clipped(x: Array, z: Array, x_end: Array, z_end: Array) -> tuple[Array, Arr
 
 def _box(model: mujoco.MjModel, geom: int) -> Array:
     """Return the minimum and maximum corner of a box around a static geom, world frame, shape (2, 3) [m]."""
-    turned = np.empty(9)
-    mujoco.mju_quat2Mat(turned, model.geom_quat[geom])
-    rotation = turned.reshape(3, 3)
+    rotation = matrix_of(model.geom_quat[geom])
     if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
         mesh = model.geom_dataid[geom]
         first = model.mesh_vertadr[mesh]

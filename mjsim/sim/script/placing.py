@@ -4,9 +4,9 @@ import math
 from collections.abc import Collection, Sequence
 
 import mujoco
-import numpy as np
 
 from mjsim.geometry import Array
+from mjsim.models import matrix_of
 
 MAX_OVERLAP = 1e-3
 """Allowed overlap of a placed object with others [m]."""
@@ -60,7 +60,7 @@ def put_down(
     found = model.joint(joint)
     start = int(found.qposadr[0])
     if heading is None:
-        heading = heading_of(_matrix(data.qpos[start + 3 : start + 7]))
+        heading = heading_of(matrix_of(data.qpos[start + 3 : start + 7]).ravel())
     data.qpos[start : start + 2] = to
     data.qpos[start + 2] = model.qpos0[start + 2] if height is None else height
     data.qpos[start + 3 : start + 7] = [math.cos(heading / 2), 0.0, 0.0, math.sin(heading / 2)]
@@ -72,9 +72,3 @@ def put_down(
 def heading_of(matrix: Array) -> float:
     """Return the heading of a body's x axis from above [rad]; its rotation matrix has shape (9,)."""
     return math.atan2(float(matrix[3]), float(matrix[0]))
-
-
-def _matrix(quaternion: Array) -> Array:
-    matrix = np.zeros(9)
-    mujoco.mju_quat2Mat(matrix, quaternion)
-    return matrix
