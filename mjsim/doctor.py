@@ -34,6 +34,7 @@ EXTRAS = {
     "evo": "comparison of mjsim's errors with those of evo",
     "graph": "the estimator GraphSlam",
     "gymnasium": "environments of Gymnasium",
+    "pandas": "recordings as tables of pandas",
     "parquet": "tables of sweeps as Parquet",
     "peers": "other simulators for mjsim bench --peers",
     "planning": "the navigator PathTracking",

@@ -142,7 +142,7 @@ class Bridge(Closes):
         line = f"{by} publishes {topic}{more} on domain {self.domain}"
         if topic == CLOCK.name:
             raise UsageError(f"{line}; stop it, or set ROS_DOMAIN_ID to another number")
-        say(f"{line}; whoever listens gets both")
+        say(f"{line}; subscribers receive both")
 
     def _obey(self, robot: str, namespace: str, watchdog: float) -> None:
         """Drive a robot by a message on its `cmd_vel`; the stamp is ignored, since a command holds from now."""

@@ -245,7 +245,7 @@ def _say_missing(missing: str) -> None:
 
 
 def _raise_error(answer: Mapping[str, Any], about: About, allowance: Allowance) -> None:
-    """Raise the error that an answer tells of."""
+    """Raise the error in an answer."""
     if "traceback" in answer:
         _LOG.debug("in the reader of '%s':\n%s", about.name, answer["traceback"])
     if "memory" in answer:
@@ -263,7 +263,7 @@ def _raise_error(answer: Mapping[str, Any], about: About, allowance: Allowance) 
 
 
 def _own_error(answer: Mapping[str, Any]) -> MjsimError | None:
-    """Return the error of mjsim that an answer tells of; None if it tells of none."""
+    """Return the error of mjsim in an answer; None if it has none."""
     if "problems" in answer:
         return WorldError([Problem(str(a), int(b), int(c), str(d)) for a, b, c, d in answer["problems"]])
     if "error" in answer:

@@ -140,7 +140,7 @@ class Reader(Closes):
         advice: str = DAMAGED,
         **keywords: Any,
     ) -> Iterator[Any]:
-        """Yield the values of a generator function; see `guarded_parts`. Who stops early ends the child."""
+        """Yield the values of a generator function; see `guarded_parts`. Stopping early ends the child."""
         limits = limits or limits_for(_size(about, size))
         for answer in self._answers(_call(function, arguments, keywords), About(str(about), advice), limits):
             if "part" in answer:

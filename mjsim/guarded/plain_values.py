@@ -23,7 +23,7 @@ _LENGTH = struct.Struct("<Q")
 
 
 class WireError(Exception):
-    """A message is not one of these, is cut, or is too long."""
+    """A message is invalid, truncated or too long."""
 
 
 def send(file: IO[bytes], value: Plain) -> None:

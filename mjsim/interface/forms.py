@@ -23,7 +23,7 @@ ReadingType = Any
 
 @dataclass(frozen=True, slots=True)
 class Form:
-    """What the type of a field does not tell."""
+    """Properties of a field that its type does not state."""
 
     about: str
     """Meaning, unit and frame, for schemas."""

@@ -37,7 +37,7 @@ class SaysLost(Protocol):
 
 @runtime_checkable
 class SaysBlocked(Protocol):
-    """A navigator that also says why its robot does not get on; the beginning is recorded as the event `blocked`."""
+    """A navigator that also says why its robot makes no progress; recorded as the event `blocked` when it begins."""
 
     def blocked(self) -> str | None:
         """Return the reason, at most 200 characters, or None; called once after each command."""

@@ -122,11 +122,11 @@ def _unknown(path: Path, inside: Sequence[str]) -> str:
     if path.is_file() and not path.stat().st_size:
         return f"'{path}' is empty"
     if path.is_file() and (cut := _cut(path)):
-        return f"'{path}' is no log as far as it could be unpacked ({cut})"
+        return f"'{path}' holds no log in the part that could be unpacked ({cut})"
     if path.is_file() and is_mcap(path):
         return f"'{path}' is an MCAP file but not of ROS; a recording of mjsim is replayed as it is"
     if path.is_file() and path.suffix.lower() in TRAJECTORY_SUFFIXES:
-        return f"'{path}' is a trajectory, no log; judge it on a recording: mjsim replay RUN.mcap --trajectory '{path}'"
+        return f"'{path}' is a trajectory, not a log; evaluate it on a recording: mjsim replay RUN.mcap --trajectory '{path}'"
     if path.is_file() and path.suffix.lower() in TABLE_SUFFIXES:
         return f"'{path}' is a table of numbers; describe its columns in a YAML file (log: tables) and name that"
     return f"'{path}' is not a supported log; give {READ}"[:MAX_MESSAGE_LENGTH]

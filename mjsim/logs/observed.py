@@ -151,14 +151,14 @@ def _require_robot(world: World, robot: str, cameras: Mapping[str, LoggedCamera]
     """
     found = next((item for item in world.robots if item.name == robot), None)
     if found is None:
-        raise UsageError(f"no robot '{robot}' in the world; give the world that it drove in, or none")
+        raise UsageError(f"no robot '{robot}' in the world; give the world in which it drove, or none")
     sizes = {each.camera: (each.width, each.height) for each in found.sensors if isinstance(each, Camera)}
     for name, camera in cameras.items():
         size = camera.intrinsics.width, camera.intrinsics.height
         if sizes.get(name) != size:
             raise UsageError(
-                f"no camera '{name}' of {size[0]} x {size[1]} pixels on robot '{robot}' in the world; its pictures are"
-                " such"
+                f"no camera '{name}' of {size[0]} x {size[1]} pixels on robot '{robot}' in the world, as its pictures"
+                " need"
             )
 
 
@@ -195,7 +195,7 @@ def _require_numbers(observations: Sequence[Observation]) -> None:
             raise UsageError(f"observation {row}: {fault}")
         for name, scan in seen.scans.items():
             if not isinstance(scan.ranges, np.ndarray):
-                raise UsageError(f"observation {row}: the ranges of scan '{name:.40}' are no array")
+                raise UsageError(f"observation {row}: the ranges of scan '{name:.40}' are not an array")
             if scan.ranges.ndim != 1:
                 shape = scan.ranges.shape
                 raise UsageError(
@@ -212,13 +212,13 @@ def _fault_of_readings(seen: Observation) -> str:
             return f"a sighting has the name {sighting.name!r:.40}; it is a text, or None"
         if not (0.0 < sighting.range < np.inf and np.isfinite(sighting.bearing)):
             seen_at = f"range {sighting.range:g} m and bearing {sighting.bearing:g} rad"
-            return f"a sighting has {seen_at}; both are finite, the range above 0"
+            return f"a sighting has {seen_at}; both must be finite, and the range above 0"
         if np.shape(sighting.covariance) != (2, 2) or not np.isfinite(sighting.covariance).all():
             return "the covariance of a sighting is not (2, 2) finite numbers"
     for reading in seen.imu:
         for name, values in (("acceleration", reading.acceleration), ("turn", reading.turn)):
             if not isinstance(values, np.ndarray) or values.shape != (3,):
-                return f"the {name} of an inertial reading is no array of shape (3,)"
+                return f"the {name} of an inertial reading is not an array of shape (3,)"
     return ""
 
 

@@ -63,7 +63,7 @@ def _rows_of_text(path: Path) -> Iterator[tuple[float, float, float, float]]:
             values = []
         if len(values) not in (4, 8) or not all(abs(value) <= MAX_NUMBER for value in values):
             raise UsageError(
-                f"{path}:{number}: '{line.strip():.60}' is no pose; write t x y z qx qy qz qw, or t x y heading"
+                f"{path}:{number}: '{line.strip():.60}' is not a pose; write t x y z qx qy qz qw, or t x y heading"
             )
         if not any(values[4:]) and len(values) == 8:
             raise UsageError(

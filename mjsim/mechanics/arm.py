@@ -57,7 +57,7 @@ class Arm:
         for name in ("base", "tool", "flange"):
             pose = np.array(getattr(self, name), dtype=float)
             if pose.shape != (4, 4) or not np.isfinite(pose).all() or not is_rigid(pose):
-                raise ValueError(f"{name} is no pose; give a homogeneous transform of shape (4, 4)")
+                raise ValueError(f"{name} is not a pose; give a homogeneous transform of shape (4, 4)")
             pose.flags.writeable = False
             object.__setattr__(self, name, pose)
         if self.end is not None and not 0 <= self.end < self.n:

@@ -91,7 +91,7 @@ def _check_numbers(link: Link) -> None:
         if not getattr(link, name) > 0.0:
             raise ValueError(f"{name} is {getattr(link, name):g}; it must be above 0")
     if link.gear == 0.0:
-        raise ValueError("gear is 0; it must be another number")
+        raise ValueError("gear is 0; it must not be 0")
     if link.coulomb[0] < 0.0 or link.coulomb[1] > 0.0:
         plus, minus = link.coulomb
         raise ValueError(f"coulomb is [{plus:g}, {minus:g}]; the first must not be below 0, the second not above")

@@ -1,4 +1,4 @@
-"""Text of XML files from anywhere: decoded once, checked, and parsed from that text by whoever reads it.
+"""Text of XML files from anywhere: decoded once, checked, and parsed from that text by its reader.
 
 The declaration of the encoding is blanked, so that no parser decodes the text a second time. What a document type
 declares could expand to any amount of text, or name other files. URDF parsers ignore namespaces, so files use prefixes

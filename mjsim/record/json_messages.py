@@ -117,7 +117,7 @@ def pose3_row(message: Message) -> tuple[float, ...]:
     position, orientation = message["pose"]["position"], message["pose"]["orientation"]
     quaternion = [orientation[axis] for axis in "xyzw"]
     if not abs(math.hypot(*quaternion) - 1.0) < ROUGHLY_UNIT:
-        raise ValueError(f"the quaternion {quaternion} is no rotation")
+        raise ValueError(f"the quaternion {quaternion} is not a rotation")
     return (*(position[axis] for axis in "xyz"), *quaternion)
 
 

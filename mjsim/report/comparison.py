@@ -315,8 +315,8 @@ def _remarks(
         yield f"{len(pairs)} pairs are compared, so each interval holds with {confidence:.1%} (Bonferroni)"
     if any(item.figure.better and item.difference.low is not None for item in differences):
         yield (
-            "each figure is a question of its own: of figures in which nothing differs, one in twenty may be said to"
-            " differ; choose the one that decides before you look"
+            "each statistic is tested on its own: of those without a true difference, one in twenty appears to differ;"
+            " choose the one that decides before you look"
         )
     for a, b in pairs:
         seeds_a, seeds_b = ({seed for found in group.values.values() for seed in found} for group in (a, b))
@@ -324,6 +324,6 @@ def _remarks(
         if both == 1:
             yield f"{a.label} and {b.label} have one seed in common; a single pair cannot decide which is better"
         elif 1 < both < fewest_pairs(confidence):
-            yield f"{a.label} and {b.label} have {both} seeds in common; at least {fewest_pairs(confidence)} can decide"
+            yield f"{a.label} and {b.label} have {both} seeds in common; {fewest_pairs(confidence)} or more are needed"
         elif seeds_a != seeds_b:
-            yield f"{a.label} and {b.label} have {both} seeds in common; others are in no difference"
+            yield f"{a.label} and {b.label} have {both} seeds in common; the others are not compared"

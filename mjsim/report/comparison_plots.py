@@ -91,7 +91,7 @@ def box_plot(comparison: Comparison) -> Drawing | None:
     panels = np.atleast_1d(drawing.subplots(len(figures), 1))
     for axes, figure in zip(panels, figures, strict=True):
         _draw_boxes(axes, figure, groups)
-    panels[0].set_title("Each point is a run; boxes hold the middle half, lines the median")
+    panels[0].set_title("Each point is a run; boxes span the quartiles, lines mark the median")
     return drawing
 
 

@@ -198,7 +198,7 @@ def differing_worlds(found: Sequence[Found]) -> str:
     if not parts:
         return ""
     shown = ", ".join(parts[:MAX_SETTINGS]) + (", ..." if len(parts) > MAX_SETTINGS else "")
-    return f"the worlds of these runs differ in {shown}; a difference between the runs may come from there"
+    return f"the worlds of these runs differ in {shown}; this may be why the runs differ"
 
 
 def _fit(labels: Sequence[str], runs: Sequence[tuple[Hashable, int]]) -> bool:

@@ -134,5 +134,5 @@ def _reason(
     if interval is None:
         return f"{n} pairs are too few to decide; at least {fewest_pairs(confidence)} are needed"
     if interval[0] <= 0.0 <= interval[1]:
-        return "the interval holds 0; not decided"
+        return "the interval contains 0: undecided"
     return "the interval excludes 0" if better else "they differ; neither way is better"

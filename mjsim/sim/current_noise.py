@@ -10,25 +10,25 @@ class Tuning:
     """The noise of a run."""
 
     def __init__(self, world: World, robots: Mapping[str, SimulatedRobot]) -> None:
-        """Begin with robots that err as their world says."""
+        """Start with the noise of the world."""
         self.world = world
-        """With its noise as it is now."""
+        """The world with its current noise."""
         self._robots = robots
 
     def set(self, key: str, value: float) -> None:
-        """Change one figure from now on.
+        """Change one noise parameter from now on.
 
         Args:
-            key: As `--set` has it: 'robots.scout.odometry.noise.turn'.
-            value: The new one.
+            key: As for `--set`: 'robots.scout.odometry.noise.turn'.
+            value: New value.
 
         Raises:
-            UsageError: The figure does not exist, or the value does not fit it.
+            UsageError: There is no such parameter, or the value is invalid.
         """
         self.take(with_noise(self.world, key, value))
 
     def take(self, world: World) -> None:
-        """Err as another world says from now on; in all else it is the same."""
+        """Take the noise settings of another world, which must be equal otherwise."""
         before, self.world = self.world, world
         for old, new in zip(before.robots, world.robots, strict=True):
             if old != new:

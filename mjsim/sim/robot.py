@@ -113,7 +113,7 @@ class SimulatedRobot:
             finite = all(map(math.isfinite, numbers))
         except (AttributeError, TypeError):
             raise UsageError(
-                f"{command!r} is no command for robot '{self._robot.name}'; give a Command of numbers"
+                f"{command!r} is not a command for robot '{self._robot.name}'; give a Command of numbers"
             ) from None
         if not finite:
             raise UsageError(f"the command for robot '{self._robot.name}' is {command}; its numbers must be finite")

@@ -19,7 +19,7 @@ FRAME_WIDTH = 0.07
 
 
 class Hanging:
-    """Fills a side with things, by lot; the lots depend on the position of the side alone."""
+    """Fills a side with things, at random; the random numbers depend only on the position of the side."""
 
     def __init__(self, side: Side, atlas: PartAtlas, counts: Counter[str]) -> None:
         """Start with what the side has: openings, beacons and what stands before it.
@@ -60,7 +60,7 @@ class Hanging:
             yield from self._side.frame.band(across, up, depth, part, length=1.0)
 
     def one_of(self, kind: str) -> str:
-        """Return a variant of a kind, by lot."""
+        """Return a random variant of a kind."""
         variants = [name for name in self._atlas.parts if name.partition("/")[0] == kind]
         return variants[self.rng.integers(len(variants))]
 

@@ -63,7 +63,7 @@ class Side:
     things: tuple[Rectangle, ...]
     """What stands before the wall."""
     seed: list[int] = field(default_factory=list)
-    """For what is drawn by lot on it: depends on its position alone."""
+    """For random choices on it: depends on its position alone."""
 
 
 def sides_of(world: World) -> list[Side]:

@@ -13,8 +13,8 @@ from mjsim.sweep.sweep_plan import SweepPlan
 from mjsim.sweep.sweep_table import Row, figure_names
 
 INTERVAL = (
-    f"{CONFIDENCE:.0%} interval of the mean over the seeds: bootstrap (BCa) from {fewest_pairs()} runs on, of fewer"
-    " Student's t as far as the figure can go, none of one"
+    f"{CONFIDENCE:.0%} confidence interval of the mean over the seeds: bootstrap (BCa) for {fewest_pairs()} runs or more,"
+    f" Student's t for 2 to {fewest_pairs() - 1}, cut to values that the statistic can have"
 )
 """Description of the intervals of a summary."""
 

@@ -86,8 +86,8 @@ class SweepPlan:
             return None
         compared = f"{cases} cases" if cases > 1 else f"{len(robots)} robots"
         few = f"{len(self.seeds)} seeds are" if len(self.seeds) > 1 else "1 seed is"
-        each = "" if pairs == 1 else f" with {pairs} pairs to compare"
-        return f"{few} too few to show that {compared} differ: at least {needed} can decide{each}"
+        each = "" if pairs == 1 else f", since {pairs} pairs are compared"
+        return f"{few} too few to show a difference between {compared}: use at least {needed}{each}"
 
     def jobs(self) -> Iterator[Job]:
         """Yield all runs, case by case."""

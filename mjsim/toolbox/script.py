@@ -50,7 +50,7 @@ DPI = 110
 
 @dataclass(frozen=True, slots=True)
 class ScriptRun:
-    """What came of a script."""
+    """Result of a script."""
 
     files: tuple[Path, ...]
     """Files that were written."""

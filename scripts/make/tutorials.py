@@ -63,7 +63,7 @@ def run(page: Path, folder: Path) -> "subprocess.CompletedProcess[str]":
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     environment = {**os.environ, "PATH": path, "MPLBACKEND": "agg", "IPYTHONDIR": str(folder / ".ipython")}
     words = [sys.executable, "-m", "IPython", "--no-banner", "--colors=nocolor", f"{page.stem}.ipynb"]
-    return subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False)
+    return subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, timeout=600, check=False)
 
 
 def pictures(page: Path) -> list[Path]:

@@ -167,7 +167,7 @@ def test_what_is_no_plant_is_said_in_one_line(keys, message):
         ),
         ("tf: {num: [1, 2, 3], den: [1, 1]}", "num has degree 2, den 1; num's must not be higher"),
         ("tf: {num: [1], den: [0, 1]}", "the first coefficient of den is 0; leave leading zeros out"),
-        ("tf: {num: [0], den: [1]}", "num is 0 altogether; give a coefficient"),
+        ("tf: {num: [0], den: [1]}", "all numbers of num are 0; give another"),
         ("tf: {num: [1], den: [1, x]}", "den[1] is 'x'; it must be a number"),
         ("tf: {num: [1], dem: [1]}", "unknown key 'dem'; did you mean 'den'?"),
         ("tf: {num: [1], den: [1, 1]}, input: torque", "input is for a part of the scene; leave it out beside tf"),

@@ -59,10 +59,10 @@ def test_poses_of_a_bag_are_read_and_its_topics_named(kind, tmp_path):
     [
         ("", "has 0 poses at different times"),
         ("1 2 3 4\n", "has 1 poses at different times"),
-        ("1 2 3 4\n1 2 3\n", "track.tum:2: '1 2 3' is no pose; write t x y z qx qy qz qw, or t x y heading"),
-        ("1 2 nan 4\n", "track.tum:1: '1 2 nan 4' is no pose"),
+        ("1 2 3 4\n1 2 3\n", "track.tum:2: '1 2 3' is not a pose; write t x y z qx qy qz qw, or t x y heading"),
+        ("1 2 nan 4\n", "track.tum:1: '1 2 nan 4' is not a pose"),
         ("0 1 1 0 0 0 0 0\n", "track.tum:1: '0 1 1 0 0 0 0 0' has a quaternion of length 0; without headings, write"),
-        ("time x y z\n", "track.tum:1: 'time x y z' is no pose"),
+        ("time x y z\n", "track.tum:1: 'time x y z' is not a pose"),
     ],
 )
 def test_a_file_that_is_no_trajectory_is_refused_in_one_line(text, says, tmp_path):

@@ -80,7 +80,7 @@ BAD = {
     "row 1: the least principal moment of the inertia is -1 kg m^2; it must not be below 0": [
         {"mass": 1, "inertia": [1, 1, -1, 0, 0, 0]}
     ],
-    "row 1: gear is 0; it must be another number": [{"gear": 0}],
+    "row 1: gear is 0; it must not be 0": [{"gear": 0}],
     "row 1: coulomb is [-1, 1]; the first must not be below 0, the second not above": [
         {"friction": {"coulomb": [-1, 1]}}
     ],

@@ -184,5 +184,5 @@ def test_a_file_elsewhere_that_appears_after_the_code_was_allowed_does_not_run(f
     world = world_with(f"exec:python3 {program}", folder, admit=lambda *_: None)
     with mjsim.Simulation(world) as sim, closing(drivers_of(world)["r"].navigator) as navigator:
         program.write_text(ANSWERS)
-        with pytest.raises(Failed, match=r"later\.py', which was not there when its code was allowed"):
+        with pytest.raises(Failed, match=r"later\.py', which did not exist when its code was allowed"):
             navigator.start(sim.robots["r"], np.random.default_rng(0))

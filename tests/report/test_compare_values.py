@@ -125,7 +125,7 @@ def test_two_single_runs_cannot_decide_and_that_is_said():
 
 def test_few_pairs_cannot_decide_and_how_many_can_is_said():
     found = compare_tables([*runs("a", ERRORS[:3]), *runs("b", ERRORS[:3] * 0.5)])
-    assert "a and b have 3 seeds in common; at least 6 can decide" in found.remarks
+    assert "a and b have 3 seeds in common; 6 or more are needed" in found.remarks
 
 
 def test_brackets_are_called_what_they_are():

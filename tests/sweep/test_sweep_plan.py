@@ -58,7 +58,7 @@ def test_values_of_settings_are_those_of_world_files():
 def test_a_plan_knows_how_many_seeds_can_decide_before_it_runs(cases, robots):
     names = [f"r{number}" for number in range(robots)]
     told = SweepPlan(seeds=(1,), settings={"a": tuple(range(cases))}).too_few_seeds(names)
-    needed = int(re.search(r"at least (\d+) can decide", told)[1])
+    needed = int(re.search(r"use at least (\d+)", told)[1])
 
     def verdicts(seeds):
         return compare_tables(

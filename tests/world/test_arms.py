@@ -110,7 +110,7 @@ BAD = {
         "- {dh: {rows: [{a: 1, range_deg: [90, -90]}]}}"
     ),
     "w.yaml:7:36: range is not for a joint that revolves; give range_deg": "- {dh: {rows: [{a: 1, range: [0, 1]}]}}",
-    "w.yaml:7:35: gear is 0; it must be another number": "- {dh: {rows: [{a: 1, gear: 0}]}}",
+    "w.yaml:7:35: gear is 0; it must not be 0": "- {dh: {rows: [{a: 1, gear: 0}]}}",
     "w.yaml:7:49: coulomb is [-1, 1]; the first must not be below 0, the second not above": (
         "- {dh: {rows: [{a: 1, friction: {coulomb: [-1, 1]}}]}}"
     ),

@@ -60,8 +60,8 @@ def test_a_camera_with_constant_noise_alone_keeps_rendered_values():
 def test_a_bare_camera_has_the_usual_noise_and_a_note_says_so():
     (note,) = world_notes(parse_world(ROBOT % "width: 64"))
     assert str(note) == (
-        "world.yaml:2:74: camera 'r/c' names no noise, so it has the usual one, full well 5800 and read-out 3.9"
-        " electrons; noise: 0 has none"
+        "world.yaml:2:74: camera 'r/c' has no key noise, so it has the default, full well 5800 and read-out 3.9"
+        " electrons; for none, write noise: 0"
     )
     assert camera("width: 64").noise == Photons()
     for given in ("noise: 0", "noise: {}", "preset: phone"):

@@ -200,7 +200,7 @@ MISTAKES = [
     (
         "    sensors",
         "    constraints: [{curve: crank.end, points: [[0, 0, 0], [0, 0, 0]]}]\n    sensors",
-        "12:58: this point is that of its neighbour; leave it out",
+        "12:58: this point equals its neighbour; leave it out",
     ),
     (
         "    sensors",
@@ -218,7 +218,7 @@ MISTAKES = [
         "sensors: [{body: {crank: [0, 0, 0]}}, {body: {crank: [1, 0, 0]}}, ",
         "12:50: 'crank' has this sensor already, sensors[0]; give this one a name, or leave it out",
     ),
-    ("rod: [1.0, 0.05]}", "rod: [1.0, 0.05], mass: 1.e-30}", "5:52: the mass is 1e-30 kg; make it 1e-09 kg at least"),
+    ("rod: [1.0, 0.05]}", "rod: [1.0, 0.05], mass: 1.e-30}", "5:52: the mass is 1e-30 kg; make it at least 1e-09 kg"),
     (
         "rod: [3.0, 0.05]}",
         "rod: [3.0, 0.05], center: [0, 0, 0], inertia: [0, 0, 0, 0, 0, 0]}",

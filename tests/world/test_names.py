@@ -60,7 +60,7 @@ def test_an_invisible_character_is_refused_by_its_number(name, point):
 )
 def test_a_character_that_is_no_letter_or_digit_is_refused_by_its_number(name, point):
     (line,) = told(world_of(name))
-    assert line.endswith(f"has U+{point}, which is no letter or digit; write it without")
+    assert line.endswith(f"has U+{point}, which is neither a letter nor a digit; write it without")
 
 
 def test_a_mark_needs_a_letter_before_it():

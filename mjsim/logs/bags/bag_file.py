@@ -79,7 +79,7 @@ class Bag(Closes):
         for each in path.iterdir() if described is not None else ():
             # A pipe without a writer would block forever.
             if each.exists() and not each.is_file() and not each.is_dir():
-                raise UsageError(f"cannot read '{each}': it is not a file; copy what it gives into one")
+                raise UsageError(f"cannot read '{each}': it is not a file; copy its contents into one")
         try:
             files = {file: _kind_of(file) or file.suffix.lower() for file in _files_of(path)}
             self._reader, self.cut, self.misdescribed = open_reader(files, described=described)

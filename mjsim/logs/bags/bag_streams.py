@@ -12,7 +12,7 @@ from mjsim.logs.resampling import Damage, DamagedReadingError, Readings
 
 
 class RobotStreams:
-    """The topics of a robot whose messages are large, where its sensors are mounted, and what is told of them."""
+    """The topics of a robot whose messages are large, the mounts of its sensors, and notes about them."""
 
     def __init__(self, bag: Bag, contents: Contents, messages: BagMessages, *, space: str) -> None:
         """Take an open bag; `space` is the namespace of the robot's frames."""

@@ -92,7 +92,7 @@ def _broken(path: Path) -> str:
 def _opened(path: Path, notes: dict[str, str] | None) -> IO[bytes]:
     # A pipe without a writer would block forever.
     if path.exists() and not path.is_file():
-        raise UsageError(f"cannot read '{path}': it is not a file; copy what it gives into one")
+        raise UsageError(f"cannot read '{path}': it is not a file; copy its contents into one")
     with path.open("rb") as file:
         head = file.read(_HEAD_BYTES)
     for suffix, (magic, unpacker) in UNPACKERS.items():

@@ -130,7 +130,7 @@ def record_logs(
     if span[1] - span[0] > longest:
         raise UsageError(
             f"'{source}' lasts {span[1] - span[0]:.0f} s and has {readings} readings; a recording of them lasts at most"
-            f" {longest:.0f} s: choose a part with --begin and --seconds, or say the unit of its times if they are not"
+            f" {longest:.0f} s: choose a part with --begin and --seconds, or give the unit of its times if they are not"
             " seconds"
         )
     notes = {key: value for log in logs for key, value in (*log.notes.items(), *_missed_truth(log, span))}

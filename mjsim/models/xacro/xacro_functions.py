@@ -68,7 +68,7 @@ def remainder(left: Any, right: Any) -> Any:
     """Return the remainder of numbers, or a text with values put in."""
     if isinstance(left, str):
         if not _CONVERSIONS.fullmatch(left):
-            raise XacroError(f"'{left:.40}' is no text with conversions such as %d and %.3f")
+            raise XacroError(f"'{left:.40}' is not a text with conversions such as %d and %.3f")
         if left.count("%") * (size_of(right) + WIDEST) > MAX_VALUE_SIZE:
             raise TooLargeError
     return left % right

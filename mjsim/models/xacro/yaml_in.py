@@ -82,7 +82,7 @@ class _Reader:
         if node.tag in UNITS:
             number = self._evaluate(node.value)
             if not isinstance(number, int | float):
-                raise XacroError(f"{node.tag} {node.value:.40} is no number; write one")
+                raise XacroError(f"{node.tag} {node.value:.40} is not a number; write one")
             return float(number) * UNITS[node.tag]
         match node.tag.removeprefix(_PREFIX):
             case "str" | "timestamp" | "value":
@@ -102,4 +102,4 @@ def _number(construct: Callable[[Any], Any], node: Any) -> Any:
     try:
         return construct(node)
     except (ValueError, OverflowError):
-        raise XacroError(f"'{node.value:.40}' in a YAML file is no number; correct it") from None
+        raise XacroError(f"'{node.value:.40}' in a YAML file is not a number; correct it") from None

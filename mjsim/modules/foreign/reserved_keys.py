@@ -42,7 +42,7 @@ def paths_of(use: Use, source: Source) -> list[Path]:
     """
     named = use.arguments().get("paths", [])
     if not isinstance(named, (list, tuple)) or not all(isinstance(name, str) for name in named):
-        raise ValueError("paths is no list of folders; write paths: [lib, other]")
+        raise ValueError("paths is not a list of folders; write paths: [lib, other]")
     return [beside(name, source, folder=True) for name in named]
 
 

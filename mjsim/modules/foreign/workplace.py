@@ -63,7 +63,7 @@ class Workplace:
             return word
         for path, name in elsewhere_in([word], self._source).items():
             if path not in self._elsewhere:
-                raise Failed(f"names '{name}', which was not there when its code was allowed; start again to be asked")
+                raise Failed(f"names '{name}', which did not exist when its code was allowed; start again to be asked")
             return f"{word.removesuffix(name)}{self._copy / self._elsewhere[path]}"
         return word
 

@@ -92,7 +92,7 @@ class OctaveEngine(Engine):
     def _send(self, kind: int, tree: Tree) -> bytes:
         """Send a request and return the doubles of the answer."""
         if self._process is None:
-            raise Failed("is asked after its run has ended; start another run")
+            raise Failed("is called after its run has ended; start another run")
         try:
             patience = max(self._patience, MIN_START_TIMEOUT) if kind == 1 else self._patience
             answer = self._process.exchange(self._request(kind, tree), _whole, patience=patience)

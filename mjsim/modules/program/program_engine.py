@@ -83,7 +83,7 @@ class ProgramEngine(Engine):
 
     def _send(self, message: Mapping[str, Tree]) -> dict[str, Any]:
         if self._process is None:
-            raise Failed("is asked after its run has ended; start another run")
+            raise Failed("is called after its run has ended; start another run")
         line = self._process.exchange(json_line(message), _LineEnd().find, patience=self._patience)
         try:
             answer = json.loads(line)

@@ -150,7 +150,7 @@ def _unstartable(path: Path, folders: Sequence[Path]) -> str:
         return f"does not name its interpreter; begin it with '#!/usr/bin/env {needed}', or write {by_name}"
     if end and first.endswith(b"\r"):
         return (
-            "has the line ends of Windows, with which its first line starts no interpreter; save it with those of Linux"
+            "has Windows line endings, so its first line starts no interpreter; save it with those of Linux"
         )
     words = os.fsdecode(first[2:]).split()
     if not words or not Path(words[0]).is_file():

@@ -233,7 +233,7 @@ class MechanismAtWork:
             return ""
         return (
             f"mechanism '{name}' turns by {math.degrees(self._widest):.0f} degrees in one step of the physics, too far"
-            " for its loops to keep their energy; drive it less, or take a smaller run: step_ms"
+            " for its loops to conserve energy; drive it more slowly, or reduce run: step_ms"
         )
 
     def _begin(self) -> None:

@@ -41,12 +41,12 @@ class LedMechanism(MechanismAtWork):
         self._put(step)
 
     def settle(self, step: int) -> None:
-        """Set its pose at the end of a tick, before the step of that number."""
+        """Set its pose at the end of a tick, before a given step."""
         super().settle(step)
         self._put(step)
 
     def state(self, step: int) -> MechanismState:
-        """Return its motion before the step of that number."""
+        """Return its motion before a given step."""
         self._put(step)
         self._exact(step, self._data.qvel.copy())
         mujoco.mj_rnePostConstraint(self._model, self._scratch)

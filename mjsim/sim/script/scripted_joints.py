@@ -13,7 +13,7 @@ STIFFNESS = 6.0
 
 @dataclass(slots=True)
 class _Motion:
-    """A joint on its way."""
+    """A moving joint."""
 
     goal: float
     set_point: float
@@ -51,7 +51,7 @@ class Joints:
 
     @property
     def moving(self) -> bool:
-        """Whether a joint is on its way."""
+        """Whether a joint is moving."""
         return bool(self._motions)
 
     def drive(self) -> None:

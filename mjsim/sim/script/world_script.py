@@ -225,7 +225,7 @@ class WorldScript:
         Args:
             count: Number of steps.
             first: Number of the first step, from 0 at the start of the run.
-            actuations: What commands motors; each acts before the steps at which it is due.
+            actuations: Actuations of motors; each acts before the steps at which it is due.
             after_each: Functions called after each step.
         """
         model, data = self._model, self._data

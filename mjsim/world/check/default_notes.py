@@ -29,8 +29,8 @@ def usual_photons(robot: Robot, camera: Camera) -> str | None:
     if "noise" in camera.model_fields_set or not isinstance(camera.noise, Photons):
         return None
     return (
-        f"camera '{robot.name}/{camera.camera}' names no noise, so it has the usual one, full well"
-        f" {camera.noise.full_well:g} and read-out {camera.noise.read:g} electrons; noise: 0 has none"
+        f"camera '{robot.name}/{camera.camera}' has no key noise, so it has the default, full well"
+        f" {camera.noise.full_well:g} and read-out {camera.noise.read:g} electrons; for none, write noise: 0"
     )
 
 
@@ -40,6 +40,6 @@ def usual_noise(robot: Robot) -> str | None:
         return None
     noise = robot.odometry.noise
     return (
-        f"robot '{robot.name}' names no odometry noise, so it has the usual one, distance {noise.distance:g} m/sqrt(m)"
-        f" and turn {noise.turn:g} rad/sqrt(rad); odometry: {{noise: {{distance: 0, turn: 0}}}} has none"
+        f"robot '{robot.name}' has no odometry noise given, so it has the default, distance {noise.distance:g} m/sqrt(m)"
+        f" and turn {noise.turn:g} rad/sqrt(rad); for none, write odometry: {{noise: {{distance: 0, turn: 0}}}}"
     )

@@ -60,7 +60,7 @@ class TransferFunction(_DelayedFormula):
         if len(self.num) > len(self.den):
             raise fault(f"num has degree {len(self.num) - 1}, den {len(self.den) - 1}; num's must not be higher", "num")
         if not any(self.num):
-            raise fault("num is 0 altogether; give a coefficient", "num")
+            raise fault("all numbers of num are 0; give another", "num")
         return self
 
 

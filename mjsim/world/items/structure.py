@@ -106,7 +106,7 @@ class Wall(Model):
 
 
 class FloorPatch(Model):
-    """A flat patch with other properties: a carpet, a wet area, a steel plate."""
+    """A flat patch of floor with its own properties: a carpet, a wet area, a steel plate."""
 
     at: Point
     """Centre, [x, y] [m]."""

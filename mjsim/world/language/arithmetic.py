@@ -30,7 +30,7 @@ def _degrees_of(function: Callable[[float], float]) -> Callable[..., Number]:
 
 def _rounded(value: Number, digits: Number = 0) -> Number:
     if not isinstance(digits, int) or not 0 <= digits <= 15:
-        raise ValueError(f"round() keeps {digits} digits; let it keep 0 to 15")
+        raise ValueError(f"round() is given {digits} digits; give it 0 to 15")
     return round(value, digits)
 
 

@@ -109,5 +109,5 @@ def _with_variables(world: World, given: Sequence[tuple[list[str], Any, str]]) -
     if not given or source.text is None:
         return world
     if parse_world(source.text, source=source) != world:
-        raise UsageError(f"{given[0][2]}: this world is no longer what its text says; set its values themselves")
+        raise UsageError(f"{given[0][2]}: this world was changed after it was read; change its values in Python")
     return parse_world(source.text, source=source, variables={path[1]: value for path, value, _ in given})

@@ -126,13 +126,13 @@ class CurveConstraint(_Constraint):
         if self.axis is not None:
             raise fault("points say where the curve is; leave out axis", "axis")
         if self.closed and len(points) < 3:
-            raise fault(f"a closed curve has {len(points)} points; give 3 at least", "points")
+            raise fault(f"a closed curve has {len(points)} points; give at least 3", "points")
         pairs = list(zip(points, points[1:] + points[:1] * self.closed, strict=False))
         longest = max(math.dist(one, other) for one, other in pairs)
         for number, (one, other) in enumerate(pairs, start=1):
             if math.dist(one, other) <= 1e-6 * longest:
                 place = number % len(points)
-                raise fault("this point is that of its neighbour; leave it out", "points", place)
+                raise fault("this point equals its neighbour; leave it out", "points", place)
 
 
 CONSTRAINTS: dict[str, type[_Constraint]] = {

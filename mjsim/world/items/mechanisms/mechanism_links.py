@@ -50,7 +50,7 @@ class _Body(Model):
         if self.name == GROUND:
             raise fault(f"'{GROUND}' is the fixed frame; give the body another name", "name")
         if self.mass is not None and self.mass < LIGHTEST:
-            raise fault(f"the mass is {self.mass:g} kg; make it {LIGHTEST:g} kg at least", "mass")
+            raise fault(f"the mass is {self.mass:g} kg; make it at least {LIGHTEST:g} kg", "mass")
         if self.inertia is not None:
             _check_inertia(self.inertia)
         return self
