@@ -63,6 +63,28 @@ def _google_style(app: Sphinx, what: str, name: str, obj: object, options: objec
         lines[:] = GoogleDocstring(lines, Config(napoleon_use_rtype=False), app, what, name, obj, options).lines()
 
 
+def _examples() -> dict[str, tuple[str, str]]:
+    """Return the code of each class in `site/examples.py`, after the first class of its heading, which shows it."""
+    text = (Path(__file__).parent / "site" / "examples.py").read_text(encoding="utf-8")
+    found = re.findall(r"^# %% (.+)\n(.*?)(?=^# %% |\Z)", text, re.MULTILINE | re.DOTALL)
+    return {name: (names.split(", ")[0], code.strip()) for names, code in found for name in names.split(", ")}
+
+
+EXAMPLES = _examples()
+
+
+def _with_example(app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
+    """Add the example of a class of `mjsim`; classes that share one refer to the first of them."""
+    first, code = EXAMPLES.get(name.removeprefix("mjsim."), ("", ""))
+    if what != "class" or not first:
+        return
+    if name != f"mjsim.{first}":
+        lines += ["", f"Example: see :class:`mjsim.{first}`."]
+        return
+    lines += ["", ".. rubric:: Example", "", ".. code-block:: python", ""]
+    lines += [f"    {line}" for line in code.split("\n")]
+
+
 def _short_signature(app: Sphinx, what: str, name: str, obj: Any, *others: object) -> tuple[str, str | None] | None:
     """Return the names of the fields of a dataclass; types and meanings follow, field by field."""
     if what != "class" or not dataclasses.is_dataclass(obj):
@@ -89,3 +111,4 @@ def setup(app: Sphinx) -> None:
     _types_without_forms()
     app.connect("autodoc-process-signature", _short_signature)
     app.connect("autodoc-process-docstring", _google_style)
+    app.connect("autodoc-process-docstring", _with_example)

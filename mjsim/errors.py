@@ -28,6 +28,7 @@ class MjsimError(Exception):
     """Base class of all errors that are not bugs of mjsim."""
 
     exit_code: ClassVar[int] = 1
+    """Exit code of a command that ends with this error."""
 
     def _render_traceback_(self) -> list[str]:
         """Return the lines that Python and notebooks print: no frames of mjsim."""

@@ -119,6 +119,18 @@ def test_the_examples_in_docstrings_print_what_they_say():
 
 
 @pytest.mark.slow
+def test_every_public_class_has_an_example_that_runs(tmp_path):
+    examples = ROOT / "docs" / "site" / "examples.py"
+    headings = re.findall("^# %% (.+)$", examples.read_text("utf-8"), re.M)
+    named = {name for heading in headings for name in heading.split(", ")}
+    public = {name: getattr(mjsim, name) for name in mjsim.__all__}
+    classes = {name for name, kind in public.items() if isinstance(kind, type) and ">>>" not in (kind.__doc__ or "")}
+    assert named == classes
+    done = subprocess.run([sys.executable, examples], cwd=tmp_path, capture_output=True, text=True, timeout=200)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.slow
 @pytest.mark.timeout(300)  # it imports all of mjsim, and writes 50 pages on a loaded machine
 def test_the_site_builds_without_a_warning(tmp_path):
     sphinx = [sys.executable, "-m", "sphinx", "--fail-on-warning", "--keep-going", "--quiet", "-d", tmp_path / "trees"]

@@ -136,6 +136,7 @@ class ControlLoop:
     """A controller with rate and latency."""
 
     controller: Controller
+    """The controller, not yet started."""
     rate_hz: float = 250.0
     """Rate of calls; the period is a whole number of physics steps."""
     latency: int = 0

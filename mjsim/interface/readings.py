@@ -68,6 +68,7 @@ class CameraFrame:
     image: Picture
     """RGB, shape (height, width, 3)."""
     intrinsics: Intrinsics
+    """Calibration of the picture [px]."""
     depth: Array | None = None
     """Distance along the optical axis, shape (height, width) [m]: +inf for none, -inf for too near, as in a `Scan`,
     NaN where stereo matching fails; None unless the camera gives it."""
@@ -342,7 +343,8 @@ class Observation:
     """[s]"""
     dt: float
     """Since the last tick [s]."""
-    odometry: Annotated[Odometry, Form("Motion since the last tick as the wheels tell it")]
+    odometry: Annotated[Odometry, Form("Motion since the last tick as measured by the wheels")]
+    """Motion since the last tick, as measured by the wheels."""
     sightings: Annotated[tuple[Sighting, ...], Form("Beacons seen")] = ()
     """Sightings of the beacon sensor, and of the observer once it has run."""
     cameras: Annotated[Mapping[str, CameraFrame], Form("Pictures given")] = field(default_factory=dict)

@@ -139,6 +139,7 @@ class ShownText(Shown):
     """A text at a position."""
 
     text: str
+    """At most 200 characters, on one line."""
     at: Array
     """Start of the text, shape (2,) on the floor, or (3,) [m]; kept as (3,)."""
 

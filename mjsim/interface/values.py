@@ -81,6 +81,7 @@ class Detection:
     """A beacon found in a picture."""
 
     name: str
+    """Name of the beacon."""
     position: Array
     """Its centre in the camera's optical frame (x right, y down, z ahead), shape (3,) [m]."""
     covariance: Array
@@ -131,6 +132,7 @@ class BeaconInfo:
     """A beacon in the catalogue: picture or marker and printed size, but not its position."""
 
     name: str
+    """Name in the world file."""
     picture: Picture | None
     """RGB; None for a marker, a reflector or an anchor."""
     width: float
@@ -158,6 +160,7 @@ class SensorInfo:
     """Homogeneous transform, shape (4, 4) [m]; a camera's frame is optical (x right, y down, z ahead). On an arm it is
     that at the start."""
     rate_hz: float
+    """Readings per second [Hz]."""
     noise: Mapping[str, float] = field(default_factory=dict)
     """Standard deviations by the names that the world file uses."""
     intrinsics: Intrinsics | None = None
@@ -215,6 +218,7 @@ class RobotInfo:
     """The data sheet of the robot, given to its modules."""
 
     name: str
+    """Name in the world file."""
     drive: str
     """'differential' and so on."""
     max_speed: float
@@ -240,6 +244,7 @@ class RobotInfo:
     prior_covariance: Array
     """Covariance of the initial (x, y, heading), shape (3, 3)."""
     sensors: Mapping[str, SensorInfo] = field(default_factory=dict)
+    """Data sheets of its sensors, by name."""
     max_left: float = 0.0
     """Largest speed sideways [m/s]; 0 for robots that cannot move so."""
     max_curvature: float = math.inf

@@ -43,8 +43,11 @@ class Recording(Viewed):
     """A recorded run; it needs only its file."""
 
     path: Path
+    """File of the recording."""
     world: World
+    """The world at the start of the run."""
     seed: int
+    """Seed of all random numbers."""
     metadata: Mapping[str, str]
     """Versions and command line."""
     time: Array
@@ -54,6 +57,7 @@ class Recording(Viewed):
     qvel: Array
     """Shape (N, nv)."""
     robots: Mapping[str, Track]
+    """Recorded data of each robot, by name."""
     events: tuple[WorldEvent, ...] = ()
     """Events of the world, each with the time of the first tick that shows it."""
     things: Mapping[str, Array] = field(default_factory=dict)

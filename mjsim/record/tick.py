@@ -59,10 +59,13 @@ class Tick:
     poses: Mapping[str, Pose3]
     """3-D pose of the base of the same robots, world frame."""
     seen: Mapping[str, Observation]
+    """Observation of each robot with a driver, by name."""
     orders: Mapping[str, Order]
+    """Results of the modules of these robots, by name."""
     qpos: Array
     """State of MuJoCo, so that pictures can be rendered again."""
     qvel: Array
+    """Velocities of MuJoCo, shape (nv,)."""
     timing: Mapping[str, float] = field(default_factory=dict)
     """Wall-clock time of sensing and physics [s]."""
     events: tuple[WorldEvent, ...] = ()

@@ -272,7 +272,7 @@ def _difference(a: Group, b: Group, figure: ReportFigure, confidence: float) -> 
     found = paired_difference(a.values[figure.key], b.values[figure.key], better=figure.better, confidence=confidence)
     worse = a if len(a.failed) > len(b.failed) else b if len(b.failed) > len(a.failed) else None
     if worse is not None and found.verdict == ("first" if worse is a else "second"):
-        return replace(found, verdict="", reason=f"{worse.label} failed more often; what is left cannot decide")
+        return replace(found, verdict="", reason=f"{worse.label} failed more often; the rest cannot decide")
     return found
 
 

@@ -64,8 +64,11 @@ class Driver:
     """
 
     observer: Observer | None = None
+    """Turns pictures and scans into sightings; without one only sensors give sightings."""
     estimator: Estimator | None = None
+    """Estimates the pose; dead reckoning without one."""
     navigator: Navigator | None = None
+    """Decides where to go; the robot stands still without one."""
     avoidance: bool | Avoidance = False
     """True for the built-in one."""
     controllers: Mapping[str, Controller | ControlLoop] = field(default_factory=dict)

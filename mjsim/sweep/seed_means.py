@@ -13,7 +13,7 @@ from mjsim.sweep.sweep_plan import SweepPlan
 from mjsim.sweep.sweep_table import Row, figure_names
 
 INTERVAL = (
-    f"{CONFIDENCE:.0%} confidence interval of the mean over the seeds: bootstrap (BCa) for {fewest_pairs()} runs or more,"
+    f"{CONFIDENCE:.0%} confidence interval of the mean over seeds: bootstrap (BCa) for {fewest_pairs()} runs or more,"
     f" Student's t for 2 to {fewest_pairs() - 1}, cut to values that the statistic can have"
 )
 """Description of the intervals of a summary."""

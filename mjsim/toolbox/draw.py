@@ -117,7 +117,7 @@ class ScriptFigures:
         return self.figures[number]
 
     def pane(self, number: int, *, solid: bool | None = None) -> AxesPane:
-        """Return the current axes of a figure; 3-D or 2-D ones if it matters, recreated if they are of the other kind."""
+        """Return the current axes of a figure; 3-D or 2-D ones if it matters, recreated if they are of another kind."""
         figure = self.figure(number)
         if number not in self._current:
             spec = figure.add_gridspec(1, 1)[0, 0]

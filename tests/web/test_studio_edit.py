@@ -197,7 +197,7 @@ def test_what_cannot_be_changed_here_says_so(client):
     opened = told(client, "open", path="room.yaml")
     for index in (1, 2):
         assert item(opened, "walls", index)["fixed"] == (
-            "one repetition of what stands in line 9; change it in the text"
+            "one repetition of the item in line 9; change it in the text"
         )
     answer = told(
         client,
@@ -207,7 +207,7 @@ def test_what_cannot_be_changed_here_says_so(client):
         text=ROOM,
         changes=[{"op": "set", "path": ["walls", 1, "height"], "value": 1}],
     )
-    assert answer["error"].startswith("walls[1] is one repetition of what stands in line 9")
+    assert answer["error"].startswith("walls[1] is one repetition of the item in line 9")
     assert answer["path"] == ["walls", 1]
     own = parse(client, ROOM.replace(", repeat: {times: 2, offset: [1, 0]}", ""))
     assert (item(own, "walls", 1)["fixed"], item(own, "walls", 1)["computed"]) == (None, ["points"])

@@ -24,7 +24,7 @@ def test_repeated_and_included_items_are_made_single(browser, tmp_path):
         menu = sheet.page.get_by_role("menu")
         sheet.click(3.5, 1.2)
         expect(sheet.title).to_have_text("desk-2")
-        expect(sheet.page.locator(".panel .note")).to_contain_text("one repetition of what stands in line 6;")
+        expect(sheet.page.locator(".panel .note")).to_contain_text("one repetition of the item in line 6;")
         sheet.button("Make single").click()
         sheet.reads("name: desk-1, box: [1.2, 0.8, 0.75], at: [1.5, 1.2]}   # oak", 'name: "desk-${i + 3}"')
         expect(sheet.page.locator(".panel .note")).to_have_count(0)

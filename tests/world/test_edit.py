@@ -347,17 +347,17 @@ robots: [{name: scout, preset: pioneer3dx, at: [1, 5]}]
             edit_text(text, [Change(*change)], source=source)
         return str(caught.value)
 
-    assert refused("set", ("walls", 0, "height"), 3) == "walls[0] stands in hall.yaml; change it there"
-    assert refused("remove", ("walls", 0)) == "walls[0] stands in hall.yaml; change it there"
+    assert refused("set", ("walls", 0, "height"), 3) == "walls[0] is written in hall.yaml; change it there"
+    assert refused("remove", ("walls", 0)) == "walls[0] is written in hall.yaml; change it there"
     assert refused("set", ("walls", 1, "points", 1), [4, 1]) == (
         "walls[1].points[1][0] is computed by ${w}; change it in the text"
     )
     assert refused("set", ("walls", 3, "height"), 3) == (
-        "walls[3] is one repetition of what stands in line 6; change it in the text"
+        "walls[3] is one repetition of the item in line 6; change it in the text"
     )
     assert refused("set", ("walls", 1, "height"), 3).startswith("walls[1].height is written once for several places")
-    assert refused("set", ("radio", "loss"), 0.1) == "radio stands in hall.yaml; change it there"
-    assert refused("unset", ("floor", "friction")) == "floor.friction stands in hall.yaml; change it there"
+    assert refused("set", ("radio", "loss"), 0.1) == "radio is written in hall.yaml; change it there"
+    assert refused("unset", ("floor", "friction")) == "floor.friction is written in hall.yaml; change it there"
     assert refused("set", ("walls", 9, "height"), 3).startswith("walls[9] is not there")
     assert refused("set", ("robots", 0, "sensors", 0, "width"), 3).startswith("robots[0].sensors[0].width is not there")
     assert refused("set", ("walls", 1, "height"), float("nan")).startswith("walls[1].height cannot be written")

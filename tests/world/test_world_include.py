@@ -255,19 +255,19 @@ def test_a_change_beside_expressions_keeps_all_that_it_does_not_concern(reused):
 def test_a_change_of_what_stands_elsewhere_is_refused_with_the_place_where_it_stands(reused, tmp_path):
     painted = reused.obstacles[1].model_copy(update={"color": "#000000"})
     post = (reused.obstacles[0], painted, *reused.obstacles[2:])
-    hall = "stands in parts/hall.yaml; change it there (included by main.yaml:2:11)"
+    hall = "is written in parts/hall.yaml; change it there (included by main.yaml:2:11)"
     wall = reused.walls[0].model_copy(update={"thickness": 0.3})
     for update, line in (
         (
             {"obstacles": post},
-            "main.yaml:6:5: obstacles[1] is one repetition of what stands in line 6; change it in the text"
+            "main.yaml:6:5: obstacles[1] is one repetition of the item in line 6; change it in the text"
             " (in repetition 2)",
         ),
         ({"walls": (wall,)}, f"parts/hall.yaml:4:9: walls[0] {hall}"),
         ({"walls": ()}, f"parts/hall.yaml:4:8: walls {hall}"),
         (
             {"obstacles": reused.obstacles[::-1]},
-            "main.yaml:6:5: obstacles[0] is one repetition of what stands in line 6; change it in the text"
+            "main.yaml:6:5: obstacles[0] is one repetition of the item in line 6; change it in the text"
             " (in repetition 1)",
         ),
     ):

@@ -149,9 +149,7 @@ def _unstartable(path: Path, folders: Sequence[Path]) -> str:
         by_name = f"'exec:{needed} {path.name}'"
         return f"does not name its interpreter; begin it with '#!/usr/bin/env {needed}', or write {by_name}"
     if end and first.endswith(b"\r"):
-        return (
-            "has Windows line endings, so its first line starts no interpreter; save it with those of Linux"
-        )
+        return "has Windows line endings, so its first line starts no interpreter; save it with those of Linux"
     words = os.fsdecode(first[2:]).split()
     if not words or not Path(words[0]).is_file():
         return f"names the interpreter '{' '.join(words[:1])}' in its first line, which is not there; correct the line"

@@ -235,9 +235,9 @@ class _Text:
 def _held(node: Node, file: str | None, *, repeated: bool) -> str:
     """Return why an item of an included file, or a repeated one, cannot be changed in this text."""
     if not repeated:
-        return f"stands in {file}; change it there"
+        return f"is written in {file}; change it there"
     place, target = ("", "in the text") if file is None else (f" of {file}", "there")
-    return f"one repetition of what stands in line {node.line}{place}; change it {target}"
+    return f"one repetition of the item in line {node.line}{place}; change it {target}"
 
 
 def _mappings(node: Node) -> Iterator[Node]:

@@ -40,6 +40,6 @@ def usual_noise(robot: Robot) -> str | None:
         return None
     noise = robot.odometry.noise
     return (
-        f"robot '{robot.name}' has no odometry noise given, so it has the default, distance {noise.distance:g} m/sqrt(m)"
+        f"robot '{robot.name}' has no odometry noise, so it has the default, distance {noise.distance:g} m/sqrt(m)"
         f" and turn {noise.turn:g} rad/sqrt(rad); for none, write odometry: {{noise: {{distance: 0, turn: 0}}}}"
     )

@@ -211,7 +211,7 @@ class _Editor:
                 break
             place = outer
         if place.elsewhere is not None:
-            raise UnwritableError(path, f"stands in {place.elsewhere}; change it there")
+            raise UnwritableError(path, f"is written in {place.elsewhere}; change it there")
         if not place.rest:
             self.draft.take_out(place)
 

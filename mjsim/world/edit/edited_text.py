@@ -164,7 +164,7 @@ class EditedText:
         """Add a missing key, with its missing parents."""
         if any(isinstance(step, int) for step in place.rest):
             absent = "is not there; it may come from a preset, set the whole list"
-            here = absent if place.elsewhere is None else f"stands in {place.elsewhere}; change it there"
+            here = absent if place.elsewhere is None else f"is written in {place.elsewhere}; change it there"
             raise UnwritableError(place.path, here)
         first, *deeper = map(str, place.rest)
         for key in reversed(deeper):
@@ -291,9 +291,9 @@ class EditedText:
             return index
         item = node.items[index]
         if item.origin is not None and item.origin.repetition:
-            raise UnwritableError(path, f"is one repetition of what stands in line {item.line}; change it in the text")
+            raise UnwritableError(path, f"is one repetition of the item in line {item.line}; change it in the text")
         if item.origin is not None:
-            raise UnwritableError(path, f"stands in {item.origin.file}; change it there")
+            raise UnwritableError(path, f"is written in {item.origin.file}; change it there")
         if id(raw) not in self._indices:
             self._indices[id(raw)] = {(own.line, own.column): int(number) for number, own in raw.items.items()}
         return self._indices[id(raw)][item.line, item.column]
@@ -345,7 +345,7 @@ def _check_free(path: Path, whole: Path, inner: Node | None) -> None:
     joined = path in OPEN or isinstance(inner.value, list)
     if path[:-1] in OPEN and (path == whole or joined):
         return
-    raise UnwritableError(path, f"stands in {inner.origin.file}; change it there")
+    raise UnwritableError(path, f"is written in {inner.origin.file}; change it there")
 
 
 def _written(value: Any, span: Span) -> str:

@@ -29,7 +29,9 @@ def legible(name: str) -> str:
         if character in INVISIBLE or kind in ("Cf", "Cc"):
             raise ValueError(f"name '{name}' has the invisible character U+{ord(character):04X}; write it without")
         if not character.isascii() and kind[0] not in "LMN":
-            raise ValueError(f"name '{name}' has U+{ord(character):04X}, which is neither a letter nor a digit; write it without")
+            raise ValueError(
+                f"name '{name}' has U+{ord(character):04X}, which is neither a letter nor a digit; write it without"
+            )
     if unicodedata.category(name[0])[0] == "M":
         raise ValueError(f"name '{name}' begins with the mark U+{ord(name[0]):04X}; begin with a letter or a digit")
     return composed(name)
