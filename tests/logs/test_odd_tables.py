@@ -145,7 +145,7 @@ def test_observations_come_at_any_rate_of_whole_milliseconds(rate, tmp_path):
             drive(scans={"scan": mjsim.Scan(1.9, np.ones(3), 0.0, 0.1, 0.1, np.inf)}),
             "limits of scan 'scan' are not finite",
         ),
-        (drive(scans={"scan": mjsim.Scan(1.9, [1.0, 2.0], 0.0, 0.1, 0.1, 8.0)}), "ranges of scan 'scan' are not an array"),
+        (drive(scans={"scan": mjsim.Scan(1.9, [1.0, 2.0], 0.0, 0.1, 0.1, 8.0)}), "of scan 'scan' are not an array"),
         (
             drive(sightings=(mjsim.Sighting(1.9, "a", np.nan, 0.0, np.eye(2)),)),
             "19: a sighting has range nan m",

@@ -30,7 +30,7 @@ MAX_WHITE_BALANCE = 2.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CameraSettings:
-    """With what a picture is taken."""
+    """Exposure settings of a picture."""
 
     factors: Array
     """Factors of red, green and blue light, with the gain, shape (3,)."""
