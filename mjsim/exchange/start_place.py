@@ -53,6 +53,8 @@ ROOM, MAX_ROOMS = 1.0, 5
 """Minimum size of an area that is reported as unreachable [m^2], and the number of such areas that are listed."""
 FLOOR_MARGIN = 5.0
 """Width of the floor around things that no wall encloses [m]."""
+MAX_FAR = 100.0
+"""Maximum distance of a start from all that is solid [m]."""
 MAX_CELLS = 4_000_000
 """Maximum size of the search grid [cells]."""
 DIRECTIONS = 72
@@ -135,7 +137,8 @@ def _with_robot(
     preset, lidar, estimator, folder = newcomer.preset, newcomer.lidar, newcomer.estimator, newcomer.folder
     robot = _robot(preset, lidar, at=(0.0, 0.0), heading=0.0, errs=estimator is not None, folder=folder)
     need = robot.body.radius + ELBOW_ROOM
-    away, grid = _clearance(world, grid, need)
+    tight = need - ELBOW_ROOM + REDUCED_CLEARANCE
+    away, grid = _clearance(world, grid, need, start=start, tight=tight)
     widest = float(away.max())
     if widest < need:
         raise UsageError(
@@ -146,7 +149,6 @@ def _with_robot(
         raise UsageError(
             f"the {preset} has no lidar to localise with; add --lidar, one of {', '.join(sensor_names('lidar'))}"
         )
-    tight = need - ELBOW_ROOM + REDUCED_CLEARANCE
     wanted = [] if start is None or not _clear(away, grid, np.array([start[:2]]), tight)[0] else [np.array(start[:2])]
     away, cut_off = _connected(away, grid, tight, wanted)
     places = [*wanted, *_starts(away, grid, tight if wanted else need)]
@@ -192,13 +194,17 @@ def _robot(
     return robot_of(keys, folder)
 
 
-def _clearance(world: World, grid: Grid | None, need: float) -> tuple[Array, Grid]:
+def _clearance(
+    world: World, grid: Grid | None, need: float, *, start: tuple[float, float, float] | None, tight: float
+) -> tuple[Array, Grid]:
     """Return the distance of each cell's centre from solid or unknown space [m], and the grid.
 
-    Where no wall encloses things, and there is no space of width `need` [m] among them, it is around them.
+    Where no wall encloses things, and there is no space of width `need` [m] among them, it is around them; and so it
+    is for a `start` that is outside, with the clearance `tight` [m].
     """
     import shapely
 
+    given = grid
     things = [thing.model_copy(update={"movable": False, "path": None}) for thing in world.obstacles]
     world = world.model_copy(update={"obstacles": tuple(things)})
     shape = section = solid(world)
@@ -207,14 +213,27 @@ def _clearance(world: World, grid: Grid | None, need: float) -> tuple[Array, Gri
     if grid is not None or not section.is_empty:
         grid = grid or grid_of(world, most_cells=MAX_CELLS)
         away = _away(shape, grid, shape.convex_hull)
-        if world.walls or away.max() >= need:
+        outside = start is not None and given is None and _is_outside(start, shape, away, grid, tight)
+        if not outside and (world.walls or away.max() >= need):
             return away, grid
     bounds = np.array((0.0,) * 4 if shape.is_empty else shape.bounds)
+    if start is not None and np.abs(np.subtract(start[:2], bounds[:2])).max() < MAX_FAR:
+        bounds = np.concatenate([np.minimum(bounds[:2], start[:2]), np.maximum(bounds[2:], start[:2])])
     low, high = bounds[:2] - FLOOR_MARGIN, bounds[2:] + FLOOR_MARGIN
     cell = max(0.05, math.sqrt(float(np.prod(high - low)) / MAX_CELLS))
     size = np.zeros(np.ceil((high - low) / cell).astype(int)[::-1], dtype=bool)
     grid = Grid(size, ~size, cell, Pose(float(low[0]), float(low[1]), 0.0))
     return _away(shape, grid, shapely.box(*low, *high)), grid
+
+
+def _is_outside(
+    start: tuple[float, float, float], shape: "BaseGeometry", away: Array, grid: Grid, tight: float
+) -> bool:
+    """Return whether a place that has no clearance inside is clear of all that is solid, and not far away."""
+    from shapely import Point
+
+    place = np.array([start[:2]])
+    return not _clear(away, grid, place, tight)[0] and tight <= shape.distance(Point(*start[:2])) < MAX_FAR
 
 
 def _away(shape: "BaseGeometry", grid: Grid, within: "BaseGeometry") -> Array:

@@ -185,6 +185,17 @@ def prism(ring: list[tuple[float, float]], high: float, first: int, *, inward: b
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("start", "kept"), [("6 -4", True), ("3 3.2", True), ("2.1 2.1", False), ("1e4 0", False)])
+def test_a_robot_on_an_open_floor_starts_where_the_scene_has_it(start, kept, tmp_path):
+    plugin = "<plugin filename='gz-sim-diff-drive-system' name='d'/>"
+    robot = model(link("0 0 0.1 0 0 0", BOX.format("0.3 0.2 0.1")) + plugin, pose=f"{start} 0 0 0 0", static=False)
+    post = model(link("0 0 0.5 0 0 0", POST), pose="2 2 0 0 0 0", name="post")
+    shelf = model(link("0 0 1.25 0 0 0", BOX.format("4 0.1 2.5")), pose="3 0 0 0 0 0", name="shelf")
+    world, found = brought(scene(tmp_path, post + shelf + robot), robot=Newcomer("turtlebot3_burger"))
+    assert (world.robots[0].at == tuple(map(float, start.split()))) == kept
+    assert any("is not free" in line for line in found.report) != kept
+
+
 def test_a_house_in_one_mesh_becomes_its_walls(tmp_path):
     outer = prism([(0, 0), (6, 0), (6, 4), (0, 4)], 2.5, 0)
     inner = prism([(0.2, 0.2), (5.8, 0.2), (5.8, 3.8), (0.2, 3.8)], 2.5, 8, inward=True)

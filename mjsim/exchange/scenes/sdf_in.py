@@ -243,6 +243,9 @@ class _Reader:
                     self.scene.tell(Fate.GUESSED, shape.tag, name, "a cylinder of its size")
                 length += 2.0 * radius if shape.tag == "capsule" else 0.0
                 yield SceneSolid("cylinder", (radius, length), pose, color)
+            elif shape.tag == "ellipsoid":
+                self.scene.tell(Fate.GUESSED, shape.tag, name, "a box around it")
+                yield SceneSolid("box", tuple(2.0 * radius for radius in sizes), pose, color)
             elif shape.tag == "mesh":
                 yield from self._mesh(shape, pose, color, file, name)
             elif shape.tag == "polyline":

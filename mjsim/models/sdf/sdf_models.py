@@ -15,7 +15,13 @@ SCENE = "bring it in as a world: mjsim new --from"
 """What to do with SDF that is more than a model."""
 USUAL = "#808080"
 """Colour of a link without one."""
-_HALVES = {"box": (0.5, 0.5, 0.5), "sphere": (1.0,), "cylinder": (1.0, 0.5), "capsule": (1.0, 0.5)}
+_HALVES = {
+    "box": (0.5, 0.5, 0.5),
+    "ellipsoid": (1.0, 1.0, 1.0),
+    "sphere": (1.0,),
+    "cylinder": (1.0, 0.5),
+    "capsule": (1.0, 0.5),
+}
 """Shape of SDF that is a geom -> factors on its sizes, since MuJoCo has half of those across the middle."""
 DRIVEN = ("drive", "skid", "steer", "planar_move", "mecanum", "omni", "controller")
 """Parts of the names of plug-ins that move a robot."""

@@ -13,13 +13,15 @@ _ROUND: Mapping[str, Sequence[str]] = {
 
 
 def sizes_of(shape: Element, where: str) -> list[float]:
-    """Return the sizes of a shape [m]: x, y, z of a box, else radius and length; none for a shape without sizes.
+    """Return the sizes of a shape [m]: x, y, z of a box or half an ellipsoid, else radius and length; none for others.
 
     Raises:
         UsageError: A size is missing or no number.
     """
     if shape.tag == "box":
         return floats(shape.findtext("size"), 3, f"{where}: size of a box")
+    if shape.tag == "ellipsoid":
+        return floats(shape.findtext("radii"), 3, f"{where}: radii of an ellipsoid")
     keys = _ROUND.get(shape.tag, ())
     return [floats(shape.findtext(key), 1, f"{where}: {key} of a {shape.tag}")[0] for key in keys]
 
