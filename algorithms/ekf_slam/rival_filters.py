@@ -15,10 +15,9 @@ from numpy.typing import ArrayLike
 from mjsim.geometry import Array, wrap_angle
 
 from ..estimation.ekf_models import MotionModel
+from ..estimation.odometry_errors import POSITIVE
 from .ekf_filter import EkfSlamFilter
 
-POSITIVE = 1.0
-"""Logarithm of the Bayes factor from which evidence is positive (Kass, Raftery, Bayes Factors, JASA 90, 1995)."""
 DECIDED = 20.0
 """Logarithm of the Bayes factor against the filter without errors after which it is given up."""
 SMALL = 1e-3

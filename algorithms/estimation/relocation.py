@@ -31,8 +31,12 @@ AGREES, AGAIN = 6.0, 3
 Mahalanobis distance of one that does (chi-square, 2 degrees of freedom: 95 %), and number of others."""
 ROW, ROW_SECONDS = 5, 1.0
 """Failures in a row, over at least this time [s], that suffice as well."""
-DOUBTED = 3
-"""Failures in a row after which the covariance is that of a lost robot: outliers come one by one, as a rule."""
+CARRIED = 1e-4
+"""Prior odds, whenever landmarks are expected, that the robot is elsewhere."""
+WRONG = 1, 100
+"""Prior number of sightings of the map that fail although the robot is where it believes, and of all."""
+RARE = 0.02
+"""Proportion of innocent times without an expected sighting that says nothing: longer ones are evidence."""
 TRIAL = 3
 """Failures, with no agreement between, after which a robot that was found is lost again."""
 ANY_HEADING = np.pi**2 / 3.0
@@ -74,6 +78,7 @@ class Relocation:
         self._records: deque[tuple[Hashable, Sighting]] = deque(maxlen=MAX_SIGHTINGS)
         self._failed: deque[bool] = deque(maxlen=COUNTED)
         self._row: deque[float] = deque(maxlen=MAX_SIGHTINGS)
+        self._wrong, self._compared = WRONG
         self._agreeing: set[Hashable] = set()
         self._lost = False
         self._unseen = UnseenLandmarks()
@@ -87,6 +92,16 @@ class Relocation:
     def doubted(self) -> bool:
         """Whether the robot is lost, or sees none of the landmarks that should be in view."""
         return self._lost or self._unseen.suspicious
+
+    @property
+    def elsewhere(self) -> float:
+        """Probability that the robot is elsewhere, by sightings that fail one after the other or do not come."""
+        if self.doubted:
+            return 1.0
+        chance = (self._wrong / self._compared) ** len(self._row)
+        if self._unseen.rarity < RARE:
+            chance *= self._unseen.rarity
+        return CARRIED / (CARRIED + chance) if chance < 1.0 else 0.0
 
     def record(self, name: Hashable, sighting: Sighting, distance: float, *, gate: float) -> None:
         """Record a sighting of a landmark of the map.
@@ -103,6 +118,8 @@ class Relocation:
         if failed:
             self._row.append(sighting.stamp)
         else:
+            if not self._lost:
+                self._wrong, self._compared = self._wrong + len(self._row), self._compared + len(self._row) + 1
             self._row.clear()
             self._agreeing.add(name)
             if not self._lost:
@@ -152,16 +169,19 @@ class Relocation:
         self._lost = False
 
     def reported(self, belief: Estimate, seen: Observation) -> Estimate:
-        """Return a belief after an observation; where it is doubted, its covariance says how little is known."""
+        """Return a belief after an observation; its covariance is averaged over being there and being elsewhere."""
         if self._lost:
             self._unseen.forget()
         else:
             self._unseen.look(belief, seen)
-        if not (self.doubted or len(self._row) >= DOUBTED):
+        share = self.elsewhere
+        if not share:
             return belief
-        covariance = self.covariance(belief.pose.as_array(), {name: at for name, (at, _) in belief.landmarks.items()})
+        lost = self.covariance(belief.pose.as_array(), {name: at for name, (at, _) in belief.landmarks.items()})
         joint = belief.joint_covariance
-        joint = None if joint is None else block_diag(covariance, joint[3:, 3:])
+        if joint is not None:
+            joint = (1.0 - share) * joint + share * block_diag(lost, joint[3:, 3:])
+        covariance = (1.0 - share) * np.asarray(belief.covariance) + share * lost
         return replace(belief, covariance=covariance, joint_covariance=joint)
 
     def covariance(self, pose: Array, places: Places) -> Array:

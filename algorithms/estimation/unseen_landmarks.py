@@ -5,6 +5,7 @@ places from which it was seen, at ranges and bearings at which sightings came. H
 because people pass, detectors miss, and beacons are removed.
 """
 
+import bisect
 import math
 from collections.abc import Hashable
 
@@ -30,16 +31,28 @@ class UnseenLandmarks:
         self._seen_from: set[tuple[Hashable, int, int]] = set()
         self._right, self._left = math.inf, -math.inf
         self._nearest, self._farthest = math.inf, 0.0
-        self._blank, self._longest, self._agreed = 0.0, 0.0, 0
+        self._blank, self._agreed = 0.0, 0
+        self._innocent: list[float] = []  # such times that had another reason, sorted [s]
 
     @property
     def suspicious(self) -> bool:
         """Whether that time is longer than any for which there was another reason."""
-        return self._agreed >= ENOUGH and self._blank > max(MIN_UNSEEN_SECONDS, LONGER * self._longest)
+        longest = self._innocent[-1] if self._innocent else 0.0
+        return self._agreed >= ENOUGH and self._blank > max(MIN_UNSEEN_SECONDS, LONGER * longest)
+
+    @property
+    def rarity(self) -> float:
+        """Proportion of times with another reason that were as long, at most 1, if it is known what is usual."""
+        if self._agreed < ENOUGH:
+            return 1.0
+        as_long = len(self._innocent) - bisect.bisect_left(self._innocent, self._blank)
+        return (1 + as_long) / (1 + len(self._innocent))
 
     def agree(self) -> None:
         """Take a sighting that agrees with the map: that time had another reason."""
-        self._longest, self._blank, self._agreed = max(self._longest, self._blank), 0.0, self._agreed + 1
+        if self._blank:
+            bisect.insort(self._innocent, self._blank)
+        self._blank, self._agreed = 0.0, self._agreed + 1
 
     def forget(self) -> None:
         """Discard that time: the robot was elsewhere."""

@@ -144,9 +144,8 @@ def test_the_belief_of_a_lost_robot_keeps_what_is_known_of_the_map():
     relocation, joint = Relocation(), np.arange(25.0).reshape(5, 5)
     belief = Estimate(pose=Pose(1.0, 2.0, 0.5), covariance=np.eye(3), joint_covariance=joint + joint.T + 99 * np.eye(5))
     anywhere, seen = np.diag([100.0, 100.0, ANY_HEADING]), observed()
-    recorded(relocation, "xx", name="gone")
     assert relocation.reported(belief, seen) is belief
-    recorded(relocation, "x", name="gone")
+    recorded(relocation, "x" * 5, name="gone", step=0.3)
     lost = relocation.reported(belief, seen)
     np.testing.assert_array_equal(lost.covariance, anywhere)
     np.testing.assert_array_equal(lost.joint_covariance[:3, :3], anywhere)
@@ -159,6 +158,45 @@ def test_the_belief_of_a_lost_robot_keeps_what_is_known_of_the_map():
     circle = PLACES["r0"] + 2.0 * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     mean = ((circle - (1.0, 2.0)) ** 2).sum(axis=1).mean() / 2
     np.testing.assert_allclose(about, np.diag([mean, mean, np.mean(angles**2)]), rtol=1e-4)
+
+
+@pytest.mark.parametrize("wrong_before", [0, 10])
+def test_the_covariance_is_that_of_a_mixture_of_here_and_elsewhere_by_what_failed_sightings_say(wrong_before):
+    relocation, covariance = Relocation(), 1e-4 * np.eye(3)
+    recorded(relocation, "oooooooxoo" * 10 if wrong_before else "o" * 100, name="gone")
+    belief = Estimate(pose=Pose(1.0, 2.0, 0.5), covariance=covariance, joint_covariance=np.pad(covariance, (0, 2)))
+    assert relocation.reported(belief, observed()) is belief
+    # Bayes: one sighting in a hundred was expected to be wrong, and the same number were right since; odds of 1 in
+    # 10,000 for a robot that is elsewhere, where all are wrong.
+    wrong = (1 + wrong_before) / 200
+    for count in (1, 2, 3):
+        recorded(relocation, "x", name="gone")
+        odds = 1e-4 / wrong**count
+        elsewhere = odds / (1.0 + odds)
+        assert relocation.elsewhere == pytest.approx(elsewhere)
+        expected = (1.0 - elsewhere) * covariance + elsewhere * np.diag([100.0, 100.0, ANY_HEADING])
+        told = relocation.reported(belief, observed())
+        np.testing.assert_allclose(told.covariance, expected)
+        np.testing.assert_allclose(told.joint_covariance[:3, :3], expected)
+        np.testing.assert_array_equal(told.joint_covariance[3:], (1.0 - elsewhere) * belief.joint_covariance[3:])
+    recorded(relocation, "o", name="gone")
+    assert relocation.reported(belief, observed()) is belief
+
+
+def test_a_silence_is_as_rare_as_the_innocent_ones_before_it():
+    unseen, belief = UnseenLandmarks(), Estimate(Pose(0.0, 0.0, 0.3), 1e-6 * np.eye(3), {"a": (np.array([3, 0]), R)})
+    near = replace(belief, landmarks={"a": (np.array([3.0, 0.0]), R)})
+    for distance, bearing in ((1.0, 0.9), (5.0, -0.9), (3.0, -0.3)):
+        unseen.look(near, observed(Sighting(0.0, "a", distance, bearing, R)))
+    for ticks in [1] * 40 + [2] * 9 + [5] * 2:
+        assert unseen.rarity == 1.0
+        for _ in range(ticks):
+            unseen.look(near, observed())
+        unseen.agree()
+    assert unseen.rarity == 1.0
+    for rarity in (1.0, 12 / 52, 3 / 52, 3 / 52, 3 / 52, 1 / 52):
+        unseen.look(near, observed())
+        assert unseen.rarity == pytest.approx(rarity)
 
 
 def observed(*sightings):

@@ -164,6 +164,8 @@ def test_one_or_two_landmarks_at_a_time_find_a_robot_again_that_says_it_is_lost_
     assert not run.lost[last | (run.time < 60.0)].any()
     # It is also evidence that landmarks are not seen that should be in view.
     assert run.surely_wrong() < 1.5
+    if DISTURBED[case].to is not None:  # The first sighting that fails, or does not come, says a little already.
+        assert run.nees.mean() < 10.0
     first = run.time[(run.time > 60.0) & (run.seen > 0)][0]
     assert run.nees[run.time > first + 10.0].mean() < 10.0
 
