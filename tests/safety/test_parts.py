@@ -278,3 +278,45 @@ def test_a_trail_forgets_the_oldest_places():
     assert trail.worn(0.5, 0.0, behind) > 0.0
     trail.add(-9.0, 9.0)
     assert trail.worn(0.5, 0.0, behind) == 0.0
+
+
+def turned_over(command):
+    return Command(command.forward, -command.left, -command.turn)
+
+
+def rings(count):
+    """Return rings of any ranges, half of whose rays meet nothing."""
+    rng = np.random.default_rng(8)
+    for _ in range(count):
+        ring = rng.uniform(0.05, 2.0, RAYS)
+        ring[rng.uniform(size=RAYS) < 0.5] = np.inf
+        yield rng, ring
+
+
+@pytest.mark.parametrize("robot", [SCOUT, LONG], ids=["round", "long"])
+def test_what_is_mirrored_is_avoided_to_the_other_side(robot):
+    changed = 0
+    for rng, ring in rings(40):
+        forward, turn = rng.uniform(-0.7, 0.7), rng.uniform(-1.0, 1.0)
+        for left in (0.0, rng.uniform(0.1, 0.5)):
+            command = Command(forward, left, turn)
+            plain, mirrored = avoidance(robot), avoidance(robot)
+            found = plain.adjust(command, seen(ring=ring))
+            other = mirrored.adjust(turned_over(command), seen(ring=np.roll(ring[::-1], 1)))
+            if plain._heading is None and mirrored._heading is None:  # the choice of an escape is left to chance
+                expected = turned_over(found)
+                assert (other.forward, other.left, other.turn) == pytest.approx(
+                    (expected.forward, expected.left, expected.turn), abs=1e-6
+                )
+                changed += found != command
+    assert changed > 15
+
+
+def test_a_round_robot_backs_off_as_it_would_go_ahead_the_other_way_round():
+    for rng, ring in rings(40):
+        command = Command(rng.uniform(0.1, 0.7), 0.0, rng.uniform(-1.0, 1.0))
+        ahead, back = avoidance(), avoidance()
+        found = ahead.adjust(command, seen(ring=ring))
+        other = back.adjust(Command(-command.forward, 0.0, command.turn), seen(ring=np.roll(ring, 8)))
+        if ahead._heading is None and back._heading is None:
+            assert (other.forward, other.turn) == pytest.approx((-found.forward, found.turn), abs=1e-6)
