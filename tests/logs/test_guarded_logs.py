@@ -186,6 +186,7 @@ def test_a_quotation_mark_that_is_not_closed_is_said(tmp_path):
         read_csv(tmp_path / "o.csv")
 
 
+@pytest.mark.slow
 def test_a_number_whose_square_overflows_is_named_with_its_line(tmp_path):
     (tmp_path / "inputs.dat").write_text("0 1 0\n1 1e200 0\n")
     with pytest.raises(UsageError, match=r"inputs\.dat:2: velocity is '1e200'; it must be at most"):

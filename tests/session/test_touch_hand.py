@@ -20,6 +20,7 @@ run: {seconds: 2}
 """
 
 
+@pytest.mark.slow
 def test_what_hands_did_by_hand_repeats_to_the_byte_once_it_is_kept(tmp_path):
     hand, kept = tmp_path / "hand.mcap", tmp_path / "kept.mcap"
     with mjsim.Session(mjsim.parse_world(ROOM), record=hand) as session:

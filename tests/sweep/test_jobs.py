@@ -270,6 +270,7 @@ def test_a_job_whose_process_dies_is_tried_three_times(tmp_path, monkeypatch):
     assert workers.alive == 0
 
 
+@pytest.mark.slow
 def test_outcomes_that_are_there_are_not_run_again_and_deaths_are_not_kept(tmp_path, monkeypatch):
     world, begun, told = parse_world(ROOM.replace("NAVIGATOR", STAND)), [], []
 
