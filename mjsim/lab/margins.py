@@ -31,7 +31,7 @@ def margins_of(loop: Any, delay: float = 0.0) -> dict[str, float | None]:
     import control
 
     if delay or loop.dt:
-        gains, phases = _searched(loop, delay)
+        gains, phases = searched(loop, delay)
     else:
         # A pole that a zero cancels at 0 has no value there.
         with np.errstate(invalid="ignore"):
@@ -93,7 +93,7 @@ def _static(loop: Any) -> list[tuple[float, float]]:
     return [(-1.0 / value, 0.0)] if math.isfinite(value) and value < 0.0 else []
 
 
-def _searched(loop: Any, delay: float) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
+def searched(loop: Any, delay: float) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
     """Return gain margins and phase margins [deg] with their frequencies [rad/s], of a loop delayed or sampled."""
     omega = _sampled_grid(loop) if loop.dt else _delayed_grid(loop, delay)
 

@@ -25,6 +25,8 @@ MAX_ROOMY_WIDTH = 2.5
 GRID = "#8a8a8a"
 OTHERS = ((ODOMETRY, "--"), (MAP, ":"))
 """Colours and line styles of nonlinear responses."""
+MAX_PHASE = 1080.0
+"""Bode and Nichols plots show this much of the phase of a delay, which has no end [deg]."""
 MIN_GAIN_DB = -40.0
 """Lower gains are left out of a Nichols chart [dB]."""
 
@@ -74,6 +76,7 @@ def bode_plot(found: Study) -> Figure:
     gain.set(ylabel="gain [dB]")
     gain.set_title(f"Bode: {found.plant.input} to {found.plant.outputs[0]}", loc="left")
     phase.set(ylabel="phase [deg]", xlabel="frequency [rad/s]")
+    phase.set_ylim(bottom=max(phase.get_ylim()[0], np.degrees(found.phase[0]) - MAX_PHASE))
     return figure
 
 
@@ -90,7 +93,8 @@ def nyquist_plot(found: Study) -> Figure:
     nyquist.legend(frameon=False, loc="upper right")
     nichols.plot(np.degrees(found.phase), decibels(found.magnitude), color=ESTIMATE, lw=1.6)
     phase, gain = np.degrees(found.phase), decibels(found.magnitude)
-    shown = gain > MIN_GAIN_DB if (gain > MIN_GAIN_DB).any() else gain > -np.inf
+    turned = phase > phase[0] - MAX_PHASE
+    shown = turned & (gain > MIN_GAIN_DB) if (turned & (gain > MIN_GAIN_DB)).any() else turned
     critical = -180.0 + 360.0 * round((float(phase[np.argmin(np.abs(gain))]) + 180.0) / 360.0)
     nichols.set(xlim=_window(phase[shown], critical), ylim=np.clip(_window(gain[shown], 0.0), -60.0, 60.0))
     # python-control draws the grid where data and window overlap.

@@ -1,7 +1,7 @@
 """Analysis of a linear plant with python-control: the only source of the figures on the laboratory's page."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -9,8 +9,8 @@ import numpy as np
 from mjsim.errors import UsageError, how_to_install
 from mjsim.geometry import Array
 from mjsim.lab.linear import LinearPlant
-from mjsim.lab.locus import RootLocus, finite_zeros, root_locus
-from mjsim.lab.margins import margins_of
+from mjsim.lab.locus import LocusMark, RootLocus, finite_zeros, root_locus
+from mjsim.lab.margins import margins_of, searched
 from mjsim.lab.plane import in_time, nyquist_frequency, on_axis, outward
 
 CURVE_POINTS = 400
@@ -25,6 +25,8 @@ SHOWN_TIME_CONSTANTS = 6.0
 """Duration of responses, in time constants of the slowest pole."""
 SHOWN_GROWTH = 20.0
 """Growth of an unstable response in the time shown, as a multiple of the start."""
+MAX_MARK_ERROR = 0.01
+"""Error of the loop, which is -1 there, at a point where branches of a delayed loop meet."""
 MAX_INTEGRATOR_POLE = 1e-9
 """Poles closer to 0 count as integrators [rad/s]."""
 
@@ -109,7 +111,7 @@ def study(plant: LinearPlant, *, seconds: float | None = None) -> Study:
         poles=poles,
         zeros=zeros,
         margins=margins_of(exact, plant.delay),
-        locus=root_locus(loop),
+        locus=_with_exact_marks(root_locus(loop), plant),
         time=time,
         step=_response(plant, time, np.zeros(len(plant.exact.A)), 1.0),
         impulse=_impulse(plant, time),
@@ -180,3 +182,20 @@ def frequencies(poles: Array, zeros: Array, dt: float = 0.0) -> Array:
         high = nyquist_frequency(dt)
         return np.geomspace(min(low, high) / 100.0, high, CURVE_POINTS)
     return np.geomspace(low / 100.0, high * 100.0, CURVE_POINTS)
+
+
+def _with_exact_marks(locus: RootLocus, plant: LinearPlant) -> RootLocus:
+    """Return a locus with the crossings of a delay itself, and without meetings of branches that only Pade's have."""
+    if not plant.delay or plant.dt:
+        return locus
+    exact = first_output(plant.exact)
+    found = sorted((gain, side * at) for gain, at in searched(exact, plant.delay)[0] for side in (-1.0, 1.0))
+
+    def error(mark: LocusMark) -> float:
+        return float(abs(mark.gain * exact(mark.point) * np.exp(-mark.point * plant.delay) + 1.0))
+
+    return replace(
+        locus,
+        crossings=tuple(LocusMark(gain=g, point=complex(0.0, at)) for g, at in found if abs(at) < locus.extent),
+        breakaways=tuple(mark for mark in locus.breakaways if error(mark) < MAX_MARK_ERROR),
+    )

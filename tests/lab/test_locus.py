@@ -140,3 +140,23 @@ def test_the_file_of_a_plant_holds_its_root_locus_as_it_is_drawn():
     assert branches.shape == (3, len(figures["gains"]), 2)
     np.testing.assert_allclose(branches[..., 0] + 1j * branches[..., 1], locus("three").branches, atol=1e-9)
     assert figures["crossings"][1]["point"] == pytest.approx([0.0, np.sqrt(11.0)])
+
+
+def test_the_locus_of_a_delay_is_marked_where_the_delay_itself_has_closed_loop_poles():
+    found = studied("tf: {num: [1], den: [1, 1], delay: 2}").locus
+    # Of exp(-2 s) / (s + 1): 2 w + atan(w) = pi, 3 pi, ..., and one meeting, where the derivative 2 (s + 1) + 1 is 0.
+    for mark in found.crossings:
+        w = abs(mark.point.imag)
+        assert (2 * w + np.arctan(w)) / np.pi % 2.0 == pytest.approx(1.0, abs=1e-9)
+        assert mark.gain == pytest.approx(np.hypot(w, 1.0))
+    assert len(found.crossings) == 4
+    (meeting,) = found.breakaways
+    assert (meeting.point, meeting.gain) == (pytest.approx(-1.5, rel=1e-3), pytest.approx(0.5 * np.exp(-3.0), rel=2e-3))
+
+
+def test_plots_of_a_delay_show_some_turns_of_its_phase():
+    from mjsim.lab.plant_plots import bode_plot, nyquist_plot
+
+    study = studied("tf: {num: [1], den: [1, 1], delay: 2}")
+    assert bode_plot(study).axes[1].get_ylim()[0] == pytest.approx(-1080.0, abs=2.0)
+    assert nyquist_plot(study).axes[1].get_xlim()[0] >= -1440.0  # whole turns of the grid

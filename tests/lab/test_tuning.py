@@ -49,6 +49,9 @@ PERIOD = 2 * np.pi / np.sqrt(11.0)
         ("simc", THREE, (1.25 / (7 / 6), 1.25, 0.0)),
         # An integrator with a dead time: gain 1 / (2 theta), integral time 8 theta.
         ("simc", "num: [2], den: [1, 0], delay: 0.5", (0.5, 4.0, 0.0)),
+        # His example of an integrator with two lags of 1 s: theta = 1 + 1 / 2; with a zero at 2 one half more.
+        ("simc", "num: [1], den: [1, 2, 1, 0]", (1 / 3, 12.0, 0.0)),
+        ("simc", "num: [-0.5, 1], den: [1, 2, 1, 0]", (1 / 4, 16.0, 0.0)),
     ],
 )
 def test_a_rule_gives_the_parameters_of_its_source(rule, plant, expected):
