@@ -229,3 +229,9 @@ end
 def test_corners_in_cells_are_one_wall(tmp_path):
     world, _ = brought(tmp_path, "corners = {[0 0], [10 0], [10 8], [0 8], [0 0]};")
     assert [(len(wall.segments()), wall.closed) for wall in world.walls] == [(4, True)]
+
+
+def test_a_file_of_windows_with_a_mark_of_its_encoding_is_read(tmp_path):
+    world, told = brought(tmp_path, "\ufeffcorners = [0 5 5 0 0\r\n 0 0 4 4 0];\r\n% \u4e2d\u6587\r\n")
+    assert [(len(wall.segments()), wall.closed) for wall in world.walls] == [(4, True)]
+    assert not [line for line in told if "literal" in line]

@@ -167,7 +167,7 @@ def _content(path: Path) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Return variables by name, and lines about what could not be read."""
     data = read_bounded(path, limit=MAX_BYTES, kind="a landmark map")
     if path.suffix.lower() == ".m":
-        found = read_assignments(data.decode("utf-8", errors="replace"))
+        found = read_assignments(data.decode("utf-8-sig", errors="replace"))
         return dict(found.values), found.unread
     from scipy.io import loadmat
 
