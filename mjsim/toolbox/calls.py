@@ -7,18 +7,7 @@ from typing import Any
 
 import numpy as np
 
-FIGURE_FUNCTIONS = (
-    *("figure", "subplot", "axes", "hold", "clf", "cla", "close", "closereq", "drawnow", "pause", "set", "gca"),
-    *("plot", "plot3", "line", "semilogx", "semilogy", "loglog", "stairs", "stem", "bar", "area", "errorbar"),
-    *("fill", "patch", "quiver", "polar", "scatter", "scatter3", "surf", "mesh", "contour", "surfc", "meshc"),
-    *("title", "xlabel", "ylabel", "zlabel", "legend", "text", "grid", "axis", "xlim", "ylim", "zlim", "view"),
-    *("imshow", "image", "imagesc", "pcolor", "contourf", "histogram", "pie", "barh", "rectangle", "polarplot"),
-    *("xticks", "yticks", "xticklabels", "yticklabels", "caxis", "clim", "yyaxis", "tiledlayout", "nexttile"),
-    *("annotation", "waitbar", "rotate3d", "camproj", "lighting", "material", "light", "hidden", "zoom", "pan"),
-    *("exportgraphics", "waterfall", "sgrid", "zgrid"),
-    *("colormap", "colorbar", "shading", "box", "print", "saveas", "sgtitle", "suptitle", "refresh", "camlight"),
-)
-"""Functions that are recorded instead of opening windows."""
+from mjsim.toolbox.figure_names import FIGURE_FUNCTIONS, INTERACTIVE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,11 +22,14 @@ class FigureCall:
 
 
 def write_recorders(folder: Path) -> None:
-    """Write a function file for each recorded function."""
+    """Write a function file for each recorded function, and for each that would wait for a person."""
     for name in FIGURE_FUNCTIONS:
         head = f"function varargout = {name}(varargin)\n% {name.upper()}  Recorded; mjsim draws it.\n"
-        body = f"  id = mjsim_record('{name}', varargin);\n  if nargout > 0, varargout{{1}} = id; end\nend\n"
-        (folder / f"{name}.m").write_text(head + body)
+        body = f"  [varargout{{1:max(nargout, 1)}}] = mjsim_recorded('{name}', varargin, nargout);\n"
+        (folder / f"{name}.m").write_text(f"{head}{body}  if nargout == 0, varargout = {{}}; end\nend\n")
+    for name in INTERACTIVE:
+        told = f"{name} waits for a person, but a script runs alone here: write its answer into the script"
+        (folder / f"{name}.m").write_text(f"function varargout = {name}(varargin)\n  error('{told}');\nend\n")
 
 
 def read_calls(file: Path) -> Iterator[FigureCall]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,16 +14,19 @@ from matplotlib.figure import Figure
 from mjsim.geometry import Array
 from mjsim.mechanics import Arm
 from mjsim.toolbox.calls import FigureCall
+from mjsim.toolbox.figure_names import NOT_DRAWN
 from mjsim.toolbox.properties import set_on
 from mjsim.toolbox.script_arms import arm_of
 
 ORDER = ("#0072bd", "#d95319", "#edb120", "#7e2f8e", "#77ac30", "#4dbeee", "#a2142f")
 """Colours of successive lines, as MATLAB has them."""
-AXES = ("axes", "gca", "subplot", "nexttile")
+AXES = ("axes", "gca", "subplot", "nexttile", "newplot")
 """Functions that return handles of axes, which end in this part of 1."""
 HANDLE = 2.0**-13
 LINE = 2.0**-20
 """Lines of one call have handles that differ by this."""
+DEVICES = {"eps": "eps", "ps": "eps", "svg": "svg", "jpg": "jpg", "jpeg": "jpg", "tif": "tiff", "tiff": "tiff"}
+"""Formats of `print` and `saveas`, without the letter for colour, beside PNG and PDF."""
 SHOWN_POSTURES = 6
 """Postures of an arm that a picture shows."""
 
@@ -85,6 +89,8 @@ class ScriptFigures:
         for recorded in calls:
             call = self._in_its_axes(recorded)
             function = functions.get(call.name)
+            if call.name in NOT_DRAWN:
+                self.skipped.add(f"{call.name} is left out")
             try:
                 if function is not None and (made := function(self, call)):
                     self._handles[call.number] = list(made)
@@ -172,9 +178,12 @@ class ScriptFigures:
 
     def save(self, call: FigureCall) -> None:
         """Keep the name that the script saves the figure under."""
-        words = [word for word in call.arguments if isinstance(word, str) and not word.startswith("-")]
-        if words:
-            self.files.append((call.figure, words[0]))
+        words = [word for word in call.arguments if isinstance(word, str)]
+        names, device = [word for word in words if not word.startswith("-")], ""
+        for word in (*words, *names[1:2]):
+            device = DEVICES.get(word.removeprefix("-d").rstrip("c2"), device)
+        if names:
+            self.files.append((call.figure, names[0] if Path(names[0]).suffix else f"{names[0]}.{device or 'png'}"))
 
     def drive(self, call: FigureCall) -> None:
         """Keep the arm of the sliders, and draw it into a figure of its own."""
@@ -249,15 +258,37 @@ class ScriptFigures:
         """Set properties of what a handle names."""
         if not call.arguments or not isinstance(call.arguments[0], np.ndarray):
             return
-        for handle in np.ravel(call.arguments[0]).tolist():
-            number, part = divmod(float(handle), 1.0)
-            artists = self._handles.get(int(number), [])
-            if part == HANDLE and int(number) in self._axes:
-                artists = [self._axes[int(number)][1].axes]
-            line = round(part / LINE)
-            # A handle of axes, or of the only line, stands for all that its call made.
-            for artist in artists[line : line + 1] if len(artists) > 1 else artists:
-                set_on(artist, call.arguments[1:])
+        handles, words = np.ravel(call.arguments[0]).tolist(), call.arguments[1:]
+        # A cell of names goes with a cell that has a row of values for each handle.
+        cells = len(words) == 2 and isinstance(words[0], list) and isinstance(words[1], list)
+        for row, handle in enumerate(handles):
+            pairs = list(words)
+            if cells:
+                values = words[1][row :: len(handles)] if len(words[1]) > len(words[0]) else words[1]
+                pairs = [each for pair in zip(words[0], values, strict=False) for each in pair]
+            for artist in self.artists(handle):
+                set_on(artist, pairs)
+
+    def artists(self, handle: float) -> list[Any]:
+        """Return what a handle names: axes, a line, or all that its call made."""
+        number, part = divmod(float(handle), 1.0)
+        artists = self._handles.get(int(number), [])
+        if part == HANDLE and int(number) in self._axes:
+            return [self._axes[int(number)][1].axes]
+        line = round(part / LINE)
+        return artists[line : line + 1] if len(artists) > 1 else artists
+
+    def rename(self, handle: float, artist: Any) -> None:
+        """Let a handle name another artist."""
+        self._handles[int(handle)] = [artist]
+
+    def delete(self, call: FigureCall) -> None:
+        """Remove what handles name."""
+        for handle in np.ravel(call.arguments[0]).tolist() if call.arguments else []:
+            for artist in self.artists(handle):
+                artist.remove()
+                for pane in self._panes.get(call.figure, {}).values():
+                    pane.labelled = [each for each in pane.labelled if each is not artist]
 
 
 def _draw_motion(motion: ArmMotion) -> None:

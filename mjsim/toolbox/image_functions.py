@@ -9,7 +9,7 @@ from matplotlib.patches import FancyBboxPatch
 from mjsim.geometry import Array
 from mjsim.toolbox.calls import FigureCall
 from mjsim.toolbox.draw import ORDER, Drawing, ScriptFigures
-from mjsim.toolbox.marks import properties_of
+from mjsim.toolbox.marks import data_of, properties_of, words_of
 from mjsim.toolbox.properties import set_ticks
 
 
@@ -49,17 +49,15 @@ def _cells(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
     return [pane.axes.pcolormesh(*data, cmap=drawn.map_of(call.figure), shading="auto")]
 
 
-def _levels(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
-    data = _arrays(call)
-    grid = data[:3] if len(data) > 2 else data[:1]
-    return [drawn.cleared(call.figure).axes.contourf(*grid, levels=10, cmap=drawn.map_of(call.figure))]
-
-
 def _histogram(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
-    data, pane = _arrays(call), drawn.cleared(call.figure)
+    data, pane = data_of(call), drawn.cleared(call.figure)
     values = data[0][np.isfinite(data[0])]
+    words, given = words_of(call)
+    density = given.get("normalization") == "pdf"
     bins: Any = 10 if len(data) < 2 else int(data[1].ravel()[0]) if data[1].size == 1 else data[1].ravel()
-    artist = pane.axes.hist(values, bins=bins, color=ORDER[0], edgecolor="black")[2]
+    color = words.get("facecolor") or words.get("color") or ORDER[pane.lines % len(ORDER)]
+    artist = pane.axes.hist(values, bins=bins, density=density, color=color, edgecolor="black")[2]
+    pane.lines += 1
     pane.labelled.append(artist)
     return [artist]
 
@@ -71,12 +69,6 @@ def _pie(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
     labels = names or [f"{100 * each:.0f}%" for each in share]
     drawn.cleared(call.figure).axes.pie(share, labels=labels, colors=ORDER, startangle=90)
     return []
-
-
-def _flat_bars(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
-    data = [np.ravel(each) for each in _arrays(call)[:2]]
-    y, width = data if len(data) == 2 and data[1].size > 1 else (np.arange(1.0, len(data[0]) + 1), data[0])
-    return [drawn.cleared(call.figure).axes.barh(y, width, color=ORDER[0])]
 
 
 def _rectangle(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
@@ -103,6 +95,13 @@ def _ticks(method: str) -> Drawing:
     return setting
 
 
+def _turned(axis: str) -> Drawing:
+    def turning(drawn: ScriptFigures, call: FigureCall) -> None:
+        drawn.pane(call.figure).axes.tick_params(axis=axis, rotation=float(np.ravel(call.arguments[0])[0]))
+
+    return turning
+
+
 def _colors(drawn: ScriptFigures, call: FigureCall) -> None:
     limits = np.ravel(_arrays(call)[0]).tolist() if _arrays(call) else []
     for artist in (*drawn.pane(call.figure).axes.collections, *drawn.pane(call.figure).axes.images):
@@ -119,16 +118,16 @@ IMAGE_FUNCTIONS: Mapping[str, Drawing] = {
     "image": _image("image"),
     "imagesc": _image("scaled"),
     "pcolor": _cells,
-    "contourf": _levels,
     "hist": _histogram,
     "histogram": _histogram,
     "pie": _pie,
-    "barh": _flat_bars,
     "rectangle": _rectangle,
     "xticks": _ticks("set_xticks"),
     "yticks": _ticks("set_yticks"),
     "xticklabels": _ticks("set_xticklabels"),
     "yticklabels": _ticks("set_yticklabels"),
+    "xtickangle": _turned("x"),
+    "ytickangle": _turned("y"),
     "caxis": _colors,
     "clim": _colors,
     "colormap": _colormap,

@@ -2,9 +2,13 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.toolbox.calls import FigureCall
 
 COLORS: Mapping[str, str] = {
     "r": "#d00000", "g": "#00a000", "b": "#0000e0", "c": "#00b5b5", "m": "#c000c0", "y": "#d0b000", "k": "black",
@@ -23,6 +27,39 @@ PROPERTIES: Mapping[str, str] = {
 }  # fmt: skip
 """Properties of MATLAB in lower case -> keywords of matplotlib; others are left out."""
 SYMBOL = re.compile(r"\\([A-Za-z]+)|([_^])(\{[^{}]*\}|\\[A-Za-z]+|.)")
+
+
+STYLES = ("bf", "it", "rm", "sl")
+"""Commands that change a font."""
+LAST_OF_MATHTEXT = "\u2e7f"
+"""Letters beyond this are not in the fonts of mathtext."""
+LOWER = str.maketrans("0123456789+-=()aeoxhklmnpst", "₀₁₂₃₄₅₆₇₈₉₊₋₌₍₎ₐₑₒₓₕₖₗₘₙₚₛₜ")
+UPPER = str.maketrans("0123456789+-=()n", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻⁼⁽⁾ⁿ")
+
+
+def is_text(value: Any) -> bool:
+    """Whether an argument is text."""
+    return isinstance(value, str)
+
+
+def data_of(call: FigureCall) -> list[Array]:
+    """Return the arrays before the first text; others are values of properties."""
+    return list(takewhile(lambda each: isinstance(each, np.ndarray), call.arguments))
+
+
+def words_of(call: FigureCall) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the keywords of the line format and the properties behind the data, and the latter as they are written."""
+    rest = list(call.arguments[len(data_of(call)) :])
+    style = line_format(rest[0]) if rest and is_text(rest[0]) else None
+    rest = rest[1:] if style is not None or len(rest) % 2 else rest
+    given = {name.lower(): value for name, value in zip(rest[::2], rest[1::2], strict=False) if is_text(name)}
+    return {**(style or {}), **properties_of(rest)}, given
+
+
+def as_columns(value: Any) -> Array:
+    """Return data of a line as columns, shape (k, lines)."""
+    array = np.asarray(value, dtype=float)
+    return array.reshape(-1, 1) if array.ndim < 2 or 1 in array.shape else array
 
 
 def line_format(text: str) -> dict[str, Any] | None:
@@ -56,16 +93,24 @@ def properties_of(words: Sequence[Any], allowed: Sequence[str] = tuple(PROPERTIE
 
 def _value(key: str, value: Any) -> Any:
     if isinstance(value, np.ndarray):
+        value = np.clip(value, 0.0, 1.0) if "color" in key else value
         return value.ravel().tolist() if value.size > 1 else float(value.ravel()[0]) if value.size else None
     if "color" in key and isinstance(value, str):
-        return COLORS.get(value) or NAMED.get(value.lower(), "none" if value == "none" else None)
+        plain = value if re.fullmatch("none|#[0-9a-fA-F]{6}", value) else None
+        return COLORS.get(value) or NAMED.get(value.lower(), plain)
     return MARKERS.get(value, value) if key == "marker" else value
 
 
 def math_text(text: str) -> str:
-    """Return text of MATLAB's TeX in matplotlib's: symbols, subscripts and superscripts."""
+    """Return text of MATLAB's TeX in matplotlib's: symbols, subscripts and superscripts.
+
+    Beside letters such as those of Chinese, which mathtext has not, they are letters of Unicode.
+    """
+    if any(letter > LAST_OF_MATHTEXT for letter in text):
+        return SYMBOL.sub(_letters, text.replace("$", "").replace("\\circ", "\N{DEGREE SIGN}"))
     if "$" in text or not SYMBOL.search(text):
-        return text.replace("$$", "$") if text.count("$") % 2 == 0 else text.replace("$", r"\$")
+        plain = text.replace("$$", "$") if text.count("$") % 2 == 0 else text.replace("$", r"\$")
+        return plain if _parses(plain) else text.replace("$", "").replace("\\", "")
 
     def symbol(match: re.Match[str]) -> str:
         name, mark, content = match.groups()
@@ -78,8 +123,21 @@ def math_text(text: str) -> str:
     return made if _parses(made) else text.replace("\\", "")
 
 
+def _letters(match: re.Match[str]) -> str:
+    """Return a symbol, a subscript or a superscript as letters of Unicode."""
+    from matplotlib._mathtext_data import tex2uni
+
+    name, mark, content = match.groups()
+    if name is not None:
+        return "" if name in STYLES else chr(tex2uni[name]) if name in tex2uni else name
+    if content.startswith("\\"):
+        return SYMBOL.sub(_letters, content)
+    inner = SYMBOL.sub(_letters, content[1:-1]) if content.startswith("{") else content
+    return inner.translate(LOWER if mark == "_" else UPPER)
+
+
 def _command(name: str) -> str:
-    if name in ("bf", "it", "rm", "sl"):
+    if name in STYLES:
         return ""
     return {"deg": "$^\\circ$"}.get(name, f"$\\{name}$")
 

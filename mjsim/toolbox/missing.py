@@ -30,15 +30,28 @@ INSTEAD = (
         "install octave-control and write pkg load control, or write the plant for mjsim lab",
     ),
     (
-        r"animatedline|plot_\w+",
+        r"mdl_\w+",
+        "arms that come along are mdl_puma560, mdl_stanford, mdl_twolink, mdl_planar1, 2 and 3; make others of links",
+    ),
+    (
+        r"plot_\w+",
         "draw with plot, plot3 and quiver; plot(r, q) draws and films an arm",
     ),
 )
 """Names of other toolboxes, as patterns, and what serves instead of them."""
 
 
+MEMBERS = {
+    "member 'A'": "links have no methods: the matrix of joint k is r.A(k, q) of an arm",
+    "member 'dyn'": "links have no methods: dyn(r) prints the masses of an arm",
+}
+"""Methods of links, which are structs here."""
+
+
 def explained(error: str) -> str:
     """Return an error of Octave; for an undefined name with what serves instead, if that is known."""
+    if "structure has no member" in error or "invalid use of a N_-D array" in error:
+        return next((error.replace(name, f"{name}; {told}") for name, told in MEMBERS.items() if name in error), error)
     found = UNDEFINED.search(error)
     if found is None:
         return error

@@ -17,6 +17,7 @@ from mjsim.interface import quoted
 from mjsim.modules import TOOLBOX, find_octave
 from mjsim.output import free_paths, write_set
 from mjsim.toolbox.calls import read_calls, write_recorders
+from mjsim.toolbox.handle_fields import without_fields
 from mjsim.toolbox.local_functions import apart
 from mjsim.toolbox.missing import explained
 
@@ -44,6 +45,8 @@ CJK = ("Noto Sans CJK JP", "Noto Sans CJK SC", "Noto Sans CJK TC", "Noto Sans CJ
 GLYPH = re.compile(r"Glyph (\d+) ")
 MARK = "mjsim-error: "
 """Before the error of a script on standard error."""
+OTHER_FORMATS = ("eps", "svg", "jpg", "jpeg", "tif", "tiff")
+"""Formats that a script may ask for, beside PNG and PDF."""
 DPI = 110
 """Of PNG files [dots per inch]."""
 
@@ -123,10 +126,12 @@ def _code(script: Path, recorders: Path, record: Path) -> str:
 def _with_functions(script: Path, recorders: Path) -> Path | None:
     """Write the functions of a script as files, which are there from its first line; return the script without them.
 
-    None if it defines none.
+    None if it defines none, and sets no fields of handles.
     """
-    own, functions = apart(script.read_text(errors="surrogateescape"))
-    if not functions:
+    text = script.read_text(errors="surrogateescape")
+    plain = without_fields(text)
+    own, functions = apart(plain)
+    if not functions and plain == text:
         return None
     folder = recorders / "own"
     folder.mkdir()
@@ -154,10 +159,13 @@ def _drawn_files(calls: Sequence[Any]) -> tuple[dict[str, bytes], list[str], str
     with rc_context({"font.family": ["DejaVu Sans", *_installed(CJK)], "axes.unicode_minus": False}):
         drawn.draw(calls, FUNCTIONS)
         for number, figure in sorted(drawn.figures.items()):
-            names = [f"figure-{number}", *(Path(name).stem for shown, name in drawn.files if shown == number)]
-            pictures, missing = _pictures(figure)
-            for name in dict.fromkeys(names):
-                files |= {f"{name}.{kind}": data for kind, data in pictures.items()}
+            saved = [Path(name) for shown, name in drawn.files if shown == number]
+            others = {kind for name in saved if (kind := name.suffix[1:].lower()) in OTHER_FORMATS}
+            pictures, missing = _pictures(figure, ["png", "pdf", *sorted(others)])
+            for name in dict.fromkeys([f"figure-{number}", *(name.stem for name in saved)]):
+                files |= {f"{name}.{kind}": pictures[kind] for kind in ("png", "pdf")}
+            files |= {f"{name.stem}{name.suffix}": pictures[name.suffix[1:].lower()] for name in saved
+                      if name.suffix[1:].lower() in others}  # fmt: skip
             if missing:
                 notes.append(f"figure {number}: no installed font has '{missing}'; install fonts-noto-cjk")
             films = {m.arm.name: m for m in drawn.motions.get(number, []) if len(m.postures()) > 2}
@@ -181,15 +189,15 @@ def _installed(names: Sequence[str]) -> list[str]:
     return [name for name in names if name in there]
 
 
-def _pictures(figure: "Figure") -> tuple[dict[str, bytes], str]:
-    """Return a figure as PNG and PDF, and the letters that no font has."""
+def _pictures(figure: "Figure", kinds: Sequence[str]) -> tuple[dict[str, bytes], str]:
+    """Return a figure in some formats, and the letters that no font has."""
     found = {}
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
-        for kind in ("png", "pdf"):
+        for kind in kinds:
             place = io.BytesIO()
             figure.savefig(place, format=kind, dpi=DPI)
-            # Both files have the layout of the first.
+            # All files have the layout of the first.
             figure.set_layout_engine("none")
             found[kind] = place.getvalue()
     codes = [int(match[1]) for each in told if (match := GLYPH.search(str(each.message)))]

@@ -12,11 +12,13 @@ from scipy.spatial.transform import Rotation
 import mjsim
 from mjsim.mechanics import Arm, jtraj
 from mjsim.toolbox import run_script
+from mjsim.toolbox.handle_fields import without_fields
 from mjsim.toolbox.local_functions import apart
 
 SCRIPTS = Path(__file__).parent / "scripts"
 pytestmark = [
     pytest.mark.slow,
+    pytest.mark.timeout(100),
     pytest.mark.skipif(shutil.which("octave-cli") is None, reason="no Octave here"),
 ]
 UP6 = [(0, 0, 0.15, np.pi / 2), (0, 0, 0.57, 0), (0, 0, 0.13, np.pi / 2), (0, 0.64, 0, -np.pi / 2),
@@ -29,9 +31,9 @@ def ran(tmp_path_factory):
     """All scripts, one after the other in one Octave: the folder of their results, and what came of them."""
     folder = tmp_path_factory.mktemp("scripts")
     names = sorted(script.name for script in SCRIPTS.glob("*.m"))
-    assert len(names) == 23
+    assert len(names) == 24
     for name in names:
-        own, functions = apart((SCRIPTS / name).read_text())
+        own, functions = apart(without_fields((SCRIPTS / name).read_text()))
         for file, text in {Path(name).stem: own, **functions}.items():
             (folder / f"{file}.m").write_text(text)
     (folder / "all_of_them.m").write_text("".join(f"clear all; source('{name}');\n" for name in names))
@@ -222,3 +224,19 @@ def test_counts_of_a_histogram_are_those_of_numpy(ran):
     count, edges = np.histogram([1, 1, 2.5, 5], 4)
     np.testing.assert_array_equal(got["n"].ravel(), count)
     np.testing.assert_allclose(got["c"].ravel(), (edges[1:] + edges[:-1]) / 2)
+
+
+def test_figures_tell_their_limits_and_data_and_arms_carry_what_they_are_given(ran):
+    got = of(ran, "s24")
+    np.testing.assert_allclose(got["v"], [[0, 1.5, -1, 1]])
+    np.testing.assert_allclose(got["w"], [[0, 3, -1, 1]])
+    np.testing.assert_allclose([got["x"][0], got["y"][0]], [[0, 1.5], [1, 2]])
+    assert got["f"] == 242
+    assert (ran[0] / "out" / "told.eps").read_bytes().startswith(b"%!PS")
+    # 1 kg in the middle of the first rod of 1 m, and 2 kg at 2 m.
+    np.testing.assert_allclose(got["g"], [[9.81 * (0.5 + 2 * 2), 9.81 * 2]], **EXACT)
+    np.testing.assert_allclose(got["b"], [[0.0, 4 * 0.5 * 2 + 2 * 0.3]], **EXACT)
+    np.testing.assert_allclose(got["T"], 0.0, atol=1e-12)
+    np.testing.assert_allclose(got["miss"], 0.0, atol=1e-9)
+    assert (np.abs(got["q"]) <= 3.0).all()
+    assert got["t"][-1] == pytest.approx(0.01)

@@ -1,5 +1,39 @@
-function v = get(varargin)
-% GET  Properties of figures are not kept: positions of a usual window, else nothing.
+function v = get(h, name, varargin)
+% GET  Properties that a script has set or drawn: limits and data; positions of a usual window; else nothing.
   v = [];
-  if nargin > 1 && ischar(varargin{2}) && any(strcmpi(varargin{2}, {'Position', 'ScreenSize'})), v = [1 1 560 420]; end
+  if nargin < 2 || ~ischar(name) || isempty(h), return, end
+  switch lower(name)
+    case {'position', 'outerposition', 'screensize', 'innerposition'}, v = [1 1 560 420];
+    case 'xlim', v = xlim(h);
+    case 'ylim', v = ylim(h);
+    case 'zlim', v = zlim(h);
+    case {'currentaxes', 'parent'}, v = gca();
+    case 'number', v = h;
+    case 'type'
+      v = 'line';
+      if isaxes(h), v = 'axes'; end
+    otherwise, v = kept(h(1), lower(name));
+  end
+end
+
+function v = kept(h, name)
+% What was set last, else the data that were drawn.
+  calls = mjsim_record('calls', {}); v = [];
+  coordinate = find(strcmp(name, {'xdata', 'ydata', 'zdata'}));
+  for k = 1:numel(calls)
+    [word, given, figure_, id] = calls{k}{:};
+    if strcmp(char(word.text), 'set') && numel(given) > 2 && isnumeric(given{1}) && any(abs(given{1}(:) - h) < 2^-24)
+      for n = 2:2:numel(given) - 1
+        if isstruct(given{n}) && strcmpi(char(given{n}.text), name), v = given{n + 1}; end
+      end
+    elseif id == floor(h) && ~isempty(coordinate)
+      data = given(cumsum(~cellfun(@isnumeric, given)) == 0);
+      if coordinate == 2 && numel(data) == 1, coordinate_ = 1; else, coordinate_ = coordinate; end
+      if coordinate_ <= numel(data), v = data{coordinate_}; end
+      line_ = round((mod(h, 1)) * 2^20) + 1;
+      if ~isempty(v) && ~isvector(v), v = v(:, min(line_, columns(v)))'; end
+      if isvector(v), v = v(:)'; end
+    end
+  end
+  if isstruct(v) && isfield(v, 'text'), v = char(v.text); end
 end

@@ -1,4 +1,4 @@
-function id = mjsim_record(name, given)
+function [id, current] = mjsim_record(name, given)
 % MJSIM_RECORD  Keeps a call of a figure function; mjsim draws them after the script has ended.
   mlock
   persistent calls figure_ file
@@ -11,6 +11,9 @@ function id = mjsim_record(name, given)
     case 'save'
       save('-v7', file, 'calls');
       return
+    case 'calls'
+      id = calls; current = figure_;
+      return
     case 'gcf'
       id = figure_;
       return
@@ -19,13 +22,19 @@ function id = mjsim_record(name, given)
       if any(numbers)
         figure_ = given{find(numbers, 1)};
       elseif ~isempty(calls)
-        figure_ = max(cellfun(@(c) c{3}, calls)) + 1;
+        idle = {'close', 'closereq', 'set', 'waitbar', 'drawnow', 'pause', 'msgbox', 'delete', 'clf', 'figurepalette'};
+        shows = ~cellfun(@(c) any(strcmp(char(c{1}.text), idle)), calls);
+        figure_ = max([0, cellfun(@(c) c{3}, calls(shows))]) + 1;
       end
       id = figure_;
   end
+  if strcmp(name, 'plot') && ~isempty(given) && isnumeric(given{1}) && iscomplex(given{1})
+    % One complex array is drawn in its plane.
+    if numel(given) == 1 || ischar(given{2}), given = [{real(given{1}), imag(given{1})}, given(2:end)]; end
+  end
   handle = id;
   % The handle of axes is no whole number, as numbers of figures and data often are.
-  if any(strcmp(name, {'axes', 'gca', 'subplot', 'nexttile'})), handle = id + 2^-13; end
+  if any(strcmp(name, {'axes', 'gca', 'subplot', 'nexttile', 'newplot'})), handle = id + 2^-13; end
   calls{end + 1} = {mjsim_text(name), cellfun(@plain, given, 'UniformOutput', false), figure_, id};
   id = handle;
   if strncmp(name, 'plot', 4) || strncmp(name, 'semilog', 7) || strcmp(name, 'loglog')

@@ -3,7 +3,7 @@ function [t, q, qd] = fdyn(varargin)
   [r, rest] = mjsim_robot(varargin);
   n = numel(mjsim_chain(r).m);
   % The later order: the duration, then the torque.
-  if numel(rest) > 1 && ~isnumeric(rest{2}) || numel(rest) == 1, rest = [{0} rest]; end
+  if numel(rest) == 1 || ~isnumeric(rest{2}) || isempty(rest{2}), rest = [{0} rest]; end
   torque = ''; q0 = zeros(n, 1); qd0 = q0;
   if numel(rest) > 2, torque = rest{3}; end
   if numel(rest) > 3, q0 = rest{4}(:); end

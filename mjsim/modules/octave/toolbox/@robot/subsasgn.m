@@ -1,6 +1,7 @@
 function r = subsasgn(r, s, value)
 % SUBSASGN  Sets fields of an arm: r.tool = T, r.name = 'arm', r.links(2).m = 3, r.link{2}.m = 3.
   name = s(1).subs;
+  if strcmp(name, 'manufacturer'), name = 'manuf'; end
   if any(strcmp(name, {'links', 'link'}))
     if numel(s) > 1
       whole = subsref(r, s(1));
@@ -20,6 +21,8 @@ function r = subsasgn(r, s, value)
     if numel(s) > 1, value = subsasgn(r.(name), s(2:end), value); end
     if strcmp(name, 'gravity'), value = value(:); end
     r.(name) = value;
+  elseif any(strcmp(name, {'plotopt3d', 'configuration', 'ikine'}))
+    % Of pictures and names of solutions: nothing follows from them here.
   else
     error('an arm has no field ''%s''', name);
   end

@@ -6,6 +6,10 @@ function varargout = subsref(r, s)
   end
   name = s(1).subs;
   switch name
+    case 'manufacturer', v = r.manuf;
+    case {'display', 'disp', 'print', 'char'}
+      display(r);
+      return
     case 'n', v = numel(r.links);
     case {'links', 'link'}
       v = r.links;
@@ -16,6 +20,15 @@ function varargout = subsref(r, s)
       if strcmp(name, 'link'), v = num2cell(v); end
     case 'dh'
       v = [[r.links.alpha]', [r.links.a]', [r.links.theta]', [r.links.d]', [r.links.sigma]'];
+    case 'A'
+      T = eye(4); c = mjsim_chain(r);
+      for k = s(2).subs{1}
+        q = s(2).subs{2}; turn = eye(4); value = q(min(k, numel(q))) + c.offset(k);
+        if c.slide(k), turn(3, 4) = value; else, turn(1:2, 1:2) = [cos(value) -sin(value); sin(value) cos(value)]; end
+        T = T * c.before(:, :, k) * turn * c.after(:, :, k);
+      end
+      varargout{1} = T;
+      return
     case 'offset', v = [r.links.offset]';
     case 'qlim'
       v = repmat([-pi pi], numel(r.links), 1);
@@ -34,8 +47,11 @@ function varargout = subsref(r, s)
       given = {};
       if numel(s) > 1 && strcmp(s(2).type, '()'), given = s(2).subs; s(2) = []; end
       if nargout(name) == 0, feval(name, r, given{:}); return, end
-      [varargout{1:nargout}] = feval(name, r, given{:});
-      if numel(s) > 1, varargout{1} = subsref(varargout{1}, s(2:end)); end
+      if numel(s) > 1
+        [varargout{1:max(nargout, 1)}] = subsref(feval(name, r, given{:}), s(2:end));
+      else
+        [varargout{1:nargout}] = feval(name, r, given{:});
+      end
       return
   end
   if numel(s) > 1, v = subsref(v, s(2:end)); end
