@@ -9,6 +9,7 @@ tried in a process of its own, in which the file is imported with the fault. The
 """
 
 import argparse
+import functools
 import gc
 import json
 import os
@@ -38,6 +39,7 @@ MOST = 60.0
 """Time that the tests of one fault may take, as measured without it [s]."""
 PATIENCE = 40.0
 """A child may take this, and five times the time of its tests, before it is killed [s]."""
+CACHED = type(functools.cache(lambda: None))
 SITE = """
 import os, sys
 from importlib.machinery import SourceFileLoader
@@ -190,6 +192,9 @@ class Warm:
         def patch() -> None:
             for function, code in pairs:
                 function.__code__ = code
+            for each in gc.get_objects():  # What was computed before, as tests were collected, is computed anew.
+                if isinstance(each, CACHED):
+                    each.cache_clear()
 
         return patch
 

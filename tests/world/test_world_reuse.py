@@ -70,6 +70,8 @@ def test_a_whole_result_is_a_whole_number_and_a_doubled_dollar_sign_is_no_expres
         ("sin(3, 4)", "sin() got 2 values; it takes 1"),
         ("1 +", "'1 +' is not an expression: it ends too early; write for example 'w / 2 + 1'"),
         ("2 w", "'2 w' is not an expression: 'w' is not possible there; write for example 'w / 2 + 1'"),
+        ("1 + * 2", "'1 + * 2' is not an expression: '*' is not possible there; write for example 'w / 2 + 1'"),
+        ("sin(1, )", "'sin(1, )' is not an expression: ')' is not possible there; write for example 'w / 2 + 1'"),
         ("__import__('os')", "'__import__('os')' is not an expression: ''' means nothing; use numbers, names, + - * /"),
         ("", "'${}' contains no expression; write a number, a name or arithmetic between the braces"),
         ("i", "'i' has no meaning here; it counts the repetitions of an item with 'repeat'"),
