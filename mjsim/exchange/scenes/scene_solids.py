@@ -19,6 +19,8 @@ MAX_COORDINATE = 1e4
 MAX_TILT_SINE = 1e-3
 """Maximum sine of the tilt of an upright solid."""
 MAX_SOLIDS = 20_000
+MAX_NAME = 100
+"""Maximum length of a name in the report."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,8 +191,8 @@ class Scene:
     """Number of its solids."""
 
     def tell(self, fate: Fate, kind: str, name: str = "", why: str = "") -> None:
-        """Note what became of a part of the file."""
-        self.items.append(FileItem(fate, kind, name, why))
+        """Note what became of a part of the file, on one line."""
+        self.items.append(FileItem(fate, kind, " ".join(name.split())[:MAX_NAME], " ".join(why.split())))
 
     def add(self, thing: SceneThing) -> None:
         """Add a thing.

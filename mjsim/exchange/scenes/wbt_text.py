@@ -138,7 +138,9 @@ class Parser:
         return self._peek()
 
     def _wrong(self, wanted: str) -> UsageError:
-        return UsageError(f"'{self._where}' has '{self._peek()[:40]}' where '{wanted}' should be; correct it")
+        return UsageError(
+            f"'{self._where}' has '{' '.join(self._peek().split())[:40]}' where '{wanted}' should be; correct it"
+        )
 
     def _node(self, depth: int) -> Node:
         """Return the node at the place, which may be named by DEF or be one that was (USE)."""
@@ -195,7 +197,8 @@ class Parser:
             return [Text(name, is_field=True)]
         if token.startswith('"'):
             self._place += 1
-            return [Text(token[1:-1].replace('\\"', '"').replace("\\\\", "\\"))]
+            # A name with a line break would be two lines of a report.
+            return [Text(" ".join(token[1:-1].replace('\\"', '"').replace("\\\\", "\\").split()))]
         numbers: list[Item] = []
         while self._place < len(self._tokens) and (number := _number(self._tokens[self._place])) is not None:
             numbers.append(number)
