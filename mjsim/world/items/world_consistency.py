@@ -1,4 +1,7 @@
-"""Inconsistencies of a world: duplicate names, missing objects and robots, invalid rates."""
+"""Inconsistencies of a world: duplicate names, missing objects and robots, invalid rates.
+
+Inconsistencies of the seats and targets of people.
+"""
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
@@ -8,9 +11,9 @@ from mjsim.world.ground import KEY, TakenNames
 from mjsim.world.items.arms import RobotArm
 from mjsim.world.items.drives import KINDS
 from mjsim.world.items.running import Control, Run, nearest_divisor, step_misfit, whole_steps
-from mjsim.world.items.seat_checks import sitting_misfits
 from mjsim.world.items.sensing import SENSOR_KINDS
 from mjsim.world.items.structure import Door
+from mjsim.world.items.targets import TARGET_KINDS
 from mjsim.world.items.timeline import OpenEvent
 
 NAMED = ("walls", "obstacles", "beacons", "lamps", "robots", "mechanisms", "people", "plants")
@@ -231,3 +234,58 @@ def _event_targets(keys: Mapping[str, Any]) -> dict[str, tuple[str, set[str]]]:
         "goal": ("robot that drives", _names(rolling)),
         "remove": ("beacon or obstacle", _names(_items(keys, "beacons")) | _names(obstacles)),
     }
+
+
+SIDES = ("left", "right")
+GAZE_TARGETS = ("sight", "display", "grip", "pedal")
+"""Kinds of targets for the gaze: all."""
+
+
+def sitting_misfits(keys: Mapping[str, Any]) -> Iterator[Misfit]:
+    """Yield seats and targets that are missing, of the wrong kind, or taken, each as a message and its path."""
+    taken: dict[str, str] = {}
+    things = {item["name"]: item for _, item in _items(keys, "obstacles") if isinstance(item.get("name"), str)}
+    for index, person in _items(keys, "people"):
+        seat = person.get("seat")
+        if isinstance(seat, str):
+            yield from ((sentence, ("people", index, "seat")) for sentence in _wrong_seat(seat, things, taken))
+            taken[seat] = str(person.get("name"))
+        for path, kinds, name in _named(person):
+            wrong = _wrong_target(name, kinds, things)
+            if wrong is not None:
+                yield wrong, ("people", index, *path)
+
+
+def _wrong_seat(seat: str, things: Mapping[str, Mapping[str, Any]], taken: Mapping[str, str]) -> Iterator[str]:
+    seats = [name for name, item in things.items() if item.get("seat") is not None]
+    if seat not in things:
+        yield f"no thing '{seat}' in this world{did_you_mean(seat, seats)}"
+    elif seat not in seats:
+        yield f"'{seat}' is not a seat; give it seat: {{at: [x, y, z]}}"
+    elif seat in taken:
+        yield f"'{taken[seat]}' sits on '{seat}' already; name another seat"
+
+
+def _named(person: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], tuple[str, ...], str]]:
+    """Yield each target that a person names: its path, the allowed kinds, and its name."""
+    for key, kind in (("hands", "grip"), ("feet", "pedal")):
+        pair = person.get(key)
+        held = pair if isinstance(pair, Mapping) else {}
+        yield from (((key, side), (kind,), held[side]) for side in SIDES if isinstance(held.get(side), str))
+    if isinstance(person.get("gaze"), str):
+        yield ("gaze",), GAZE_TARGETS, person["gaze"]
+
+
+def _wrong_target(name: str, kinds: tuple[str, ...], things: Mapping[str, Mapping[str, Any]]) -> str | None:
+    """Return what is wrong with a target that a person names, or None."""
+    thing, _, own = name.rpartition(".")
+    if thing not in things:
+        return f"no thing '{thing}' in this world{did_you_mean(thing, things)}" if thing else None
+    targets = things[thing].get("targets")
+    items = [item for item in targets if isinstance(item, Mapping)] if isinstance(targets, (list, tuple)) else []
+    found = {str(item[kind]): kind for item in items for kind in TARGET_KINDS if kind in item}
+    if own not in found:
+        return f"no target '{own}' on '{thing}'{did_you_mean(own, found)}"
+    if found[own] not in kinds:
+        return f"'{name}' is a {found[own]}; it must be a {' or a '.join(kinds)}"
+    return None
