@@ -66,6 +66,16 @@ def test_a_ray_meets_the_chest_where_the_figure_has_it(scene):
     assert distance == pytest.approx(chest[0] - 0.5, abs=0.002)
 
 
+def test_the_neck_leads_from_the_collar_to_below_the_skull(scene):
+    figure, skins = scene[0].figure, scene[0].skins
+    top, (neck,) = np.array(figure.segments["head"].at), skins["neck"]
+    near = np.abs(neck.vertices[:, 2] - 0.95 * top[2]) < 0.02
+    middle = (neck.vertices[near, 0].max() + neck.vertices[near, 0].min()) / 2
+    assert middle == pytest.approx(0.95 * top[0], abs=0.01)
+    low = neck.vertices[neck.vertices[:, 2] < 0.0]
+    assert 0.0 < (low[:, 0].max() + low[:, 0].min()) / 2 < top[0]
+
+
 def test_surfaces_are_closed_and_as_large_as_the_measures(scene):
     person, _, _ = scene
     figure = person.figure
