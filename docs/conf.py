@@ -86,7 +86,9 @@ def _with_example(app: Sphinx, what: str, name: str, obj: object, options: objec
 
 
 def _short_signature(app: Sphinx, what: str, name: str, obj: Any, *others: object) -> tuple[str, str | None] | None:
-    """Return the names of the fields of a dataclass; types and meanings follow, field by field."""
+    """Return the names of the fields of a dataclass; types and meanings follow, field by field; protocols have none."""
+    if getattr(obj, "_is_protocol", False):
+        return "", None
     if what != "class" or not dataclasses.is_dataclass(obj):
         return None
     names = [f"{each.name}{'' if _is_needed(each) else '=...'}" for each in dataclasses.fields(obj)]

@@ -340,7 +340,7 @@ class Observation:
     """All sensor readings of a robot at one tick."""
 
     time: float
-    """[s]"""
+    """Simulated time of the tick [s]."""
     dt: float
     """Since the last tick [s]."""
     odometry: Annotated[Odometry, Form("Motion since the last tick as measured by the wheels")]

@@ -278,7 +278,7 @@ def test_meshes_in_text_and_of_too_many_triangles_are_read(tmp_path, count, text
     [
         ("preset: gone.yaml", "no file 'gone.yaml' beside the world file or in assets"),
         ("preset: ../x.yaml", "path '../x.yaml' leaves its folder"),
-        ("preset: two.yaml", "'two.yaml' is a world that does not have one robot"),
+        ("preset: two.yaml", "'two.yaml' is a world without exactly one robot"),
         ("preset: bad.yaml", "bad.yaml:2:1: this is not YAML"),
         (
             "preset: turtlebot3_burger.yaml, body: {wheels: {left: {joint: wheel_left_join}}}",

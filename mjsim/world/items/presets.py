@@ -72,7 +72,7 @@ def _from_file(name: str, source: Source) -> dict[str, Any]:
     if isinstance(keys, dict) and "mjsim" in keys:
         robots = keys.get("robots")
         if not (isinstance(robots, list) and len(robots) == 1 and isinstance(robots[0], dict)):
-            raise ValueError(f"'{name}' is a world that does not have one robot; name the file of a robot")
+            raise ValueError(f"'{name}' is a world without exactly one robot; name the file of a robot")
         keys = {key: value for key, value in robots[0].items() if key not in OF_ONE}
     if not isinstance(keys, dict) or "preset" in keys:
         raise ValueError(f"'{name}' does not describe a robot; name what mjsim new --robot-from wrote")
