@@ -15,6 +15,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
+from mjsim.sentences import Sentence
 from mjsim.traces import short_trace
 
 MAX_MESSAGE_LENGTH = 400
@@ -53,7 +54,7 @@ class Problem:
 
     def __str__(self) -> str:
         """Return 'file:line:column: message'."""
-        return f"{self.file}:{self.line}:{self.column}: {self.message}"
+        return Sentence("{file}:{line}:{column}: {message}", self.file, self.line, self.column, self.message)
 
 
 class WorldError(MjsimError):
@@ -63,7 +64,8 @@ class WorldError(MjsimError):
 
     def __init__(self, problems: Iterable[Problem]) -> None:
         self.problems: Sequence[Problem] = tuple(sorted(problems))
-        super().__init__("\n".join(map(str, self.problems)))
+        lines = list(map(str, self.problems))
+        super().__init__(lines[0] if len(lines) == 1 else "\n".join(lines))
 
 
 class UsageError(MjsimError):
@@ -130,8 +132,8 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     words = sorted(filter(str.isprintable, known))[:MAX_WORDS]
     matches = difflib.get_close_matches(word, words, n=1)
     if matches:
-        return f"; did you mean '{matches[0]}'?"
-    return f"; there are {', '.join(words)}" if words else "; there are none"
+        return Sentence("; did you mean '{matches}'?", matches[0])
+    return Sentence("; there are {words}", ", ".join(words)) if words else "; there are none"
 
 
 def how_to_install(*packages: str) -> str:

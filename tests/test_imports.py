@@ -17,8 +17,19 @@ from tests.children import completed
 ROOT = Path(mjsim.__file__).parent
 
 GROUND = {
-    *("closing", "errors", "faces", "geometry", "gl_request", "guarded", "inventory", "output", "progress", "spelling"),
-    *("syntax", "traces", "views"),
+    *(
+        "closing",
+        "errors",
+        "faces",
+        "geometry",
+        "gl_request",
+        "guarded",
+        "inventory",
+        "output",
+        "progress",
+        "sentences",
+    ),
+    *("sentences", "spelling", "syntax", "traces", "views"),
 }
 WORLD = GROUND | {"mechanics", "models", "people", "world"}
 VALUES = WORLD | {"interface"}

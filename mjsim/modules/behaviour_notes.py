@@ -5,6 +5,7 @@ from functools import partial
 
 from mjsim.errors import Problem
 from mjsim.modules.use import NamedModule, host_of, modules_of
+from mjsim.sentences import Sentence
 from mjsim.world import SENSOR_KINDS, Robot, Source, Use, World, name_of, problems_at, world_notes
 
 _LOOKS = frozenset({"sightings", "cameras", "scans", "clouds", "ranges", "proximity", "bump"})
@@ -14,7 +15,9 @@ _ALWAYS = frozenset({"proximity", "bump", "messages"})
 _ROLES = ("observer", "estimator", "navigator", "avoidance")
 _NAMING = {"cameras": "camera", "scans": "lidar"}
 """Reading -> the key of a module that names the sensor with such readings."""
-_SOURCES = {model.reading: f"a sensor ({kind}: NAME)" for kind, model in SENSOR_KINDS.items()}
+_SOURCES: dict[str, str] = {
+    model.reading: Sentence("a sensor ({kind}: NAME)", kind) for kind, model in SENSOR_KINDS.items()
+}
 _SOURCES |= {"sightings": "a sensor (beacons: NAME) or an observer", "joints": "an arm"}
 _EFFECTS = {"estimator": ", so it is dead reckoning", "observer": ", so it sees nothing"}
 
@@ -56,10 +59,12 @@ def _lacking(named: NamedModule, robot: Robot, world: World) -> str | None:
     if not needed or needed & given:
         return None
     kinds, effect = sorted(needed), _EFFECTS.get(named.role, "")
-    lacks = f"{who} uses {' and '.join(kinds)}, and nothing gives robot '{robot.name}' any{effect}"
+    lacks = Sentence(
+        "{who} uses {kinds}, and nothing gives robot '{name}' any{effect}", who, " and ".join(kinds), robot.name, effect
+    )
     if "sightings" in {sensor.reading for sensor in robot.sensors} & needed:
-        return f"{lacks}; this world has no beacons, add some"
-    return f"{lacks}; add {' or '.join(_SOURCES[kind] for kind in kinds)}"
+        return Sentence("{lacks}; this world has no beacons, add some", lacks)
+    return Sentence("{lacks}; add {kinds}", lacks, " or ".join(_SOURCES[kind] for kind in kinds))
 
 
 def _needed(used: Set[str]) -> Set[str]:
@@ -75,7 +80,10 @@ def _misnamed(named: NamedModule, robot: Robot, reading: str, world: World) -> s
     if not isinstance(name, str) or name in sensors:
         return None
     who = f"{named.role} {named.use.use.rpartition(':')[2]}"
-    return f"{who} uses {key} '{name}', which robot '{robot.name}' does not have; it has {', '.join(sensors)}"
+    return Sentence(
+        "{who} uses {key} '{name}', which robot '{robot}' does not have; it has {sensors}",
+        *(who, key, name, robot.name, ", ".join(sensors)),
+    )
 
 
 def _given(robot: Robot, world: World) -> frozenset[str]:

@@ -15,6 +15,7 @@ from mjsim.modules.checks import kind_of
 from mjsim.modules.covariances import Unfit
 from mjsim.modules.hosts import Failed, Hosted
 from mjsim.modules.roles import unfit_instance
+from mjsim.sentences import Sentence
 from mjsim.traces import own_frames
 
 T = TypeVar("T")
@@ -67,7 +68,9 @@ class Boundary:
         answer = self._guarded(role, module, now, method, _call_method, module, method, arguments)
         if _sign(self._watched) != self._sign:
             place = _method_place(module, method)
-            raise self.fault(role, module, now, f"closed files of the simulator; close only your own{place}")
+            raise self.fault(
+                role, module, now, Sentence("closed files of the simulator; close only your own{place}", place)
+            )
         return answer
 
     def _guarded(
@@ -97,7 +100,10 @@ class Boundary:
         except BaseException as error:
             if _is_interrupt(error):
                 raise
-            problem = f"returned {kind_of(value)} that cannot be read: {_text(error)}{_place(error, module)}"
+            problem = Sentence(
+                "returned {value} that cannot be read: {text}{place}",
+                *(kind_of(value), _text(error), _place(error, module)),
+            )
             raise self.fault(role, module, now, problem) from error
 
     def fault(self, role: str, module: object, now: float, problem: str) -> ModuleFault:
@@ -133,7 +139,10 @@ def _close(descriptor: int, sign: tuple[int, int]) -> None:
 
 def fault_of(role: str, module: str, robot: str, now: float, problem: str) -> ModuleFault:
     """Return the error of a module with a given display name."""
-    return ModuleFault(f"{role} {module} of robot '{robot}' at {now:.2f} s {problem}", robot=robot)
+    return ModuleFault(
+        Sentence("{role} {module} of robot '{robot}' at {now:.2f} s {problem}", role, module, robot, now, problem),
+        robot=robot,
+    )
 
 
 def _is_interrupt(error: BaseException) -> bool:
@@ -159,7 +168,7 @@ def error_text(error: BaseException, module: object = None, method: str = "") ->
     """Return 'raised ...' with the place in the user's own code, on one line."""
     if isinstance(module, Hosted) and isinstance(error, (Failed, Unfit)):
         return str(error) if isinstance(error, Failed) else f"{error}{_method_place(module, method)}"
-    return f"raised {_text(error)}{_place(error, module) or _method_place(module, method)}"
+    return Sentence("raised {text}{value}", _text(error), _place(error, module) or _method_place(module, method))
 
 
 def is_of_users(error: BaseException) -> bool:

@@ -26,6 +26,7 @@ from mjsim.interface import (
     require_bounds,
 )
 from mjsim.modules.covariances import Unfit, covariance, has_good_diagonal, is_plainly_good, real_array
+from mjsim.sentences import Sentence
 
 SHOWN = (ShownPoints, ShownLines, ShownGrid, ShownText)
 SHOWN_KINDS = ", ".join(kind.__name__ for kind in SHOWN)
@@ -38,7 +39,7 @@ def checked_command(command: object, robot: RobotInfo) -> Command | WheelCommand
     if isinstance(command, WheelCommand):
         return WheelCommand(checked_wheel_speeds(command.speeds, robot.wheels))
     if not isinstance(command, Command):
-        raise Unfit(f"returned {kind_of(command)}; it must be a Command or a WheelCommand")
+        raise Unfit(Sentence("returned {command}; it must be a Command or a WheelCommand", kind_of(command)))
     forward, left, turn = command.forward, command.left, command.turn
     messages, joints = command.messages, command.joints
     plain = type(command) is Command and type(forward) is type(left) is type(turn) is float and type(joints) is dict
@@ -56,7 +57,7 @@ def checked_estimate(belief: object, *, whole: bool = True) -> Estimate:
         whole: Whether to check the whole joint covariance instead of its shape and diagonal.
     """
     if not isinstance(belief, Estimate):
-        raise Unfit(f"returned {kind_of(belief)}; it must be an Estimate")
+        raise Unfit(Sentence("returned {belief}; it must be an Estimate", kind_of(belief)))
     fit: dict[str, Any] = {}
     pose = checked_pose(belief.pose)
     if pose is not belief.pose:
@@ -67,7 +68,10 @@ def checked_estimate(belief: object, *, whole: bool = True) -> Estimate:
     landmarks = belief.landmarks
     if not isinstance(landmarks, Mapping):
         raise Unfit(
-            f"returned landmarks that are {kind_of(landmarks)}; they must be a dict: name -> (mean, covariance)"
+            Sentence(
+                "returned landmarks that are {landmarks}; they must be a dict: name -> (mean, covariance)",
+                kind_of(landmarks),
+            )
         )
     if not all(map(_is_plain_landmark, landmarks.values())):
         fit["landmarks"] = _checked_landmarks(landmarks)
@@ -87,21 +91,25 @@ def checked_estimate(belief: object, *, whole: bool = True) -> Estimate:
 def checked_sightings(sightings: object) -> Sequence[Sighting]:
     """Check that sightings are finite and have valid covariances; return them."""
     if not isinstance(sightings, Sequence) or isinstance(sightings, (str, bytes)):
-        raise Unfit(f"returned {kind_of(sightings)}; it must be a list of Sighting")
+        raise Unfit(Sentence("returned {sightings}; it must be a list of Sighting", kind_of(sightings)))
     return [_checked_sighting(seen) for seen in sightings]
 
 
 def checked_show(show: object) -> tuple[Shown, ...]:
     """Check the items that a module shows, and return them; raises Unfit with the problem."""
     if not isinstance(show, (tuple, list)):
-        raise Unfit(f"returned a show that is {kind_of(show)}; it must be a tuple of {SHOWN_KINDS}")
+        raise Unfit(
+            Sentence("returned a show that is {show}; it must be a tuple of {shown_kinds}", kind_of(show), SHOWN_KINDS)
+        )
     for item in show:
         if not isinstance(item, SHOWN):
-            raise Unfit(f"returned {kind_of(item)} in its show; each must be one of {SHOWN_KINDS}")
+            raise Unfit(
+                Sentence("returned {item} in its show; each must be one of {shown_kinds}", kind_of(item), SHOWN_KINDS)
+            )
     try:
         require_bounds(show)
     except ValueError as error:
-        raise Unfit(f"returned a show in which {error}") from None
+        raise Unfit(Sentence("returned a show in which {error}", error)) from None
     return tuple(show)
 
 
@@ -110,21 +118,27 @@ def checked_reason(reason: object) -> str | None:
     if reason is None:
         return None
     if not isinstance(reason, str) or not reason.isprintable() or not 0 < len(reason) <= MAX_REASON_LENGTH:
-        raise Unfit(f"returned {kind_of(reason)}; it must be None or 1 to {MAX_REASON_LENGTH} printable characters")
+        raise Unfit(
+            Sentence(
+                "returned {reason}; it must be None or 1 to {max_reason_length} printable characters",
+                kind_of(reason),
+                MAX_REASON_LENGTH,
+            )
+        )
     return reason
 
 
 def checked_lost(lost: object) -> bool:
     """Check whether an estimator says that its robot is lost, and return it."""
     if not isinstance(lost, (bool, np.bool_)):
-        raise Unfit(f"returned {kind_of(lost)}; it must be True or False")
+        raise Unfit(Sentence("returned {lost}; it must be True or False", kind_of(lost)))
     return bool(lost)
 
 
 def checked_path(path: object) -> Array:
     """Check a trajectory; return rows of time [s], x, y [m] and heading [rad], shape (M, 4)."""
     if not isinstance(path, Sequence) or isinstance(path, (str, bytes)):
-        raise Unfit(f"returned {kind_of(path)}; it must be a list of (time, Pose)")
+        raise Unfit(Sentence("returned {path}; it must be a list of (time, Pose)", kind_of(path)))
     rows = []
     for item in path:
         time, pose = _parts("a point of the path", item, ("time", "pose"))
@@ -139,7 +153,7 @@ def checked_path(path: object) -> Array:
 def checked_pose(pose: object) -> Pose:
     """Check that a pose is finite; return it with floats."""
     if not isinstance(pose, Pose):
-        raise Unfit(f"returned a pose that is {kind_of(pose)}; it must be a Pose")
+        raise Unfit(Sentence("returned a pose that is {pose}; it must be a Pose", kind_of(pose)))
     x, y, heading = pose.x, pose.y, pose.heading
     if type(x) is type(y) is type(heading) is float and math.isfinite(x + y + heading):
         return pose
@@ -152,20 +166,21 @@ def kind_of(value: object) -> str:
         value.close()
         return "a coroutine, which `async def` makes"
     if isinstance(value, type):
-        return f"the class {value.__name__}"
-    return "None" if value is None else f"a value of type {type(value).__name__}"
+        return Sentence("the class {name}", value.__name__)
+    return "None" if value is None else Sentence("a value of type {type}", type(value).__name__)
 
 
 def checked_wheel_speeds(speeds: Any, wheels: Sequence[str]) -> tuple[float, ...]:
     """Check the speeds of the wheels; return them as floats [rad/s]."""
     return _finite(
-        "a list of wheel speeds", _several("wheel speeds", speeds, len(wheels), f"the wheels are {', '.join(wheels)}")
+        "a list of wheel speeds",
+        _several("wheel speeds", speeds, len(wheels), Sentence("the wheels are {wheels}", ", ".join(wheels))),
     )
 
 
 def checked_torques(torques: Any, motors: Sequence[str]) -> tuple[float, ...]:
     """Check the torques of the motors; return them as floats [N m]."""
-    right = f"the motors are {', '.join(motors)}"
+    right = Sentence("the motors are {motors}", ", ".join(motors))
     return _finite("a list of torques", _several("torques", torques, len(motors), right))
 
 
@@ -179,61 +194,73 @@ def checked_wheel_names(names: Any) -> tuple[str, ...]:
     """Check the names of a drive's wheels; return them."""
     if isinstance(names, (tuple, list)) and names and all(isinstance(name, str) for name in names):
         return tuple(map(str, names))
-    raise Unfit(f"has wheels that are {kind_of(names)}; they must be a tuple of the names of its hinges")
+    raise Unfit(
+        Sentence("has wheels that are {names}; they must be a tuple of the names of its hinges", kind_of(names))
+    )
 
 
 def _several(label: str, values: Any, count: int, right: str) -> Any:
     """Check that a value is a sequence of a given length; return it."""
     if not hasattr(type(values), "__len__") or isinstance(values, (str, bytes)):
-        raise Unfit(f"returned {label} that are {kind_of(values)}; {right}")
+        raise Unfit(Sentence("returned {label} that are {values}; {right}", label, kind_of(values), right))
     if len(values) != count:
-        raise Unfit(f"returned {len(values)} {label}; {right}")
+        raise Unfit(Sentence("returned {values} {label}; {right}", len(values), label, right))
     return values
 
 
 def _checked_goals(joints: object, robot: RobotInfo) -> dict[str, JointGoal]:
     """Check that goals are finite, for existing arms, with one number per joint; return them."""
     if not isinstance(joints, Mapping):
-        raise Unfit(f"returned joints that are {kind_of(joints)}; they must be a dict: arm -> JointGoal")
+        raise Unfit(
+            Sentence("returned joints that are {joints}; they must be a dict: arm -> JointGoal", kind_of(joints))
+        )
     goals = {}
     for arm, goal in joints.items():
         if arm not in robot.arms:
-            raise Unfit(f"returned a goal for arm '{arm}'{did_you_mean(str(arm), robot.arms)}")
+            raise Unfit(Sentence("returned a goal for arm '{arm}'{meant}", arm, did_you_mean(str(arm), robot.arms)))
         if not isinstance(goal, JointGoal):
-            raise Unfit(f"returned a goal of arm '{arm}' that is {kind_of(goal)}; it must be a JointGoal")
+            raise Unfit(
+                Sentence("returned a goal of arm '{arm}' that is {goal}; it must be a JointGoal", arm, kind_of(goal))
+            )
         goals[arm] = _checked_goal(goal, arm, robot.arms[arm].joints)
     return goals
 
 
 def _checked_goal(goal: JointGoal, arm: str, joints: Sequence[str]) -> JointGoal:
-    right, parts = f"arm '{arm}' has the joints {', '.join(joints)}", {}
+    right, parts = Sentence("arm '{arm}' has the joints {joints}", arm, ", ".join(joints)), {}
     for part in fields(JointGoal):
         values = getattr(goal, part.name)
         if values is not None or part.name == "positions":
-            parts[part.name] = _finite(f"a goal with {part.name}", _several(part.name, values, len(joints), right))
+            parts[part.name] = _finite(
+                Sentence("a goal with {name}", part.name), _several(part.name, values, len(joints), right)
+            )
     return JointGoal(**parts)
 
 
 def _checked_messages(messages: object) -> tuple[Any, ...]:
     if not isinstance(messages, (tuple, list)):
-        raise Unfit(f"returned messages that are {kind_of(messages)}; they must be a tuple, one item a message")
+        raise Unfit(
+            Sentence(
+                "returned messages that are {messages}; they must be a tuple, one item a message", kind_of(messages)
+            )
+        )
     for message in messages:
         try:
             message_text(message)
         except ValueError as error:
-            raise Unfit(f"returned {error}") from None
+            raise Unfit(Sentence("returned {error}", error)) from None
     return tuple(messages)
 
 
 def _checked_sighting(seen: object) -> Sighting:
     if not isinstance(seen, Sighting):
-        raise Unfit(f"returned {kind_of(seen)} in its list; each must be a Sighting")
+        raise Unfit(Sentence("returned {seen} in its list; each must be a Sighting", kind_of(seen)))
     if seen.name is not None and not isinstance(seen.name, str):
-        raise Unfit(f"returned a sighting whose name is {kind_of(seen.name)}; it must be a str, or None")
+        raise Unfit(Sentence("returned a sighting whose name is {name}; it must be a str, or None", kind_of(seen.name)))
     R = covariance("the covariance of a sighting", seen.covariance, 2)
     stamp, distance, bearing = _finite("a sighting", (seen.stamp, seen.range, seen.bearing))
     if distance < 0.0:
-        raise Unfit(f"returned a sighting at range {distance:g} m; it must not be negative")
+        raise Unfit(Sentence("returned a sighting at range {distance:g} m; it must not be negative", distance))
     corners = seen.corners
     if corners is not None:
         corners = real_array("the corners of a sighting", corners, (4, 2))
@@ -263,25 +290,34 @@ def _is_plain_gaussian(mean: Any, P: Any) -> bool:
 def _checked_landmarks(landmarks: Mapping[Hashable, tuple[Array, Array]]) -> dict[Hashable, tuple[Array, Array]]:
     fit = {}
     for name, pair in landmarks.items():
-        mean, P = _parts(f"landmark {_short(name)}", pair, ("mean", "covariance"))
+        mean, P = _parts(Sentence("landmark {short}", _short(name)), pair, ("mean", "covariance"))
         fit[name] = (
-            real_array(f"the mean of landmark {_short(name)}", mean, (2,)),
-            covariance(f"the covariance of landmark {_short(name)}", P, 2),
+            real_array(Sentence("the mean of landmark {short}", _short(name)), mean, (2,)),
+            covariance(Sentence("the covariance of landmark {short}", _short(name)), P, 2),
         )
     return fit
 
 
 def _checked_innovations(innovations: object) -> tuple[tuple[Hashable, Array, Array], ...]:
     if not isinstance(innovations, (tuple, list)):
-        raise Unfit(f"returned innovations that are {kind_of(innovations)}; they must be a tuple of (name, nu, S)")
+        raise Unfit(
+            Sentence(
+                "returned innovations that are {innovations}; they must be a tuple of (name, nu, S)",
+                kind_of(innovations),
+            )
+        )
     fit = []
     for item in innovations:
         name, nu, S = _parts("an innovation", item, ("name", "nu", "S"))
         if not isinstance(name, Hashable):
-            raise Unfit(f"returned an innovation whose name is {kind_of(name)}; it must be hashable, such as a str")
+            raise Unfit(
+                Sentence(
+                    "returned an innovation whose name is {name}; it must be hashable, such as a str", kind_of(name)
+                )
+            )
         hash(name)
-        about = f"the innovation of {_short(name)}"
-        fit.append((name, real_array(about, nu, (2,)), covariance(f"the covariance of {about}", S, 2)))
+        about = Sentence("the innovation of {short}", _short(name))
+        fit.append((name, real_array(about, nu, (2,)), covariance(Sentence("the covariance of {about}", about), S, 2)))
     return tuple(fit)
 
 
@@ -294,8 +330,13 @@ def _checked_joint(joint: Any, size: int, *, whole: bool) -> Array:
 def _parts(label: str, item: object, names: Sequence[str]) -> Sequence[Any]:
     """Check that a value is a tuple of the right length; return its parts."""
     if not isinstance(item, (tuple, list)) or len(item) != len(names):
-        count = f" of {len(item)}" if isinstance(item, (tuple, list)) else ""
-        raise Unfit(f"returned {label} that is {kind_of(item)}{count}; it must be ({', '.join(names)})")
+        count = Sentence(" of {item}", len(item)) if isinstance(item, (tuple, list)) else ""
+        raise Unfit(
+            Sentence(
+                "returned {label} that is {item}{count}; it must be ({names})",
+                *(label, kind_of(item), count, ", ".join(names)),
+            )
+        )
     return item
 
 
@@ -303,7 +344,7 @@ def _finite(label: str, values: Sequence[Any]) -> tuple[float, ...]:
     """Check that numbers are finite; return them as floats."""
     numbers = tuple(_number(label, value) for value in values)
     if not all(map(math.isfinite, numbers)):
-        raise Unfit(f"returned {label} that is not finite: {list(numbers)}")
+        raise Unfit(Sentence("returned {label} that is not finite: {numbers}", label, list(numbers)))
     return numbers
 
 
@@ -312,11 +353,15 @@ def _number(label: str, value: Any) -> float:
         return float(value)
     array = np.asarray(value)
     if array.ndim != 0:
-        raise Unfit(f"returned {label} that holds an array of shape {array.shape}; it must hold plain numbers")
+        raise Unfit(
+            Sentence(
+                "returned {label} that holds an array of shape {shape}; it must hold plain numbers", label, array.shape
+            )
+        )
     if array.dtype.kind == "c":
-        raise Unfit(f"returned {label} that is complex; it must be real")
+        raise Unfit(Sentence("returned {label} that is complex; it must be real", label))
     if array.dtype.kind not in "biuf":
-        raise Unfit(f"returned {label} that holds something other than numbers: {_short(value)}")
+        raise Unfit(Sentence("returned {label} that holds something other than numbers: {short}", label, _short(value)))
     return float(array)
 
 

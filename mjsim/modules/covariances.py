@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mjsim.geometry import Array
+from mjsim.sentences import Sentence
 
 TOLERANCE = 1e-6
 """Tolerance of asymmetry and of negative eigenvalues, after scaling every variance to 1; filters in double precision
@@ -44,10 +45,10 @@ def real_array(label: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
     """
     given = _array(label, value)
     if given.shape != shape:
-        raise Unfit(f"returned {label} of shape {given.shape}; it must be {shape}")
+        raise Unfit(Sentence("returned {label} of shape {shape}; it must be {right}", label, given.shape, shape))
     array = _as_doubles(label, given)
     if not np.isfinite(array).all():
-        raise Unfit(f"returned {label} that is not finite: {_first_bad(array)}")
+        raise Unfit(Sentence("returned {label} that is not finite: {first_bad}", label, _first_bad(array)))
     return array
 
 
@@ -106,7 +107,10 @@ def _check_entries(label: str, P: Array, *, tolerance: float) -> None:
     if asymmetry.max() > tolerance:
         i, j = divmod(int(asymmetry.argmax()), len(P))
         raise Unfit(
-            f"returned {label} that is not symmetric: entry [{i}, {j}] is {P[i, j]:.6g}, [{j}, {i}] is {P[j, i]:.6g}"
+            Sentence(
+                "returned {label} that is not symmetric: entry [{i}, {j}] is {p:.6g}, [{j}, {i}] is {q:.6g}",
+                *(label, i, j, P[i, j], P[j, i]),
+            )
         )
     symmetric = 0.5 * (scaled + scaled.T)
     if _has_cholesky(symmetric, tolerance):
@@ -114,8 +118,10 @@ def _check_entries(label: str, P: Array, *, tolerance: float) -> None:
     worst = float(np.linalg.eigvalsh(symmetric)[0])
     if worst < -tolerance:
         own = float(np.linalg.eigvalsh(0.5 * (P + P.T))[0])
-        value = f"{own:g}" if own < 0.0 else f"{worst:g} once scaled by its standard deviations"
-        raise Unfit(f"returned {label} with the eigenvalue {value}; a covariance has none below 0")
+        value = f"{own:g}" if own < 0.0 else Sentence("{worst:g} once scaled by its standard deviations", worst)
+        raise Unfit(
+            Sentence("returned {label} with the eigenvalue {value}; a covariance has none below 0", label, value)
+        )
 
 
 def _has_cholesky(S: Array, tolerance: float) -> bool:
@@ -133,22 +139,26 @@ def _tolerance(value: ArrayLike) -> float:
 
 def _array(label: str, value: ArrayLike) -> NDArray[Any]:
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
-        raise Unfit(f"returned {label} with masked numbers; fill them")
+        raise Unfit(Sentence("returned {label} with masked numbers; fill them", label))
     try:
         return np.asarray(value)
     except ValueError:
-        raise Unfit(f"returned {label} whose rows differ in length") from None
+        raise Unfit(Sentence("returned {label} whose rows differ in length", label)) from None
 
 
 def _as_doubles(label: str, array: NDArray[Any]) -> Array:
     if array.dtype.kind == "c":
-        raise Unfit(f"returned {label} that is complex; it must be real")
+        raise Unfit(Sentence("returned {label} that is complex; it must be real", label))
     if array.dtype.kind not in "biufO":
-        raise Unfit(f"returned {label} that holds something other than numbers: {_sample(array)}")
+        raise Unfit(
+            Sentence("returned {label} that holds something other than numbers: {sample}", label, _sample(array))
+        )
     try:
         return np.asarray(array, dtype=float)
     except (TypeError, ValueError, OverflowError):
-        raise Unfit(f"returned {label} that holds something other than numbers: {_sample(array)}") from None
+        raise Unfit(
+            Sentence("returned {label} that holds something other than numbers: {sample}", label, _sample(array))
+        ) from None
 
 
 def _sample(array: NDArray[Any]) -> str:
@@ -160,4 +170,4 @@ def _first_bad(array: Array) -> str:
     if array.size <= 9:
         return str(array.tolist())
     index = np.unravel_index(int(np.flatnonzero(~np.isfinite(array))[0]), array.shape)
-    return f"entry [{', '.join(map(str, index))}] is {array[index]:g}"
+    return Sentence("entry [{index}] is {value:g}", ", ".join(map(str, index)), array[index])

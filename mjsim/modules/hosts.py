@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from mjsim.closing import Closes
 from mjsim.errors import UsageError, did_you_mean
+from mjsim.sentences import Sentence
 from mjsim.world import OutsideError, Source, Use, place_in, read_regular
 
 if TYPE_CHECKING:  # Slow to load, and not needed to inspect files.
@@ -143,14 +144,16 @@ def beside(name: str, source: Source, *, folder: bool = False) -> Path:
         if exists(path):
             return path
     except OutsideError:
-        raise ValueError(f"path '{name}' leaves the folder of the world; keep it beside the world file") from None
+        raise ValueError(
+            Sentence("path '{name}' leaves the folder of the world; keep it beside the world file", name)
+        ) from None
     except ValueError:
         pass  # There is no file of such a name.
     suffix, known = PurePath(name).suffix, list[str]()
     with suppress(OSError):
         known = [item.name for item in home.iterdir() if exists(item) and item.name.endswith(suffix)]
     kind = "folder" if folder else "file"
-    raise ValueError(f"no {kind} '{name}' beside the world file{did_you_mean(name, known)}")
+    raise ValueError(Sentence("no {kind} '{name}' beside the world file{meant}", kind, name, did_you_mean(name, known)))
 
 
 def read_code(path: Path, source: Source) -> bytes:
@@ -175,7 +178,7 @@ def read_admitted(path: Path, source: Source) -> bytes:
     try:
         data = read_regular(path, limit=MAX_BYTES)
     except OSError as error:
-        raise UsageError(f"cannot read '{path}': {error.strerror}") from error
+        raise UsageError(Sentence("cannot read '{path}': {strerror}", path, error.strerror)) from error
     if source.admit is not None:
         source.admit(path, data)
     return data

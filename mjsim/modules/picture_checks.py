@@ -12,6 +12,7 @@ from typing import Any
 
 from mjsim.errors import Problem
 from mjsim.models import note, noted, shown_size
+from mjsim.sentences import Sentence
 from mjsim.world import Camera, World, problems_at
 
 MIN_RECOGNITION_DISTANCE = 1.0
@@ -36,7 +37,10 @@ def check_pictures(world: World) -> list[Problem]:
     """Return the beacons whose pictures the cameras of a world cannot recognise or cannot tell apart."""
     judged = judge_pictures(world)
     faults = (
-        (("beacons", index, "image"), partial(str, f"picture '{beacon.image}' of beacon '{beacon.name}' {fault}"))
+        (
+            ("beacons", index, "image"),
+            partial(str, Sentence("picture '{image}' of beacon '{name}' {fault}", beacon.image, beacon.name, fault)),
+        )
         for index, beacon in enumerate(world.beacons)
         if beacon.name in judged and (fault := judged[beacon.name].fault) is not None
     )
@@ -108,8 +112,14 @@ def _confusion(like: tuple[str, float] | None) -> str | None:
         return None
     other, share = like
     if share == 1.0:
-        return f"is the same as that of beacon '{other}', so neither is recognised; give each its own picture"
-    return f"looks like that of beacon '{other}' ({share:.0%} alike), so both may be missed; use a different picture"
+        return Sentence(
+            "is the same as that of beacon '{other}', so neither is recognised; give each its own picture", other
+        )
+    return Sentence(
+        "looks like that of beacon '{other}' ({share:.0%} alike), so both may be missed; use a different picture",
+        other,
+        share,
+    )
 
 
 def _nearness(distance: float, width: float) -> str | None:
@@ -117,9 +127,11 @@ def _nearness(distance: float, width: float) -> str | None:
     if distance >= MIN_RECOGNITION_DISTANCE:
         return None
     needed = math.ceil(100.0 * width * MIN_RECOGNITION_DISTANCE / distance) / 100.0
-    return (
-        f"is recognised only up to {distance:.2f} m by the cameras here;"
-        f" make it {needed:.2f} m wide, or give a camera more pixels or a narrower view"
+    return Sentence(
+        "is recognised only up to {distance:.2f} m by the cameras here; make it {needed:.2f} m wide, or"
+        " give a camera more pixels or a narrower view",
+        distance,
+        needed,
     )
 
 

@@ -3,6 +3,8 @@
 import inspect
 from collections.abc import Mapping, Sequence
 
+from mjsim.sentences import Sentence
+
 ROLES: Mapping[str, Sequence[str]] = {
     "observer": ("start", "observe"),
     "estimator": ("start", "update"),
@@ -24,30 +26,30 @@ def misfit(role: str, thing: object) -> str | None:
         thing: Object named by `use:`, such as a class.
     """
     if not issubclass(type(thing), type):
-        return unmade(role, f"a value of type {type(thing).__name__}")
+        return unmade(role, Sentence("a value of type {type}", type(thing).__name__))
     return _amiss(role, {name: inspect.getattr_static(thing, name, None) for name in ROLES[role]})
 
 
 def unfit_instance(role: str, module: object) -> str | None:
     """Return why an object cannot fill a role, in one sentence; None if it can. The lookup may run its code."""
     if isinstance(module, type):
-        return f"is a class; give an instance of it, {module.__name__}(...)"
+        return Sentence("is a class; give an instance of it, {name}(...)", module.__name__)
     return _amiss(role, {name: getattr(module, name, None) for name in ROLES[role]})
 
 
 def unmade(role: str, kind: str) -> str:
     """Return the message for an object that is no class."""
-    return f"is {kind}; {_a(role)} is a class with {_listed(role)}"
+    return Sentence("is {kind}; {a} is a class with {listed}", kind, _a(role), _listed(role))
 
 
 def lacking(role: str, missing: Sequence[str]) -> str:
     """Return the message for missing methods."""
-    return f"has no {_methods(missing)}; {_a(role)} needs {_listed(role)}"
+    return Sentence("has no {methods}; {a} needs {listed}", _methods(missing), _a(role), _listed(role))
 
 
 def awaited(method: str) -> str:
     """Return the message for a method that is a coroutine."""
-    return f"has `async def {method}`; write `def {method}`, since the simulator does not await"
+    return Sentence("has `async def {method}`; write `def {method}`, since the simulator does not await", method)
 
 
 def _amiss(role: str, found: Mapping[str, object]) -> str | None:
@@ -59,24 +61,24 @@ def _amiss(role: str, found: Mapping[str, object]) -> str | None:
         if inspect.iscoroutinefunction(function) or inspect.isasyncgenfunction(function):
             return awaited(name)
         if not callable(function) and not hasattr(type(function), "__get__"):
-            return f"has {name} = {_short(function)}; it must be a method"
+            return Sentence("has {name} = {short}; it must be a method", name, _short(function))
     return None
 
 
 def _a(role: str) -> str:
-    return f"an {role}" if role[0] in "aeiou" else f"a {role}"
+    return Sentence("an {role}", role) if role[0] in "aeiou" else Sentence("a {role}", role)
 
 
 def _listed(role: str) -> str:
     *first, last = (f"{name}()" for name in ROLES[role])
-    return f"{', '.join(first)} and {last}" if first else last
+    return Sentence("{first} and {last}", ", ".join(first), last) if first else last
 
 
 def _methods(names: Sequence[str]) -> str:
-    return f"method{'s' if len(names) > 1 else ''} {' and '.join(f'{name}()' for name in names)}"
+    return Sentence("method{value} {names}", "s" if len(names) > 1 else "", " and ".join(f"{name}()" for name in names))
 
 
 def _short(value: object) -> str:
     """Return a plain value as text, else its type, as `repr` may run a user's code."""
     plain = isinstance(value, (bool, int, float, str)) and type(value).__module__ == "builtins"
-    return repr(value)[:40] if plain else f"a value of type {type(value).__name__}"
+    return repr(value)[:40] if plain else Sentence("a value of type {type}", type(value).__name__)

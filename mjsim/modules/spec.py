@@ -6,6 +6,7 @@ from pydantic import ValidationError
 
 from mjsim.errors import UsageError
 from mjsim.modules.use import host_of, make_module
+from mjsim.sentences import Sentence
 from mjsim.world import Source, Use, path_of, read_value, sentence
 
 
@@ -43,5 +44,7 @@ def _arguments(spec: str, text: str) -> dict[str, Any]:
     except ValueError:
         values = None
     if not isinstance(values, dict) or not all(isinstance(key, str) for key in values):
-        raise UsageError(f"'{spec}': the part in braces is not YAML; write it as {{key: value, other: value}}")
+        raise UsageError(
+            Sentence("'{spec}': the part in braces is not YAML; write it as {{key: value, other: value}}", spec)
+        )
     return values

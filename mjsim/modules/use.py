@@ -15,6 +15,7 @@ from mjsim.modules.hosts import MAX_BYTES, Defect, Host, Offer, folder_of
 from mjsim.modules.octave import OctaveHost
 from mjsim.modules.program import ProgramHost
 from mjsim.modules.python import PythonHost
+from mjsim.sentences import Sentence
 from mjsim.world import Source, Use, UserDrive, World, check_world, load_world, problems_at, read_regular
 
 HOSTS: Sequence[Host] = (ProgramHost(), OctaveHost(), PythonHost())
@@ -53,7 +54,10 @@ def host_of(use: str) -> Host:
         if host.speaks(use):
             return host
     raise UsageError(
-        f"use: '{use}' names no module; write 'file.py:Class', 'package.module:Class', 'file.m' or 'exec:./program'"
+        Sentence(
+            "use: '{use}' names no module; write 'file.py:Class', 'package.module:Class', 'file.m' or 'exec:./program'",
+            use,
+        )
     )
 
 

@@ -22,6 +22,7 @@ from mjsim.report.paired import (
     paired_difference,
     shared_confidence,
 )
+from mjsim.sentences import Sentence
 from mjsim.views import Viewed
 from mjsim.world import World
 
@@ -112,8 +113,13 @@ class Compared:
         """The result as a sentence."""
         figure, difference = self.figure, self.difference
         if not difference.verdict:
-            return f"{self.first} and {self.second} in {figure.title}: {difference.reason}"
-        return f"{self.better} is better than {self.worse} in {figure.title}: by {self.size}, {difference.pairs} pairs"
+            return Sentence(
+                "{first} and {second} in {title}: {reason}", self.first, self.second, figure.title, difference.reason
+            )
+        return Sentence(
+            "{better} is better than {worse} in {title}: by {size}, {pairs} pairs",
+            *(self.better, self.worse, figure.title, self.size, difference.pairs),
+        )
 
     @property
     def better(self) -> str:
@@ -146,7 +152,9 @@ class Comparison(Viewed):
     def __repr__(self) -> str:
         """Return its groups, and how many differences are significant."""
         labels = ", ".join(group.label for group in self.groups)
-        return f"<Comparison of {one_line(labels)}: {len(self.verdicts)} significant differences>"
+        return Sentence(
+            "<Comparison of {one_line}: {verdicts} significant differences>", one_line(labels), len(self.verdicts)
+        )
 
     @property
     def verdicts(self) -> tuple[str, ...]:
@@ -175,7 +183,7 @@ def compare_tables(runs: Iterable[RunFigures], *, confidence: float = CONFIDENCE
     if not runs_listed:
         raise UsageError("nothing to compare; name at least one recording")
     if not 0.5 <= confidence < 1.0:
-        raise UsageError(f"confidence is {confidence:g}; it must be at least 0.5 and below 1")
+        raise UsageError(Sentence("confidence is {confidence:g}; it must be at least 0.5 and below 1", confidence))
     _require_once(runs_listed)
     groups = tuple(_group(label, robot, members) for label, robot, members in _members(runs_listed))
     if not groups:
@@ -198,7 +206,11 @@ def _require_once(runs: Sequence[RunFigures]) -> None:
     for run in runs:
         if (run.label, run.seed) in seen:
             raise UsageError(
-                f"'{run.label}' has seed {run.seed} twice; name each run once, and give different variants own labels"
+                Sentence(
+                    "'{label}' has seed {seed} twice; name each run once, and give different variants own labels",
+                    run.label,
+                    run.seed,
+                )
             )
         seen.add((run.label, run.seed))
 
@@ -272,7 +284,9 @@ def _difference(a: Group, b: Group, figure: ReportFigure, confidence: float) -> 
     found = paired_difference(a.values[figure.key], b.values[figure.key], better=figure.better, confidence=confidence)
     worse = a if len(a.failed) > len(b.failed) else b if len(b.failed) > len(a.failed) else None
     if worse is not None and found.verdict == ("first" if worse is a else "second"):
-        return replace(found, verdict="", reason=f"{worse.label} failed more often; the rest cannot decide")
+        return replace(
+            found, verdict="", reason=Sentence("{label} failed more often; the rest cannot decide", worse.label)
+        )
     return found
 
 
@@ -280,15 +294,17 @@ def _consistency(group: Group) -> str:
     """Describe the consistency shown by the mean NEES of independent runs, or why there is none; '' for too few."""
     summary = group.spreads.get("nees.mean")
     if group.no_nees:
-        return f"{group.label} has no NEES: {group.no_nees}"
+        return Sentence("{label} has no NEES: {no_nees}", group.label, group.no_nees)
     if summary is None or summary.low is None or summary.high is None:
         return ""
-    nees = f"NEES {summary.mean:.2f} [{summary.low:.2f}, {summary.high:.2f}], {STATES} expected"
+    nees = Sentence(
+        "NEES {mean:.2f} [{low:.2f}, {high:.2f}], {states} expected", summary.mean, summary.low, summary.high, STATES
+    )
     if summary.low > STATES:
-        return f"{group.label} is overconfident: {nees}"
+        return Sentence("{label} is overconfident: {nees}", group.label, nees)
     if summary.high < STATES:
-        return f"{group.label} is conservative: {nees}"
-    return f"{group.label} is not shown to be inconsistent: {nees}"
+        return Sentence("{label} is conservative: {nees}", group.label, nees)
+    return Sentence("{label} is not shown to be inconsistent: {nees}", group.label, nees)
 
 
 def _remarks(
@@ -301,10 +317,15 @@ def _remarks(
         if group.failed:
             seeds = ", ".join(map(str, group.failed[:10])) + (", ..." if len(group.failed) > 10 else "")
             if len(group.failed) == 1:
-                yield f"{group.label}: 1 run ended before its time and is left out (seed {seeds})"
+                yield Sentence(
+                    "{label}: 1 run ended before its time and is left out (seed {seeds})", group.label, seeds
+                )
             else:
                 count = len(group.failed)
-                yield f"{group.label}: {count} runs ended before their time and are left out (seed {seeds})"
+                yield Sentence(
+                    "{label}: {count} runs ended before their time and are left out (seed {seeds})",
+                    *(group.label, count, seeds),
+                )
     for group in groups:
         means = {key: group.spreads[key].mean for key in ("nees.mean", "nis.mean") if key in group.spreads}
         if shared := shared_errors(means.get("nees.mean"), means.get("nis.mean"), group.pictures):
@@ -312,7 +333,11 @@ def _remarks(
     if not pairs:
         yield "all runs have the same settings and differ only in their seed; there is nothing to compare"
     if len(pairs) > 1:
-        yield f"{len(pairs)} pairs are compared, so each interval holds with {confidence:.1%} (Bonferroni)"
+        yield Sentence(
+            "{pairs} pairs are compared, so each interval holds with {confidence:.1%} (Bonferroni)",
+            len(pairs),
+            confidence,
+        )
     if any(item.figure.better and item.difference.low is not None for item in differences):
         yield (
             "each statistic is tested on its own: of those without a true difference, one in twenty appears to differ;"
@@ -322,8 +347,17 @@ def _remarks(
         seeds_a, seeds_b = ({seed for found in group.values.values() for seed in found} for group in (a, b))
         both = len(seeds_a & seeds_b)
         if both == 1:
-            yield f"{a.label} and {b.label} have one seed in common; a single pair cannot decide which is better"
+            yield Sentence(
+                "{first} and {second} have one seed in common; a single pair cannot decide which is better",
+                a.label,
+                b.label,
+            )
         elif 1 < both < fewest_pairs(confidence):
-            yield f"{a.label} and {b.label} have {both} seeds in common; {fewest_pairs(confidence)} or more are needed"
+            yield Sentence(
+                "{first} and {second} have {both} seeds in common; {fewest_pairs} or more are needed",
+                *(a.label, b.label, both, fewest_pairs(confidence)),
+            )
         elif seeds_a != seeds_b:
-            yield f"{a.label} and {b.label} have {both} seeds in common; the others are not compared"
+            yield Sentence(
+                "{first} and {second} have {both} seeds in common; the others are not compared", a.label, b.label, both
+            )

@@ -8,6 +8,7 @@ from mjsim.report.comparison import Compared, Comparison, Group
 from mjsim.report.figures import FIGURES, ReportFigure
 from mjsim.report.paired import CONFIDENCE
 from mjsim.report.tables import csv_text, latex_float, latex_row, latex_text
+from mjsim.sentences import Sentence
 
 MAX_COLUMNS = 3
 """Maximum number of groups beside each other in a table; others follow below."""
@@ -35,7 +36,7 @@ def _verdict_lines(comparison: Comparison) -> Iterator[str]:
     significant = [item for item in comparison.differences if item.difference.verdict]
     for better, worse in dict.fromkeys((item.better, item.worse) for item in significant):
         own = [item for item in significant if (item.better, item.worse) == (better, worse)]
-        yield f"{better} is better than {worse} ({own[0].difference.pairs} pairs), by:"
+        yield Sentence("{better} is better than {worse} ({pairs} pairs), by:", better, worse, own[0].difference.pairs)
         yield from (f"  {item.figure.title:<30}{item.size}" for item in own)
 
 
@@ -134,7 +135,11 @@ def interval_text(figure: ReportFigure, group: Group) -> str:
     if summary.low is not None and summary.high is not None:
         return f"{mean} [{_short(figure, summary.low)}, {_short(figure, summary.high)}]"
     values = group.values[figure.key].values()
-    return mean if summary.count == 1 else f"{mean} ({_short(figure, min(values))} to {_short(figure, max(values))})"
+    return (
+        mean
+        if summary.count == 1
+        else Sentence("{mean} ({low} to {high})", mean, _short(figure, min(values)), _short(figure, max(values)))
+    )
 
 
 def cell_legend(groups: Sequence[Group]) -> str:
@@ -163,13 +168,17 @@ def _shown(groups: Sequence[Group]) -> Iterator[ReportFigure]:
 
 def _counted(group: Group) -> str:
     count = max((summary.count for summary in group.spreads.values()), default=0)
-    return "1 run" if count == 1 else f"{count} runs"
+    return "1 run" if count == 1 else Sentence("{count} runs", count)
 
 
 def _counts(groups: Sequence[Group]) -> str:
     """Return the numbers of runs of groups, in short form."""
     counts = list(map(_counted, groups))
-    return f"{counts[0]} each" if len(set(counts)) == 1 else f"from left to right {', '.join(counts)}"
+    return (
+        Sentence("{counts} each", counts[0])
+        if len(set(counts)) == 1
+        else Sentence("from left to right {counts}", ", ".join(counts))
+    )
 
 
 def _lines_of(groups: Sequence[Group]) -> Iterator[str]:

@@ -12,6 +12,7 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.record import Track
 from mjsim.report.metrics import normalised_squares
+from mjsim.sentences import Sentence
 
 STATES = 3
 """Number of states of a pose: x, y, heading."""
@@ -127,10 +128,13 @@ def shared_errors(nees: float | None, nis: float | None, pictures: float | None)
     fine = nis is not None and nis <= NIS_FINE
     if not (far and fine and pictures):
         return ""
-    return (
-        f"NEES {nees:.1f} with NIS {nis:.1f}: the sightings come from pictures, whose errors are shared within an image"
-        " and from one image to the next; a filter that takes them as independent is overconfident, and NIS does not"
-        " show it. PictureErrors of mjsim.algorithms.picture_errors models them"
+    return Sentence(
+        "NEES {nees:.1f} with NIS {nis:.1f}: the sightings come from pictures, whose errors are shared"
+        " within an image and from one image to the next; a filter that takes them as independent is"
+        " overconfident, and NIS does not show it. PictureErrors of mjsim.algorithms.picture_errors"
+        " models them",
+        nees,
+        nis,
     )
 
 

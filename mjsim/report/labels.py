@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mjsim.report.comparison import RunFigures
+from mjsim.sentences import Sentence
 from mjsim.world import World
 
 MAX_SETTINGS = 4
@@ -144,7 +145,7 @@ def _label_parts(own: Mapping[str, str], keys: Sequence[str], settings: Sequence
 def _class_name(use: str | None, key: str, uses: Sequence[str]) -> str:
     """Return a class without its module, if that is unique."""
     if use is None:
-        return "odometry" if key.endswith(".estimator.use") else f"no {key.split('.')[-2]}"
+        return "odometry" if key.endswith(".estimator.use") else Sentence("no {split}", key.split(".")[-2])
     return use if len({_class(each) for each in uses}) < len(set(uses)) else _class(use)
 
 
@@ -198,7 +199,7 @@ def differing_worlds(found: Sequence[Found]) -> str:
     if not parts:
         return ""
     shown = ", ".join(parts[:MAX_SETTINGS]) + (", ..." if len(parts) > MAX_SETTINGS else "")
-    return f"the worlds of these runs differ in {shown}; this may be why the runs differ"
+    return Sentence("the worlds of these runs differ in {shown}; this may be why the runs differ", shown)
 
 
 def _fit(labels: Sequence[str], runs: Sequence[tuple[Hashable, int]]) -> bool:

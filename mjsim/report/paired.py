@@ -14,6 +14,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjsim.sentences import Sentence
+
 CONFIDENCE = 0.95
 RESAMPLES = 9999
 SEED = 20261121
@@ -132,7 +134,9 @@ def _reason(
     if n == 1:
         return "a single pair cannot decide; run more seeds"
     if interval is None:
-        return f"{n} pairs are too few to decide; at least {fewest_pairs(confidence)} are needed"
+        return Sentence(
+            "{n} pairs are too few to decide; at least {fewest_pairs} are needed", n, fewest_pairs(confidence)
+        )
     if interval[0] <= 0.0 <= interval[1]:
         return "the interval contains 0: undecided"
     return "the interval excludes 0" if better else "they differ; neither way is better"

@@ -26,6 +26,7 @@ from mjsim.output import NewFile, temporary_file
 from mjsim.progress import watched
 from mjsim.record import Order, RobotEvent, Tick
 from mjsim.run.pilot import Driver, Pilot, Steer, controller_of, final_path, require_takes_goals
+from mjsim.sentences import Sentence
 from mjsim.world import GoalEvent, Modules, Source, Use, World, WorldEvent
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def ticks(sim: "Simulation", drivers: Mapping[str, Driver], *, steer: Steer | No
     """
     for name in drivers:
         if name not in sim.robots:
-            raise UsageError(f"no robot '{name}' in this world{did_you_mean(name, sim.robots)}")
+            raise UsageError(Sentence("no robot '{name}' in this world{meant}", name, did_you_mean(name, sim.robots)))
     for goal in goals_of(sim.world.run.events):
         require_takes_goals(drivers, goal.goal)
     with ExitStack() as stack:
@@ -314,7 +315,7 @@ class Falls:
     def noted(self, orders: Mapping[str, Order], poses: Mapping[str, Pose3], time: float) -> dict[str, Order]:
         """Return the orders of a tick with the falls that begin now among their events."""
         return {
-            name: replace(order, events=(*order.events, RobotEvent(time, "fall", f"{name} fell over")))
+            name: replace(order, events=(*order.events, RobotEvent(time, "fall", Sentence("{name} fell over", name))))
             if name in poses and self._falls(name, poses[name])
             else order
             for name, order in orders.items()

@@ -46,6 +46,7 @@ from mjsim.modules import (
 )
 from mjsim.record import Order, RobotEvent
 from mjsim.safety import RingAvoidance, react_to_bump
+from mjsim.sentences import Sentence
 from mjsim.world import GoalEvent
 
 T = TypeVar("T")
@@ -123,11 +124,17 @@ def require_takes_goals(drivers: Mapping[str, Driver], robot: str) -> None:
     """
     navigator = drivers[robot].navigator if robot in drivers else None
     if navigator is None:
-        raise UsageError(f"robot '{robot}' has no navigator to take a goal; give it one, such as GoToGoal")
+        raise UsageError(
+            Sentence("robot '{robot}' has no navigator to take a goal; give it one, such as GoToGoal", robot)
+        )
     if isinstance(navigator, Hosted) or not Boundary(robot).offers("navigator", navigator, "take_goal"):
         raise UsageError(
-            f"{name_of(navigator)}, the navigator of robot '{robot}', takes no goals; choose one with take_goal(), such"
-            " as GoToGoal"
+            Sentence(
+                "{name_of}, the navigator of robot '{robot}', takes no goals; choose one with take_goal(),"
+                " such as GoToGoal",
+                name_of(navigator),
+                robot,
+            )
         )
 
 
@@ -319,7 +326,11 @@ class Pilot(Closes):
             return ()
         begins = seen.time - self._touched > BUMP_ENDS_AFTER
         self._touched = seen.time
-        return (RobotEvent(seen.time, "bump", f"{self._robot.name} bumped", seen.bump[0]),) if begins else ()
+        return (
+            (RobotEvent(seen.time, "bump", Sentence("{name} bumped", self._robot.name), seen.bump[0]),)
+            if begins
+            else ()
+        )
 
     def _block(self, seen: Observation, *, blocked: bool) -> tuple[RobotEvent, ...]:
         """Return the event that the robot is blocked, if that starts now."""
@@ -328,7 +339,11 @@ class Pilot(Closes):
         self._blocked = blocked or (self._blocked and seen.time - self._touched <= BUMP_ENDS_AFTER)
         if not begins:
             return ()
-        return (RobotEvent(seen.time, "blocked", f"{self._robot.name} cannot go on; what it touches is in the way"),)
+        return (
+            RobotEvent(
+                seen.time, "blocked", Sentence("{name} cannot go on; what it touches is in the way", self._robot.name)
+            ),
+        )
 
     def _explain(self, now: float) -> tuple[RobotEvent, ...]:
         """Return the event that the navigator begins to say why its robot is blocked, if it does."""
@@ -342,7 +357,7 @@ class Pilot(Closes):
         )
         if self._reason is None or before is not None:
             return ()
-        return (RobotEvent(now, "blocked", f"{self._robot.name} is blocked: {self._reason}"),)
+        return (RobotEvent(now, "blocked", Sentence("{name} is blocked: {reason}", self._robot.name, self._reason)),)
 
     def _locate(self, now: float) -> tuple[RobotEvent, ...]:
         """Return the event that the estimator begins, or ceases, to say that its robot is lost."""
@@ -354,8 +369,12 @@ class Pilot(Closes):
         if self._lost == before:
             return ()
         if self._lost:
-            return (RobotEvent(now, "lost", f"{self._robot.name} is lost: what it senses does not fit its estimate"),)
-        return (RobotEvent(now, "found", f"{self._robot.name} knows where it is again"),)
+            return (
+                RobotEvent(
+                    now, "lost", Sentence("{name} is lost: what it senses does not fit its estimate", self._robot.name)
+                ),
+            )
+        return (RobotEvent(now, "found", Sentence("{name} knows where it is again", self._robot.name)),)
 
     def _call(
         self, part: str, module: object, now: float, method: str, check: Callable[[object], T], *arguments: Any

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.interface import Command
+from mjsim.sentences import Sentence
 
 
 class Helm:
@@ -25,9 +26,13 @@ class Helm:
             UsageError: The robot does not exist, or a number is not finite.
         """
         if robot not in self._robots:
-            raise UsageError(f"no robot '{robot}' to drive in this world{did_you_mean(robot, self._robots)}")
+            raise UsageError(
+                Sentence("no robot '{robot}' to drive in this world{meant}", robot, did_you_mean(robot, self._robots))
+            )
         if command is not None and not all(map(math.isfinite, (command.forward, command.left, command.turn, hold))):
-            raise UsageError(f"the command for robot '{robot}' is {command}; its numbers must be finite")
+            raise UsageError(
+                Sentence("the command for robot '{robot}' is {command}; its numbers must be finite", robot, command)
+            )
         with self._lock:
             self._until.pop(robot, None)
             self._new.pop(robot, None)

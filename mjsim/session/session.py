@@ -20,6 +20,7 @@ from mjsim.run import (
     require_takes_goals,
     ticks,
 )
+from mjsim.sentences import Sentence
 from mjsim.session.by_hand import ByHand
 from mjsim.session.gate import Gate, State
 from mjsim.session.helm import Helm
@@ -206,7 +207,7 @@ class Session(ByHand, Closes):
         """
         for state in states:
             if state not in (known := get_args(State)):
-                raise UsageError(f"no state '{state}'{did_you_mean(state, known)}")
+                raise UsageError(Sentence("no state '{state}'{meant}", state, did_you_mean(state, known)))
         awaited, gate = states or ("ended", "failed"), self._gate
         with gate.changed:
             gate.changed.wait_for(lambda: gate.state in awaited, timeout)
@@ -252,7 +253,7 @@ class Session(ByHand, Closes):
             if self._newest is not None and self._number > number:
                 return self._number, self._newest
             if not in_time:
-                raise TimeoutError(f"no tick came within {timeout:g} s")
+                raise TimeoutError(Sentence("no tick came within {timeout:g} s", timeout))
             if gate.error is not None:
                 raise gate.error
             return None
@@ -354,5 +355,5 @@ class Session(ByHand, Closes):
 
 def _checked_speed(speed: float | None) -> float | None:
     if speed is not None and not speed > 0.0:
-        raise UsageError(f"speed is {speed:g}; it must be above 0, or None for as fast as possible")
+        raise UsageError(Sentence("speed is {speed:g}; it must be above 0, or None for as fast as possible", speed))
     return speed

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from mjsim.errors import UsageError
+from mjsim.sentences import Sentence
 from mjsim.world import (
     Change,
     NoiseEvent,
@@ -53,7 +54,7 @@ def joints_keys(world: World, robot: str, arm: str, positions: Sequence[float] |
         return {"release": robot, "arm": arm}
     links = item.arm.links
     if len(positions) != len(links) or not all(map(math.isfinite, positions)):
-        raise UsageError(f"arm '{arm}' has {len(links)} joints; give as many finite numbers")
+        raise UsageError(Sentence("arm '{arm}' has {links} joints; give as many finite numbers", arm, len(links)))
     values = [value if link.slide else math.degrees(value) for link, value in zip(links, positions, strict=True)]
     return {"reach": robot, "arm": arm, "joints_deg": values}
 

@@ -9,6 +9,7 @@ from starlette.routing import Route
 from mjsim.closing import Closes
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.record import Tick
+from mjsim.sentences import Sentence
 from mjsim.session import Session
 from mjsim.web.run import RunApi
 from mjsim.web.server import Server, answer_get, page_routes
@@ -37,7 +38,9 @@ class LiveView(Closes):
         """
         names = [item.name for item in world.robots]
         if robot is not None and robot not in names:
-            raise UsageError(f"no robot '{robot}' to show in this world{did_you_mean(robot, names)}")
+            raise UsageError(
+                Sentence("no robot '{robot}' to show in this world{meant}", robot, did_you_mean(robot, names))
+            )
         self._world, self._robot = world, robot
         self._api = RunApi(None, Trust(), scene=scene_of)
         self._api.stage.put_on(world, None, first=robot)

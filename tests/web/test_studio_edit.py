@@ -196,9 +196,7 @@ def test_walls_are_drawn_as_they_are_with_gaps_and_leaves(client):
 def test_what_cannot_be_changed_here_says_so(client):
     opened = told(client, "open", path="room.yaml")
     for index in (1, 2):
-        assert item(opened, "walls", index)["fixed"] == (
-            "one repetition of the item in line 9; change it in the text"
-        )
+        assert item(opened, "walls", index)["fixed"] == ("one repetition of the item in line 9; change it in the text")
     answer = told(
         client,
         "edit",

@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from mjsim.sentences import Sentence
+
 MAX_BYTES = 5_000_000
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _HEAD = re.compile(
@@ -48,17 +50,19 @@ def read_function(path: Path) -> FunctionFile:
     """
     try:
         if path.stat().st_size > MAX_BYTES:
-            raise ValueError(f"'{path.name}' is too large to be a module")
+            raise ValueError(Sentence("'{name}' is too large to be a module", path.name))
         text = path.read_bytes().decode(errors="replace")
     except OSError as error:
-        raise ValueError(f"'{path.name}' cannot be read: {error.strerror}") from None
+        raise ValueError(Sentence("'{name}' cannot be read: {strerror}", path.name, error.strerror)) from None
     lines = code_lines(text)
     for number, line in enumerate(lines, start=1):
         if not line.strip():
             continue
         head = _HEAD.match(_continued(lines, number).strip())
         if head is None:
-            raise ValueError(f"{path.name}:{number}: begins with no function; a script cannot be a module")
+            raise ValueError(
+                Sentence("{name}:{number}: begins with no function; a script cannot be a module", path.name, number)
+            )
         return FunctionFile(
             file=path.name,
             name=path.stem,
@@ -68,7 +72,7 @@ def read_function(path: Path) -> FunctionFile:
             exit_line=next((at for at, code in enumerate(lines, start=1) if _EXIT.search(code)), None),
             about=_help(text.splitlines(), number),
         )
-    raise ValueError(f"{path.name} holds no function")
+    raise ValueError(Sentence("{name} holds no function", path.name))
 
 
 def fields_read(path: Path, argument: str) -> set[str]:

@@ -16,6 +16,7 @@ from mjsim.modules.foreign import (
 from mjsim.modules.hosts import Defect, Host, Key, Offer, Provenance, beside, folder_of
 from mjsim.modules.octave.installed import find_octave
 from mjsim.modules.octave.m_files import MAX_BYTES, FunctionFile, fields_read, is_name, read_function
+from mjsim.sentences import Sentence
 from mjsim.world import Source, Use, holds_file
 
 HEADS: Mapping[str, tuple[str, Sequence[str]]] = {
@@ -61,7 +62,9 @@ class OctaveHost(Host):
             yield Defect(str(error))
             return
         if not is_name(path.stem):
-            yield Defect(f"'{path.stem}' cannot be the name of a function; a name has letters, digits and '_'")
+            yield Defect(
+                Sentence("'{stem}' cannot be the name of a function; a name has letters, digits and '_'", path.stem)
+            )
             return
         try:
             found = read_function(path)
@@ -137,16 +140,22 @@ def _place(path: Path) -> str:
 def _misfit(found: FunctionFile, role: str) -> str | None:
     """Return why a function cannot fill a role; more arguments than needed are allowed."""
     first, inputs = HEADS[role]
-    head = f"{_a(role)} is: function [{first}, state] = {found.name}({', '.join(inputs)})"
+    head = Sentence(
+        "{a} is: function [{first}, state] = {name}({inputs})", _a(role), first, found.name, ", ".join(inputs)
+    )
     if len(found.inputs) < len(inputs) and "varargin" not in found.inputs:
-        return f"{found.place}: {found.name} takes {_counted(found.inputs, 'argument')}; {head}"
+        return Sentence(
+            "{place}: {name} takes {counted}; {head}", found.place, found.name, _counted(found.inputs, "argument"), head
+        )
     if len(found.outputs) < 2 and "varargout" not in found.outputs:
-        return f"{found.place}: {found.name} returns {_counted(found.outputs, 'value')}; {head}"
+        return Sentence(
+            "{place}: {name} returns {counted}; {head}", found.place, found.name, _counted(found.outputs, "value"), head
+        )
     return None
 
 
 def _a(role: str) -> str:
-    return f"an {role}" if role[0] in "aeiou" else f"a {role}"
+    return Sentence("an {role}", role) if role[0] in "aeiou" else Sentence("a {role}", role)
 
 
 def _counted(names: Sequence[str], noun: str) -> str:

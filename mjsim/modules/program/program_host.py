@@ -18,6 +18,7 @@ from mjsim.modules.foreign import (
     require_sound,
 )
 from mjsim.modules.hosts import Defect, Host, Offer, Provenance, beside, folder_of
+from mjsim.sentences import Sentence
 from mjsim.world import Source, Use
 
 _MARK = "exec:"
@@ -116,15 +117,19 @@ def _require_program(use: Use, source: Source) -> None:
     """Raise ValueError if a program does not exist, or is not executable."""
     words = _words(use.use)
     if not words:
-        raise ValueError(f"'{use.use}' names no program; write 'exec:./program --flag', with quotes in pairs")
+        raise ValueError(
+            Sentence("'{use}' names no program; write 'exec:./program --flag', with quotes in pairs", use.use)
+        )
     program = words[0]
     if "/" not in program:
         if shutil.which(program) is None:
-            raise ValueError(f"no program '{program}' is installed; one beside the world file is './{program}'")
+            raise ValueError(
+                Sentence("no program '{program}' is installed; one beside the world file is './{program}'", program)
+            )
         return
     path = beside(program, source)
     if not os.access(path, os.X_OK):
-        raise ValueError(f"'{program}' cannot be executed; type: chmod +x {path.name}")
+        raise ValueError(Sentence("'{program}' cannot be executed; type: chmod +x {name}", program, path.name))
     try:
         folders = paths_of(use, source)
     except ValueError:
@@ -147,14 +152,21 @@ def _unstartable(path: Path, folders: Sequence[Path]) -> str:
         if needed is None or b"\0" in first:
             return ""
         by_name = f"'exec:{needed} {path.name}'"
-        return f"does not name its interpreter; begin it with '#!/usr/bin/env {needed}', or write {by_name}"
+        return Sentence(
+            "does not name its interpreter; begin it with '#!/usr/bin/env {needed}', or write {by_name}",
+            needed,
+            by_name,
+        )
     if end and first.endswith(b"\r"):
         return "has Windows line endings, so its first line starts no interpreter; save it with those of Linux"
     words = os.fsdecode(first[2:]).split()
     if not words or not Path(words[0]).is_file():
-        return f"names the interpreter '{' '.join(words[:1])}' in its first line, which is not there; correct the line"
+        return Sentence(
+            "names the interpreter '{interpreter}' in its first line, which is not there; correct the line",
+            " ".join(words[:1]),
+        )
     asked = [word for word in words[1:] if not word.startswith("-") and "=" not in word]
     where = os.pathsep.join([*map(str, folders), os.environ.get("PATH", "")])
     if Path(words[0]).name == "env" and asked and shutil.which(asked[0], path=where) is None:
-        return f"needs the interpreter '{asked[0]}', which is not installed"
+        return Sentence("needs the interpreter '{interpreter}', which is not installed", asked[0])
     return ""

@@ -13,6 +13,7 @@ from mjsim.modules.python.annotations import misfit_of
 from mjsim.modules.python.offers import keys_of
 from mjsim.modules.python.outline import BoundNames, Methods, UnreadableError, methods_of, outline_of
 from mjsim.modules.roles import ROLES, awaited, lacking, unmade
+from mjsim.sentences import Sentence
 from mjsim.world import Source, Use
 
 MAX_STEPS = 8
@@ -34,14 +35,14 @@ def class_defects(use: Use, role: str, source: Source) -> Iterator[Defect]:
     if item is None and not outline.open_ended:
         # A package without classes of its own offers those that it imports.
         classes = [word for word in outline.classes() or outline.names if not word.startswith("_")]
-        yield Defect(f"no class '{name}' in {place}{did_you_mean(name, classes)}")
+        yield Defect(Sentence("no class '{name}' in {place}{meant}", name, place, did_you_mean(name, classes)))
     elif isinstance(item, (ast.FunctionDef, ast.AsyncFunctionDef)):
-        yield Defect(f"{name} in {place} {unmade(role, 'a function')}", missing=False)
+        yield Defect(Sentence("{name} in {place} {unmade}", name, place, unmade(role, "a function")), missing=False)
     elif isinstance(item, ast.ClassDef):
         methods = methods_of(item, outline.classes())
         yield from _wrong_keys(item, methods, use)
         if problem := _misfit(methods, role):
-            yield Defect(f"{name} in {place} {problem}", missing=False)
+            yield Defect(Sentence("{name} in {place} {problem}", name, place, problem), missing=False)
 
 
 def names_of(place: str, source: Source) -> BoundNames:
@@ -85,7 +86,7 @@ def parts_of(name: str) -> list[str]:
     """
     parts = name.split(".")
     if not all(part.isidentifier() for part in parts):
-        raise ValueError(f"'{name}' is not a module; write 'package.module:Class' or 'file.py:Class'")
+        raise ValueError(Sentence("'{name}' is not a module; write 'package.module:Class' or 'file.py:Class'", name))
     return parts
 
 
@@ -119,15 +120,20 @@ def _wrong_keys(item: ast.ClassDef, methods: Methods, use: Use) -> Iterator[Defe
     known = {key.name: key for key in keys_of(made)}
     unknown = [key for key in use.arguments() if key not in known and made.args.kwarg is None]
     for key in unknown:
-        yield Defect(f"{item.name} takes no '{key}'{did_you_mean(key, known)}", key)
+        yield Defect(Sentence("{name} takes no '{key}'{meant}", item.name, key, did_you_mean(key, known)), key)
     for key, value in use.arguments().items():
         # Only where the annotations are ours: Python itself takes what the user's own do not say.
         if use.use.startswith("mjsim.") and key in known and (wanted := misfit_of(value, known[key].schema)):
-            yield Defect(f"{key} is {value!r:.40}; it must be {wanted}", key)
+            yield Defect(Sentence("{key} is {value!r:.40}; it must be {wanted}", key, value, wanted), key)
     missing = [key.name for key in known.values() if key.required and key.name not in use.arguments()]
     if missing and not unknown:
         listed = " and ".join(f"'{key}'" for key in missing)
-        yield Defect(f"{item.name} needs {listed}; write {'it' if len(missing) == 1 else 'them'} beside use")
+        yield Defect(
+            Sentence(
+                "{name} needs {listed}; write {value} beside use",
+                *(item.name, listed, "it" if len(missing) == 1 else "them"),
+            )
+        )
 
 
 def _installed_file(name: str) -> Path | None:
@@ -137,7 +143,7 @@ def _installed_file(name: str) -> Path | None:
         whole = ".".join(parts[:count])
         spec = _spec(whole, None if spec is None else list(spec.submodule_search_locations or ()))
         if spec is None:
-            raise ValueError(f"no module '{whole}' is installed; install it or correct the name")
+            raise ValueError(Sentence("no module '{whole}' is installed; install it or correct the name", whole))
     assert spec is not None
     return Path(spec.origin) if spec.has_location and spec.origin and spec.origin.endswith(".py") else None
 

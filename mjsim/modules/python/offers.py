@@ -12,6 +12,7 @@ from mjsim.modules.python.annotations import schema_of
 from mjsim.modules.python.import_places import is_installed, place_of
 from mjsim.modules.python.outline import UnreadableError, methods_of, tree_of
 from mjsim.modules.roles import ROLES
+from mjsim.sentences import Sentence
 
 MAX_BYTES = 1_000_000
 ABBREVIATIONS = {"Dwa", "Ekf", "Imu", "Lqr", "Mppi", "Pd", "Pid", "Slam", "Ukf"}
@@ -49,7 +50,12 @@ def faults_in(files: Sequence[tuple[Path, str]]) -> Iterator[tuple[str, str]]:
             yield place, str(error)
             continue
         if wanted is not None:
-            yield place, f"{path.name}:{wanted[1]}: no module '{wanted[0]}' is installed or beside it"
+            yield (
+                place,
+                Sentence(
+                    "{name}:{line}: no module '{module}' is installed or beside it", path.name, wanted[1], wanted[0]
+                ),
+            )
 
 
 def _missing_import(path: Path, body: Sequence[ast.stmt]) -> tuple[str, int] | None:

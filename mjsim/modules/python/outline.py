@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from mjsim.sentences import Sentence
 from mjsim.syntax import parse_python
 
 MAX_BYTES = 5_000_000
@@ -64,18 +65,20 @@ def tree_of(path: Path) -> ast.Module:
     """
     try:
         if path.stat().st_size > MAX_BYTES:
-            raise UnreadableError(f"'{path.name}' is too large to be a module")
+            raise UnreadableError(Sentence("'{name}' is too large to be a module", path.name))
         return parse_python(path.read_bytes(), file=path.name)
     except SyntaxError as error:
-        raise UnreadableError(f"{path.name}:{error.lineno}: {error.msg}; this is not Python") from None
+        raise UnreadableError(
+            Sentence("{name}:{line}: {problem}; this is not Python", path.name, error.lineno, error.msg)
+        ) from None
     except (RecursionError, MemoryError):
-        raise UnreadableError(f"{path.name} is nested too deeply to be Python") from None
+        raise UnreadableError(Sentence("{name} is nested too deeply to be Python", path.name)) from None
     except OSError as error:
-        raise UnreadableError(f"'{path.name}' cannot be read: {error.strerror}") from None
+        raise UnreadableError(Sentence("'{name}' cannot be read: {strerror}", path.name, error.strerror)) from None
     except UnreadableError:
         raise
     except ValueError as error:
-        raise UnreadableError(f"{path.name} is not Python: {error}") from None
+        raise UnreadableError(Sentence("{name} is not Python: {error}", path.name, error)) from None
 
 
 def methods_of(item: ast.ClassDef, known: Mapping[str, ast.ClassDef], depth: int = _MAX_BASES) -> Methods:

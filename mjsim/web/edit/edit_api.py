@@ -12,6 +12,7 @@ from starlette.routing import BaseRoute, Route
 from mjsim.errors import UsageError, WorldError
 from mjsim.geometry import Pose
 from mjsim.record import named_files
+from mjsim.sentences import Sentence
 from mjsim.web.edit.panel_schema import schema_text
 from mjsim.web.edit.portraits import Portraits, text_of
 from mjsim.web.edit.poses import PoseAsk, pose_json
@@ -184,8 +185,10 @@ class EditApi:
             return parse_world(text, source=self._trust.guarded(source_of(self._folder, path)))
         except WorldError as error:
             first, more = error.problems[0], len(error.problems) - 1
-            others = f" (and {more} more)" if more else ""
-            raise RefusedError(409, f"line {first.line}: {first.message}{others}") from None
+            others = Sentence(" (and {more} more)", more) if more else ""
+            raise RefusedError(
+                409, Sentence("line {line}: {message}{others}", first.line, first.message, others)
+            ) from None
 
     def _list(self, _: Request) -> Json:
         return {**listed(self._folder), "world": self._world, "mode": "studio"}
@@ -275,7 +278,7 @@ class EditApi:
         given = request.query_params
         size = given.get("size", "256")
         if not size.isdecimal() or len(size) > 6:
-            raise RefusedError(400, f"size is {size:.20}; it must be a number of pixels")
+            raise RefusedError(400, Sentence("size is {size:.20}; it must be a number of pixels", size))
         data = small_picture(self._folder, given.get("path", ""), size=int(size), world=given.get("world"))
         return Response(data, media_type="image/jpeg", headers={**HEADERS, "Cache-Control": "private, max-age=60"})
 

@@ -6,6 +6,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 from typing import Literal, get_args
 
+from mjsim.sentences import Sentence
 from mjsim.video import portrait
 from mjsim.web.run import jpeg
 from mjsim.web.server import RefusedError
@@ -32,7 +33,9 @@ def text_of(kind: str, name: str) -> str:
         RefusedError: There are no items of this kind.
     """
     if kind not in get_args(Kind):
-        raise RefusedError(400, f"no pictures of kind '{kind:.20}'; there are {', '.join(get_args(Kind))}")
+        raise RefusedError(
+            400, Sentence("no pictures of kind '{kind:.20}'; there are {kinds}", kind, ", ".join(get_args(Kind)))
+        )
     return _TEXT.format(things=_WORLDS[kind].format(name=json.dumps(name)))
 
 

@@ -9,6 +9,7 @@ from pydantic import Field
 from mjsim.geometry import Array
 from mjsim.people import silhouettes
 from mjsim.posture import poses_of
+from mjsim.sentences import Sentence
 from mjsim.video import body_outlines, posed
 from mjsim.web.server import Ask, RefusedError
 from mjsim.web.worlds import Json, KeyChange, Look, look_at, mechanism_poses, moving_items, person_poses
@@ -64,7 +65,9 @@ def pose_json(world: World, ask: PoseAsk) -> Json:
     kind, index = ask.item
     things: Sequence[Mechanism | Person] = getattr(world, kind)
     if not 0 <= index < len(things):
-        raise RefusedError(404, f"no {kind}[{index}] in this text; there are {len(things)}")
+        raise RefusedError(
+            404, Sentence("no {kind}[{index}] in this text; there are {things}", kind, index, len(things))
+        )
     try:
         found = _posed(things[index], ask)
     except ValueError as error:
@@ -96,7 +99,7 @@ def _person_posed(person: Person, ask: PoseAsk) -> _Posed:
     if ask.pull is None:
         return _Posed(person)
     if ask.pull.part not in HANDS:
-        raise ValueError(f"'{ask.pull.part}' is not a hand; pull 'left' or 'right'")
+        raise ValueError(Sentence("'{part}' is not a hand; pull 'left' or 'right'", ask.pull.part))
     view = _view_of(person, ask.pull.look)
     # At its current depth towards the viewer.
     by = view[:2, :3].T @ (np.array(ask.pull.end) - ask.pull.start)

@@ -11,6 +11,7 @@ import numpy as np
 
 from mjsim.closing import awaited
 from mjsim.geometry import Pose
+from mjsim.sentences import Sentence
 from mjsim.sim import Canvas, OnboardCamera, Simulation, streams_of
 from mjsim.web.server import RefusedError
 from mjsim.web.worlds import Signs, encoded
@@ -118,7 +119,9 @@ class _Set:
             sensors = () if robot is None else robot.sensors
             found = [each for each in sensors if isinstance(each, Camera) and each.camera == request.camera]
             if robot is None or not found:
-                raise RefusedError(404, f"no camera '{request.robot}/{request.camera}' in this world")
+                raise RefusedError(
+                    404, Sentence("no camera '{robot}/{camera}' in this world", request.robot, request.camera)
+                )
             canvas = self._canvases.setdefault(found[0].quality, Canvas(self._sim.model, quality=found[0].quality))
             calm, streams = _calm(found[0], request.width), streams_of(0, request.robot, request.camera)
             self._cameras[key] = OnboardCamera(self._sim.model, robot, calm, streams=streams, canvas=canvas)

@@ -27,6 +27,7 @@ from mjsim.report import (
     sweep_world,
     verdict_rows,
 )
+from mjsim.sentences import Sentence
 from mjsim.web.run import plain
 from mjsim.web.server import RefusedError
 from mjsim.web.worlds import Folder
@@ -45,11 +46,13 @@ def compared(folder: Folder, names: Sequence[str]) -> Comparison:
         RefusedError: There are none or too many, or one lies outside the folder, cannot be read, or cannot be compared.
     """
     if not 1 <= len(names) <= MAX_RECORDINGS:
-        raise RefusedError(400, f"{len(names)} recordings are chosen; choose 1 to {MAX_RECORDINGS}")
+        raise RefusedError(
+            400, Sentence("{names} recordings are chosen; choose 1 to {max_recordings}", len(names), MAX_RECORDINGS)
+        )
     paths = [folder.path(name) for name in dict.fromkeys(names)]
     for name, path in zip(dict.fromkeys(names), paths, strict=True):
         if not path.exists():
-            raise RefusedError(404, f"no file '{name:.80}'; it may have been moved or removed")
+            raise RefusedError(404, Sentence("no file '{name:.80}'; it may have been moved or removed", name))
     try:
         return compare(paths)
     except MjsimError as error:

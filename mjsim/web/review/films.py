@@ -8,6 +8,7 @@ from pathlib import Path
 
 from mjsim.errors import MjsimError
 from mjsim.record import Recording
+from mjsim.sentences import Sentence
 from mjsim.video import frames_between, make_video
 from mjsim.web.server import RefusedError
 
@@ -74,7 +75,7 @@ class Films:
                 self._finish(name, error="the studio was closed")
             except BaseException as error:
                 # A bug of mjsim; the page is informed as well.
-                self._finish(name, error=f"the video failed: {type(error).__name__}")
+                self._finish(name, error=Sentence("the video failed: {error}", type(error).__name__))
                 raise
             else:
                 self._finish(name, path=shown)

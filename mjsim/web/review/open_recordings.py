@@ -7,6 +7,7 @@ from pathlib import Path
 
 from mjsim.closing import awaited
 from mjsim.record import Recording, read_recording
+from mjsim.sentences import Sentence
 from mjsim.sim import LedPeople, Onlooker, Orbit
 from mjsim.web.edit import PICTURE_TIMEOUT
 from mjsim.web.review.reviewing import People, row_at
@@ -117,7 +118,9 @@ class Shelf:
         try:
             found = path.stat()
         except OSError:
-            raise RefusedError(404, f"no file '{path.name}'; it may have been moved or removed") from None
+            raise RefusedError(
+                404, Sentence("no file '{name}'; it may have been moved or removed", path.name)
+            ) from None
         stamp = found.st_mtime_ns, found.st_size
         with self._lock:
             held = self._opened.get(path)

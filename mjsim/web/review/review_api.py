@@ -18,6 +18,7 @@ from mjsim.errors import MjsimError
 from mjsim.output import free_path, move_to_free
 from mjsim.record import read_recording
 from mjsim.report import statistics_file
+from mjsim.sentences import Sentence
 from mjsim.sim import Orbit
 from mjsim.web.review.comparing import compared, compared_json, first_recording, first_swept_world
 from mjsim.web.review.fields import column_json, fields_json, message_json
@@ -154,9 +155,9 @@ class ReviewApi:
         name = request.query_params.get("path", "")
         place = self._folder.path(name)
         if PurePosixPath(name).parts[:1] != ("out",) or not place.is_relative_to(self._folder.path("out")):
-            raise RefusedError(403, f"'{name:.80}' is not in 'out'; only files in it can be downloaded")
+            raise RefusedError(403, Sentence("'{name:.80}' is not in 'out'; only files in it can be downloaded", name))
         if not place.is_file():
-            raise RefusedError(404, f"no file '{name:.80}'; it may have been moved or removed")
+            raise RefusedError(404, Sentence("no file '{name:.80}'; it may have been moved or removed", name))
         return FileResponse(place, filename=place.name, headers=HEADERS)
 
     async def _upload(self, request: Request) -> Response:
@@ -179,13 +180,17 @@ class ReviewApi:
                     size += len(chunk)
                     if size > MAX_UPLOAD_BYTES:
                         raise RefusedError(
-                            413, f"this is larger than {MAX_UPLOAD_BYTES / 1e9:.0f} GB; copy it into the folder"
+                            413,
+                            Sentence(
+                                "this is larger than {max_upload_bytes:.0f} GB; copy it into the folder",
+                                MAX_UPLOAD_BYTES / 1e9,
+                            ),
                         )
                     await run_in_threadpool(file.write, chunk)
         except ClientDisconnect:
             raise RefusedError(400, "the recording arrived incomplete; send it again") from None
         except OSError as error:
-            raise RefusedError(409, f"the recording cannot be kept: {error.strerror}") from None
+            raise RefusedError(409, Sentence("the recording cannot be kept: {strerror}", error.strerror)) from None
 
     def _keep(self, part: Path, name: str) -> dict[str, Any]:
         """Move an uploaded recording to its final name."""
@@ -193,7 +198,7 @@ class ReviewApi:
             read_recording(part)
         except MjsimError as error:
             why = str(error).partition("\n")[0].replace(str(part), name[:80])
-            raise RefusedError(400, f"this cannot be opened: {why}") from None
+            raise RefusedError(400, Sentence("this cannot be opened: {why}", why)) from None
         stem = _ODD.sub("-", PurePosixPath(name.replace("\\", "/")).stem).strip("-.") or "run"
         return {"path": self._folder.name(move_to_free(part, part.parent / f"{stem[:60]}.mcap"))}
 
@@ -210,7 +215,9 @@ def _number(request: Request, name: str, *, limit: float = math.inf) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise RefusedError(400, f"{name} is {text!r:.40}; it must be a number")
+        raise RefusedError(400, Sentence("{name} is {text!r:.40}; it must be a number", name, text))
     if abs(value) > limit:
-        raise RefusedError(400, f"{name} is {value:g}; it must be from {-limit:g} to {limit:g}")
+        raise RefusedError(
+            400, Sentence("{name} is {value:g}; it must be from {low:g} to {high:g}", name, value, -limit, limit)
+        )
     return value

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from mjsim.errors import UsageError, did_you_mean
+from mjsim.sentences import Sentence
 from mjsim.world import World, with_values
 
 Share = Annotated[float, Field(ge=-1.0, le=1.0)]
@@ -148,6 +149,8 @@ def with_drivers(world: World, chosen: Drivers) -> World:
     }
     for name, modules in chosen.items():
         if name not in names:
-            raise UsageError(f"no robot '{name}' to drive in this world{did_you_mean(name, names)}")
+            raise UsageError(
+                Sentence("no robot '{name}' to drive in this world{meant}", name, did_you_mean(name, names))
+            )
         drivers[name] = {**drivers.get(name, {}), **modules}
     return with_values(world, {"run.drivers": drivers})

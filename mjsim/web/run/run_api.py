@@ -15,6 +15,7 @@ from mjsim.interface import Command
 from mjsim.modules import missing_modules
 from mjsim.output import NewFile
 from mjsim.record import is_mcap, reserve_next
+from mjsim.sentences import Sentence
 from mjsim.session import Session
 from mjsim.web.run.current_run import Scene, Stage
 from mjsim.web.run.news import ShortNews, TouchedNews
@@ -199,7 +200,13 @@ class RunApi:
         robot = next((each for each in session.world.robots if each.name == request.robot), None)
         if robot is None:
             names = [each.name for each in session.world.robots]
-            raise UsageError(f"no robot '{request.robot}' to drive in this world{did_you_mean(request.robot, names)}")
+            raise UsageError(
+                Sentence(
+                    "no robot '{robot}' to drive in this world{meant}",
+                    request.robot,
+                    did_you_mean(request.robot, names),
+                )
+            )
         drive = robot.drive
         forward = (request.forward or 0.0) * drive.max_speed
         left = (request.left or 0.0) * drive.sideways
@@ -216,12 +223,14 @@ def _reserved(folder: Folder, name: str) -> NewFile:
     """
     path = folder.path(name)
     if path.suffix != ".mcap" or any(part.startswith(".") for part in path.relative_to(folder.root).parts):
-        raise UsageError(f"cannot record as '{name}'; name it .mcap, without a dot in front")
+        raise UsageError(Sentence("cannot record as '{name}'; name it .mcap, without a dot in front", name))
     if path.exists() and not is_mcap(path):
-        raise UsageError(f"'{name}' exists and is not a recording; name another file")
+        raise UsageError(Sentence("'{name}' exists and is not a recording; name another file", name))
     return reserve_next(path)
 
 
 def _one_line(error: MjsimError) -> str:
-    first, *rest = str(error).splitlines() or [type(error).__name__]
-    return f"{first} (and {len(rest)} more)" if rest else first
+    if isinstance(error, WorldError):
+        first, *rest = error.problems
+        return Sentence("{first} (and {more} more)", str(first), len(rest)) if rest else str(first)
+    return str(error) or type(error).__name__

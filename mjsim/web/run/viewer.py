@@ -12,6 +12,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from mjsim.errors import MjsimError
 from mjsim.record import Tick
+from mjsim.sentences import with_sentences
 from mjsim.web.run.current_run import Stage
 from mjsim.web.run.feed import Shot
 from mjsim.web.run.requests import FrameShown, Outside, Watch
@@ -76,7 +77,7 @@ class Viewer:
 
     async def send(self, news: Mapping[str, Any]) -> None:
         """Send a message to this browser only."""
-        await self._send(json.dumps(news, allow_nan=False))
+        await self._send(json.dumps(with_sentences(news), allow_nan=False))
 
     async def serve(self) -> None:
         """Send news until the browser disconnects, or the end."""

@@ -10,6 +10,7 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 
 from mjsim.errors import MjsimError
+from mjsim.sentences import Sentence, with_sentences
 from mjsim.web.server.local import HEADERS
 from mjsim.web.server.request_bodies import Bodies
 
@@ -66,7 +67,7 @@ async def answered(work: Callable[[], Any]) -> Response:
     """Return the response to a request, computed outside the server's own thread."""
     try:
         # The end of the loop waits for these threads: one that draws while Python ends would crash it.
-        made = await asyncio.to_thread(work)
+        made = await asyncio.to_thread(_made, work)
     except RefusedError as refused:
         return refusal(refused)
     except MjsimError as error:
@@ -74,9 +75,14 @@ async def answered(work: Callable[[], Any]) -> Response:
     return made if isinstance(made, Response) else JSONResponse(made, headers=HEADERS)
 
 
+def _made(work: Callable[[], Any]) -> Any:
+    made = work()
+    return with_sentences(made) if isinstance(made, dict) else made
+
+
 def refusal(refused: RefusedError) -> Response:
     """Return the response that says why a request is refused."""
-    return JSONResponse({"error": refused.message, **refused.more}, refused.status, headers=HEADERS)
+    return JSONResponse(with_sentences({"error": refused.message, **refused.more}), refused.status, headers=HEADERS)
 
 
 @asynccontextmanager
@@ -104,7 +110,7 @@ async def read_body(request: Request, *, limit: int) -> bytes:
         async for part in request.stream():
             size += len(part)
             if size > limit:
-                raise RefusedError(413, f"this is larger than {limit / 1e6:.0f} MB; send less")
+                raise RefusedError(413, Sentence("this is larger than {limit:.0f} MB; send less", limit / 1e6))
             parts.append(part)
     except ClientDisconnect:
         raise RefusedError(400, "the request arrived incomplete; send it again") from None

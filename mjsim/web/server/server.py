@@ -18,6 +18,7 @@ from starlette.types import ASGIApp
 from mjsim.closing import Closes, join
 from mjsim.errors import UsageError
 from mjsim.progress import say
+from mjsim.sentences import Sentence
 from mjsim.web.server.answers import answer_get
 from mjsim.web.server.browser import BrowserOpener
 from mjsim.web.server.connections import Connections, HttpConnection, Limits, WebSocketConnection
@@ -90,7 +91,11 @@ class Server(Closes):
         self._thread = threading.Thread(target=self._serve, args=[listener], name="page", daemon=True)
         self._thread.start()
         if not self._ready.wait(START_TIMEOUT):
-            raise UsageError(f"the page did not come up within {START_TIMEOUT:g} s; the machine may be overloaded")
+            raise UsageError(
+                Sentence(
+                    "the page did not come up within {start_timeout:g} s; the machine may be overloaded", START_TIMEOUT
+                )
+            )
 
     @property
     def address(self) -> str:

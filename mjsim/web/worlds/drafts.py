@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mjsim.output import LEFT_BEHIND, is_locked, remove_leftovers, replace_file, try_lock
+from mjsim.sentences import Sentence
 from mjsim.web.server import RefusedError
 from mjsim.web.worlds.folder import Folder
 from mjsim.web.worlds.items import Json
@@ -118,7 +119,7 @@ class Drafts:
         """
         data = text.encode("utf-8", "surrogatepass")
         if len(data) > MAX_BYTES:
-            raise RefusedError(413, f"unsaved changes cannot be kept: {too_large(len(data))}")
+            raise RefusedError(413, Sentence("unsaved changes cannot be kept: {too_large}", too_large(len(data))))
         steps = json.dumps(past).encode()
         file = path if path.startswith(SHIPPED) else str(self._folder.path(path))
         root = str(self._folder.root)
@@ -201,7 +202,7 @@ class Drafts:
 
     def _place(self, name: str) -> Path:
         if not ID.fullmatch(name):
-            raise RefusedError(400, f"'{name:.60}' is not the id of a draft; see the list")
+            raise RefusedError(400, Sentence("'{name:.60}' is not the id of a draft; see the list", name))
         return drafts_folder() / name
 
     def _all(self, place: Path) -> Iterator[Draft]:
@@ -227,7 +228,7 @@ class Drafts:
     def _in_order(self, tab: str, number: int) -> Iterator[bool]:
         """Yield whether a request of a tab is newer than all before; requests arrive over several connections."""
         if not TAB.fullmatch(tab):
-            raise RefusedError(400, f"'{tab:.60}' is not the name of a tab; it has 16 digits, 0 to f")
+            raise RefusedError(400, Sentence("'{tab:.60}' is not the name of a tab; it has 16 digits, 0 to f", tab))
         with self._lock:
             newest = number > self._numbers.get(tab, -1)
             if newest:
@@ -279,7 +280,7 @@ def _make_private(folder: Path) -> None:
     folder.mkdir(mode=0o700, exist_ok=True)
     found = folder.lstat()
     if not stat.S_ISDIR(found.st_mode) or (hasattr(os, "geteuid") and found.st_uid != os.geteuid()):
-        raise PermissionError(13, f"'{folder}' is not a folder of your own")
+        raise PermissionError(13, Sentence("'{folder}' is not a folder of your own", folder))
     if stat.S_IMODE(found.st_mode) != 0o700:
         folder.chmod(0o700)
 
@@ -302,4 +303,4 @@ def _age(place: Path) -> float:
 
 
 def _unkept(reason: str) -> RefusedError:
-    return RefusedError(409, f"unsaved changes cannot be kept: {reason}; save often")
+    return RefusedError(409, Sentence("unsaved changes cannot be kept: {reason}; save often", reason))

@@ -5,6 +5,7 @@ import threading
 from pathlib import Path, PurePosixPath
 
 from mjsim.errors import UsageError
+from mjsim.sentences import Sentence
 from mjsim.web.server import RefusedError
 from mjsim.world import OutsideError, place_in
 
@@ -25,7 +26,7 @@ class Folder:
         self.writing = threading.Lock()
         """Held while writing a file after checking its previous content or absence."""
         if not self.root.is_dir():
-            raise UsageError(f"no folder '{root}'; name one that is there")
+            raise UsageError(Sentence("no folder '{root}'; name one that is there", root))
 
     def path(self, name: str) -> Path:
         """Return the absolute path of a file, which need not exist, with links resolved.
@@ -35,9 +36,13 @@ class Folder:
         """
         given = PurePosixPath(name)
         if not name or len(name) > MAX_PATH_LENGTH or "\\" in name:
-            raise RefusedError(400, f"path {name[:60]!r} is not a file name; write for example 'worlds/room.yaml'")
+            raise RefusedError(
+                400, Sentence("path {name!r} is not a file name; write for example 'worlds/room.yaml'", name[:60])
+            )
         if given.is_absolute() or ".." in given.parts or name[1:2] == ":":
-            raise RefusedError(403, f"path '{name:.60}' leaves the folder of the studio; name a file in it")
+            raise RefusedError(
+                403, Sentence("path '{name:.60}' leaves the folder of the studio; name a file in it", name)
+            )
         try:
             path = place_in(self.root, name).resolve()
         except OutsideError:
@@ -45,9 +50,11 @@ class Folder:
         except ValueError as error:
             raise RefusedError(400, str(error)) from None
         if path == self.root:
-            raise RefusedError(403, f"path '{name:.60}' leads out of the folder of the studio; name a file in it")
+            raise RefusedError(
+                403, Sentence("path '{name:.60}' leads out of the folder of the studio; name a file in it", name)
+            )
         if os.path.lexists(path) and not (os.path.isfile(path) or os.path.isdir(path)):
-            raise RefusedError(400, f"path '{name:.60}' is a pipe or a device; name a file")
+            raise RefusedError(400, Sentence("path '{name:.60}' is a pipe or a device; name a file", name))
         return path
 
     def name(self, path: Path) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from mjsim.geometry import Array, Pose
 from mjsim.plan import arm_outlines
 from mjsim.posture import columns_of
+from mjsim.sentences import Sentence
 from mjsim.web.worlds.mechanism_poses import outlines, plan_joints, start_values
 from mjsim.world import (
     Mechanism,
@@ -235,9 +236,9 @@ class _Text:
 def _held(node: Node, file: str | None, *, repeated: bool) -> str:
     """Return why an item of an included file, or a repeated one, cannot be changed in this text."""
     if not repeated:
-        return f"is written in {file}; change it there"
-    place, target = ("", "in the text") if file is None else (f" of {file}", "there")
-    return f"one repetition of the item in line {node.line}{place}; change it {target}"
+        return Sentence("is written in {file}; change it there", file)
+    place, target = ("", "in the text") if file is None else (Sentence(" of {file}", file), "there")
+    return Sentence("one repetition of the item in line {line}{place}; change it {target}", node.line, place, target)
 
 
 def _mappings(node: Node) -> Iterator[Node]:

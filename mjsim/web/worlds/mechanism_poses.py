@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator, Mapping
 
 from mjsim.geometry import Array, Pose
+from mjsim.sentences import Sentence
 from mjsim.video import body_outlines, posed
 from mjsim.web.worlds.viewpoints import ABOVE, KeyChange
 from mjsim.world import Mechanism, carried_body, free_columns, pulled_values, restarted, shows_motion
@@ -100,7 +101,7 @@ def pulled(mechanism: Mechanism, name: str, look: Array, start: Array, end: Arra
     """
     joint, found = mechanism.joint(name), mechanism.assembly
     if found.bodies[carried_body(found, joint)] not in [body.name for body in mechanism.bodies]:
-        raise ValueError(f"joint '{name}' closes a loop; drag another joint in it")
+        raise ValueError(Sentence("joint '{name}' closes a loop; drag another joint in it", name))
     free = free_columns(mechanism)
     values = pulled_values(mechanism, joint, look=look, start=start, end=end)
     return _restarted(mechanism, {column: value for column, value in values.items() if column in free})

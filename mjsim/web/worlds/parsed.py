@@ -178,7 +178,7 @@ def _places(node: Node, path: Path) -> Iterator[tuple[Path, tuple[int, int]]]:
 def _problem(problem: Problem, source: Source, *, paths: _Paths | None, kind: str = "error") -> Json:
     own = problem.file == source.file
     found = paths.at(problem) if paths is not None and own else []
-    message = problem.message if own else f"{problem.file}:{problem.line}:{problem.column}: {problem.message}"
+    message = problem.message if own else str(problem)
     return {
         "line": problem.line if own else 1,
         "column": problem.column if own else 1,

@@ -9,6 +9,7 @@ import numpy as np
 from mjsim.errors import did_you_mean
 from mjsim.geometry import Array
 from mjsim.people import SIDES
+from mjsim.sentences import Sentence
 from mjsim.web.worlds.viewpoints import KeyChange
 from mjsim.world import Person
 
@@ -46,7 +47,7 @@ def turned(person: Person, values: Mapping[str, float]) -> tuple[Person, list[Ke
     joints = person.figure.joints
     for name in values:
         if name not in joints:
-            raise ValueError(f"no joint '{name}'{did_you_mean(name, joints)}")
+            raise ValueError(Sentence("no joint '{name}'{meant}", name, did_you_mean(name, joints)))
     within = {
         name: round(min(max(value, math.degrees(joints[name].low)), math.degrees(joints[name].high)), 2) + 0.0
         for name, value in values.items()
@@ -78,7 +79,7 @@ def led(person: Person, targets: Mapping[str, Array]) -> tuple[Person, list[KeyC
     names = np.array(list(person.figure.joints))[changed]
     posed, changes = turned(person, dict(zip(names.tolist(), degrees[changed].tolist(), strict=True)))
     short = [
-        f"the {side} hand does not reach: {far:.2f} m away"
+        Sentence("the {side} hand does not reach: {far:.2f} m away", side, far)
         for side, far in found.short.items()
         if far > ARRIVAL_DISTANCE
     ]

@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 from mjsim.modules import foreign_code
+from mjsim.sentences import Sentence
 from mjsim.web.server import RefusedError
 from mjsim.web.worlds.items import Json
 from mjsim.world import World
@@ -39,7 +40,7 @@ def _shipped(module: str, begins: re.Pattern[str]) -> str:
     # A name with more dots would import what precedes the last one.
     spec = importlib.util.find_spec(module) if re.fullmatch(re.escape(SHIPPED) + r"\w+", module) else None
     if spec is None or spec.origin is None:
-        raise RefusedError(404, f"mjsim has no module '{module}'")
+        raise RefusedError(404, Sentence("mjsim has no module '{module}'", module))
     origin = Path(spec.origin)
     files = sorted(origin.parent.glob("*.py")) if spec.submodule_search_locations else [origin]
     texts = [file.read_text(encoding="utf-8") for file in files]
@@ -49,5 +50,7 @@ def _shipped(module: str, begins: re.Pattern[str]) -> str:
 def _beside(world: World, place: str) -> str:
     files, name = foreign_code(world).files, os.path.normpath(place)
     if name not in files or os.path.isabs(name):
-        raise RefusedError(404, f"'{place}' is not a source file beside this world; only such files are shown")
+        raise RefusedError(
+            404, Sentence("'{place}' is not a source file beside this world; only such files are shown", place)
+        )
     return files[name].decode("utf-8", errors="replace")

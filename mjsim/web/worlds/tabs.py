@@ -12,6 +12,7 @@ from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from mjsim.errors import MjsimError
+from mjsim.sentences import Sentence
 from mjsim.web.server import Ask, RefusedError, answer_get, posted
 from mjsim.web.worlds.drafts import ID, TAB, Drafts
 from mjsim.web.worlds.folder import MAX_PATH_LENGTH, Folder
@@ -47,9 +48,9 @@ class PastAsk(Ask):
     @model_validator(mode="after")
     def _within(self) -> "PastAsk":
         if self.at > len(self.steps):
-            raise ValueError(f"{self.at} steps lead to the text, but there are {len(self.steps)}")
+            raise ValueError(Sentence("{at} steps lead to the text, but there are {steps}", self.at, len(self.steps)))
         if sum(len(step.old) + len(step.fresh) for step in self.steps) > MAX_LETTERS:
-            raise ValueError(f"the steps have more than {MAX_LETTERS} letters")
+            raise ValueError(Sentence("the steps have more than {max_letters} letters", MAX_LETTERS))
         return self
 
 

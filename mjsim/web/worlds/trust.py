@@ -9,6 +9,7 @@ from pathlib import Path
 
 from mjsim.errors import UsageError
 from mjsim.modules import MAX_BYTES, foreign_code, modules_of
+from mjsim.sentences import Sentence
 from mjsim.web.server import RefusedError
 from mjsim.world import Source, Use, World, read_regular
 
@@ -38,7 +39,9 @@ class Trust:
             # Its name may not appear in the text that imports it; now it is known.
             self._refused.add(path)
             self._known = {}
-            raise UsageError(f"'{path.name}' is code that you have not allowed as it is now; start again to be asked")
+            raise UsageError(
+                Sentence("'{name}' is code that you have not allowed as it is now; start again to be asked", path.name)
+            )
 
     def asks_for(self, world: World) -> dict[str, str]:
         """Return the code of a world that nobody has allowed yet.
@@ -67,7 +70,9 @@ class Trust:
         self._known = {}
         needed = {name: code for name, code in self.code_of(world).items() if code not in self._allowed}
         if changed := sorted(name for name, (_, digest) in needed.items() if shown.get(name) != digest):
-            message = f"this code has changed since you were asked: {', '.join(changed)}; look at it again"
+            message = Sentence(
+                "this code has changed since you were asked: {changed}; look at it again", ", ".join(changed)
+            )
             raise RefusedError(409, message, needs_trust=_texts_of(needed))
         self._allowed |= set(needed.values())
 
@@ -80,7 +85,9 @@ class Trust:
         self._known = {}
         code = self.code_of(world)
         if needed := _texts_of({name: each for name, each in code.items() if each not in self._allowed}):
-            message = f"this world runs code that you have not allowed yet, or that has changed: {', '.join(needed)}"
+            message = Sentence(
+                "this world runs code that you have not allowed yet, or that has changed: {needed}", ", ".join(needed)
+            )
             raise RefusedError(403, message, needs_trust=needed)
         return code
 

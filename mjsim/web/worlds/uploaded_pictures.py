@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mjsim.models import picture_size, upright
 from mjsim.modules import judge_images
 from mjsim.output import write_new
+from mjsim.sentences import Sentence
 from mjsim.web.server import RefusedError
 from mjsim.web.worlds.folder import Folder
 from mjsim.web.worlds.items import Json
@@ -59,7 +60,9 @@ def bring_picture(folder: Folder, data: bytes, *, name: str, world: str | None) 
             path = place / free_name(place, f"{stem[:60]}{kind}")
             write_new(path, data)
     except OSError as error:
-        raise RefusedError(409, f"'{stem[:60]}{kind}' cannot be written: {error.strerror}") from None
+        raise RefusedError(
+            409, Sentence("'{stem}{kind}' cannot be written: {strerror}", stem[:60], kind, error.strerror)
+        ) from None
     return {"path": path.name, "file": folder.name(path)}
 
 
@@ -110,7 +113,7 @@ def decoded(data: bytes) -> Pixels:
         picture_size(data)
         pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED | cv2.IMREAD_ANYCOLOR)
     except ValueError as error:
-        raise RefusedError(415, f"this {error}") from None
+        raise RefusedError(415, Sentence("this {error}", error)) from None
     except cv2.error:
         pixels = None
     if pixels is None:

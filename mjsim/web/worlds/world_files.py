@@ -8,6 +8,7 @@ from pathlib import Path
 
 from mjsim.exchange import template_text
 from mjsim.output import write_new, write_whole
+from mjsim.sentences import Sentence
 from mjsim.web.server import RefusedError
 from mjsim.web.worlds.folder import Folder
 from mjsim.web.worlds.items import Json
@@ -78,11 +79,11 @@ def read_world(folder: Folder, path: str) -> tuple[str, str | None]:
     if path.startswith(SHIPPED):
         name = path.removeprefix(SHIPPED)
         if not is_shipped(path):
-            raise RefusedError(404, f"no world '{name:.60}' comes with mjsim; see the list")
+            raise RefusedError(404, Sentence("no world '{name:.60}' comes with mjsim; see the list", name))
         return (worlds_folder() / f"{name}.yaml").read_text(encoding="utf-8"), None
     place = _world_path(folder, path)
     if not place.is_file():
-        raise RefusedError(404, f"no file '{path:.80}'; it may have been moved or removed")
+        raise RefusedError(404, Sentence("no file '{path:.80}'; it may have been moved or removed", path))
     return read_file(place), stamp_of(place)
 
 
@@ -119,7 +120,9 @@ def save_world(folder: Folder, path: str, *, text: str, stamp: str | None, overw
     except OSError as error:
         if isinstance(error, FileExistsError) and place.is_file():
             raise _taken(path, place, stamp) from None
-        raise RefusedError(409, f"'{path}' cannot be written: {error.strerror}; choose another place") from None
+        raise RefusedError(
+            409, Sentence("'{path}' cannot be written: {strerror}; choose another place", path, error.strerror)
+        ) from None
 
 
 def _written(place: Path, path: str, *, data: bytes, stamp: str | None, overwrite: bool) -> str:
@@ -138,7 +141,7 @@ def _written(place: Path, path: str, *, data: bytes, stamp: str | None, overwrit
 def _taken(path: str, place: Path, stamp: str | None) -> RefusedError:
     """Return the error that the file's content differs from the version known to a page."""
     reason = "exists already" if stamp is None else "changed on disk since it was opened"
-    message = f"'{path}' {reason}; overwrite it, or save under another name"
+    message = Sentence("'{path}' {reason}; overwrite it, or save under another name", path, reason)
     return RefusedError(409, message, stamp=stamp_of(place))
 
 
@@ -161,9 +164,9 @@ def _as_before(old: bytes, data: bytes) -> bytes:
 def _world_path(folder: Folder, path: str) -> Path:
     place = folder.path(path)
     if place.suffix.lower() not in (".yaml", ".yml"):
-        raise RefusedError(400, f"'{path:.80}' is not the name of a world; write one that ends in .yaml")
+        raise RefusedError(400, Sentence("'{path:.80}' is not the name of a world; write one that ends in .yaml", path))
     if any(part.startswith(".") for part in place.relative_to(folder.root).parts):
-        raise RefusedError(403, f"'{path:.80}' is hidden; choose a name without a leading dot")
+        raise RefusedError(403, Sentence("'{path:.80}' is hidden; choose a name without a leading dot", path))
     return place
 
 

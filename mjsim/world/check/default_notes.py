@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from functools import partial
 
 from mjsim.errors import Problem
+from mjsim.sentences import Sentence
 from mjsim.world.items import Camera, Photons, Robot, World
 from mjsim.world.yaml import problems_at
 
@@ -28,9 +29,10 @@ def usual_photons(robot: Robot, camera: Camera) -> str | None:
     """Return that a camera has the default noise, since none is given; None otherwise."""
     if "noise" in camera.model_fields_set or not isinstance(camera.noise, Photons):
         return None
-    return (
-        f"camera '{robot.name}/{camera.camera}' has no key noise, so it has the default, full well"
-        f" {camera.noise.full_well:g} and read-out {camera.noise.read:g} electrons; for none, write noise: 0"
+    return Sentence(
+        "camera '{name}/{camera}' has no key noise, so it has the default, full well {full_well:g} and"
+        " read-out {read:g} electrons; for none, write noise: 0",
+        *(robot.name, camera.camera, camera.noise.full_well, camera.noise.read),
     )
 
 
@@ -39,7 +41,8 @@ def usual_noise(robot: Robot) -> str | None:
     if robot.base == "fixed" or "noise" in robot.odometry.model_fields_set:
         return None
     noise = robot.odometry.noise
-    return (
-        f"robot '{robot.name}' has no odometry noise, so it has the default, distance {noise.distance:g} m/sqrt(m)"
-        f" and turn {noise.turn:g} rad/sqrt(rad); for none, write odometry: {{noise: {{distance: 0, turn: 0}}}}"
+    return Sentence(
+        "robot '{name}' has no odometry noise, so it has the default, distance {distance:g} m/sqrt(m)"
+        " and turn {turn:g} rad/sqrt(rad); for none, write odometry: {{noise: {{distance: 0, turn: 0}}}}",
+        *(robot.name, noise.distance, noise.turn),
     )

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 
 from mjsim.errors import did_you_mean
+from mjsim.sentences import Sentence
 from mjsim.world.check.overlaps import Finding
 from mjsim.world.items import LeadEvent, Mechanism, ReleaseEvent, World, single_targets
 
@@ -38,16 +39,21 @@ def led_goals(world: World, event: LeadEvent) -> dict[str, float]:
     asked = event.rotation_deg if event.to_deg is None else (event.to_deg,)
     assert asked is not None, "one of them is given"
     if len(asked) != len(led):
-        key = f"rotation_deg: [rx, ry, rz], or lead one of {', '.join(led)}" if len(led) > 1 else "to_deg"
-        raise ValueError(f"joint '{event.joint}' of mechanism '{event.lead}' is led with {key}")
+        key = Sentence("rotation_deg: [rx, ry, rz], or lead one of {led}", ", ".join(led)) if len(led) > 1 else "to_deg"
+        raise ValueError(
+            Sentence("joint '{joint}' of mechanism '{lead}' is led with {key}", event.joint, event.lead, key)
+        )
     goals = {}
     for (name, (slides, lower, upper)), written in zip(led.items(), asked, strict=True):
         scale = 1.0 if slides else math.pi / 180.0
         value = written * scale
         if not lower - RANGE_TOLERANCE <= value <= upper + RANGE_TOLERANCE:
             raise ValueError(
-                f"joint '{name}' of mechanism '{event.lead}' cannot go to {written:g}; its range is"
-                f" {lower / scale:g} to {upper / scale:g}"
+                Sentence(
+                    "joint '{name}' of mechanism '{lead}' cannot go to {written:g}; its range is {lower:g}"
+                    " to {upper:g}",
+                    *(name, event.lead, written, lower / scale, upper / scale),
+                )
             )
         goals[name] = min(max(value, lower), upper)
     return goals
@@ -61,7 +67,7 @@ def led_values(world: World, name: str, joint: str) -> dict[str, Led]:
     """
     mechanisms = {each.name: each for each in world.mechanisms}
     if name not in mechanisms:
-        raise ValueError(f"no mechanism '{name}' in this world{did_you_mean(name, mechanisms)}")
+        raise ValueError(Sentence("no mechanism '{name}' in this world{meant}", name, did_you_mean(name, mechanisms)))
     mechanism = mechanisms[name]
     led, balls, names = led_joints(mechanism), mechanism.balls, mechanism.assembly.names
     if joint in led:
@@ -70,20 +76,35 @@ def led_values(world: World, name: str, joint: str) -> dict[str, Led]:
         return {value: led[value] for value in balls[joint]}
     if values := [each for each in led if each.startswith(f"{joint}.")]:
         raise ValueError(
-            f"joint '{joint}' of mechanism '{name}' has {len(values)} values to lead; lead one of {', '.join(values)}"
+            Sentence(
+                "joint '{joint}' of mechanism '{name}' has {count} values to lead; lead one of {values}",
+                *(joint, name, len(values), ", ".join(values)),
+            )
         )
     if joint not in names:
         raise ValueError(
-            f"mechanism '{name}' has no joint '{joint}' that can be led{did_you_mean(joint, [*balls, *led])}"
+            Sentence(
+                "mechanism '{name}' has no joint '{joint}' that can be led{meant}",
+                *(name, joint, did_you_mean(joint, [*balls, *led])),
+            )
         )
-    known = f"those that can are {', '.join(led)}" if led else "nor can any other"
-    raise ValueError(f"joint '{joint}' of mechanism '{name}' cannot be led, as {_why_not(mechanism, joint)}; {known}")
+    known = Sentence("those that can are {led}", ", ".join(led)) if led else "nor can any other"
+    raise ValueError(
+        Sentence(
+            "joint '{joint}' of mechanism '{name}' cannot be led, as {why_not}; {known}",
+            *(joint, name, _why_not(mechanism, joint), known),
+        )
+    )
 
 
 def _why_not(mechanism: Mechanism, joint: str) -> str:
     constraint = joint.partition(".")[0]
     own = [each.called(number) for number, each in enumerate(mechanism.constraints)]
-    return f"it is a value of the constraint '{constraint}'" if constraint in own else "it does not move"
+    return (
+        Sentence("it is a value of the constraint '{constraint}'", constraint)
+        if constraint in own
+        else "it does not move"
+    )
 
 
 def led_joints(mechanism: Mechanism) -> dict[str, Led]:

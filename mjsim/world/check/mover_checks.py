@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from mjsim.geometry import Array
+from mjsim.sentences import Sentence
 from mjsim.world.check.overlaps import MAX_OVERLAP, Finding, Solids, called, disc, pair
 from mjsim.world.items import MoveEvent, Obstacle, RemoveEvent, World
 from mjsim.world.plan import prisms, stays
@@ -35,8 +36,11 @@ def _through_things(obstacle: Obstacle, number: int, solids: Solids, loose: Coll
             )
             if found:
                 point = min(index, len(obstacle.path.points) - 1)
-                message = f"{called(obstacle, number)} goes through {found} on its way to {pair(stretch[1])}"
-                yield f"{message}; route it around", ("obstacles", number, "path", "points", point)
+                message = Sentence(
+                    "{obstacle} goes through {found} on its way to {pair}",
+                    *(called(obstacle, number), found, pair(stretch[1])),
+                )
+                yield Sentence("{message}; route it around", message), ("obstacles", number, "path", "points", point)
                 return
 
 
@@ -49,7 +53,9 @@ def misplaced(world: World, event: MoveEvent) -> str | None:
     places = [point for wall in world.walls for point in wall.points]
     places += [item.at[:2] for item in (*world.robots, *world.obstacles)]
     if world.walls and not _within(event.to, np.asarray(places)):
-        return f"'{event.move}' is placed at {pair(event.to)} outside the world; move it to a free place"
+        return Sentence(
+            "'{move}' is placed at {pair} outside the world; move it to a free place", event.move, pair(event.to)
+        )
     numbered = enumerate(world.obstacles)
     loose = {called(item, number) for number, item in numbered if not stays(item)}
     return _inside(world, event, Solids(world), loose)
@@ -73,7 +79,10 @@ def _inside(world: World, event: MoveEvent, solids: Solids, loose: Collection[st
     for shape, low, high in _put_down(world, event):
         found = solids.reached(shape, depth=MAX_OVERLAP, low=low, high=high, but=loose)
         if found:
-            return f"'{event.move}' is placed at {pair(event.to)} inside {found}; move it to a free place"
+            return Sentence(
+                "'{move}' is placed at {pair} inside {found}; move it to a free place",
+                *(event.move, pair(event.to), found),
+            )
     return None
 
 

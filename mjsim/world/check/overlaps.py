@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterator
 import numpy as np
 
 from mjsim.geometry import Array
+from mjsim.sentences import Sentence
 from mjsim.world.items import Obstacle, Wall, World
 from mjsim.world.plan import prisms, wall_pieces
 
@@ -36,7 +37,9 @@ class Solids:
             for outline, low, high in prisms(obstacle)
         ]
         self._things += [
-            (f"person '{person.name}'", *prism) for person in world.people for prism in person.prisms.values()
+            (Sentence("person '{name}'", person.name), *prism)
+            for person in world.people
+            for prism in person.prisms.values()
         ]
         self._wall_boxes = np.array([_bounds(wall) for wall in world.walls]).reshape(-1, 4)
         self._thing_boxes = np.array([_box(outline) for _, outline, _, _ in self._things]).reshape(-1, 4)
@@ -61,7 +64,7 @@ class Solids:
         for number in _overlapping(self._wall_boxes, box):
             if number not in self._pieces:
                 wall = self._walls[number]
-                name = f"wall '{wall.name}'" if wall.name else f"walls[{number}]"
+                name = Sentence("wall '{name}'", wall.name) if wall.name else f"walls[{number}]"
                 self._pieces[number] = [(name, p.outline, p.low, p.high) for p in wall_pieces(wall)]
             yield from self._pieces[number]
         for number in _overlapping(self._thing_boxes, box):
@@ -107,7 +110,7 @@ def _bounds(wall: Wall) -> tuple[float, float, float, float]:
 
 def called(obstacle: Obstacle, number: int) -> str:
     """Return the name of an obstacle in messages; the number counts from 0."""
-    return f"obstacle '{obstacle.name}'" if obstacle.name else f"obstacles[{number}]"
+    return Sentence("obstacle '{name}'", obstacle.name) if obstacle.name else f"obstacles[{number}]"
 
 
 def pair(at: tuple[float, ...]) -> str:

@@ -11,6 +11,7 @@ from functools import partial
 import numpy as np
 
 from mjsim.errors import Problem, UsageError
+from mjsim.sentences import Sentence
 from mjsim.world.check.lead_checks import misled_joints
 from mjsim.world.check.mover_checks import misled
 from mjsim.world.check.overlaps import MAX_OVERLAP, Finding, Solids, called, disc, pair
@@ -66,20 +67,34 @@ def _openings_of(wall: Wall) -> Iterator[Finding]:
         end = opening.at + opening.width
         if end > length + MAX_OVERLAP:
             yield (
-                f"this opening goes from {opening.at:g} to {end:g} m;"
-                f" segment {opening.segment} is {length:g} m long, keep it within",
+                Sentence(
+                    "this opening goes from {at:g} to {end:g} m; segment {segment} is {length:g} m long,"
+                    " keep it within",
+                    *(opening.at, end, opening.segment, length),
+                ),
                 (index, "at" if opening.at >= length else "width"),
             )
         # A door cuts a low wall over its full height; only an explicitly written height is a mistake.
         if opening.head > wall.height + MAX_OVERLAP and "head" in opening.model_fields_set:
-            yield f"head is {opening.head:g} m; the wall is {wall.height:g} m high, keep it below", (index, "head")
+            yield (
+                Sentence("head is {head:g} m; the wall is {height:g} m high, keep it below", opening.head, wall.height),
+                (index, "head"),
+            )
         if opening.sill >= wall.height:
-            yield f"sill is {opening.sill:g} m; the wall is {wall.height:g} m high, keep it below", (index, "sill")
+            yield (
+                Sentence("sill is {sill:g} m; the wall is {height:g} m high, keep it below", opening.sill, wall.height),
+                (index, "sill"),
+            )
         for other_index, other in enumerate(wall.openings[:index]):
             beside = other.segment != opening.segment or opening.at >= other.at + other.width - MAX_OVERLAP
             above = opening.sill >= other.head or other.sill >= opening.head
             if not (beside or above or other.at >= end - MAX_OVERLAP):
-                yield f"this opening overlaps openings[{other_index}] of its wall; move or narrow it", (index,)
+                yield (
+                    Sentence(
+                        "this opening overlaps openings[{other_index}] of its wall; move or narrow it", other_index
+                    ),
+                    (index,),
+                )
 
 
 def _crowded(world: World) -> Iterator[Finding]:
@@ -100,11 +115,13 @@ def _robots_in_things(world: World, solids: Solids) -> Iterator[Finding]:
         found = solids.reached(disc(robot.at, radius - MAX_OVERLAP), depth=0.0, low=0.0, high=robot.body.height)
         for other in world.robots[:index]:
             if math.dist(robot.at, other.at) < radius + other.body.radius - MAX_OVERLAP:
-                found = found or f"robot '{other.name}'"
+                found = found or Sentence("robot '{name}'", other.name)
         if found:
             yield (
-                f"robot '{robot.name}' at {pair(robot.at)} starts inside {found};"
-                f" its body needs {radius:g} m free all around",
+                Sentence(
+                    "robot '{name}' at {pair} starts inside {found}; its body needs {radius:g} m free all around",
+                    *(robot.name, pair(robot.at), found, radius),
+                ),
                 ("robots", index, "at"),
             )
 
@@ -115,7 +132,7 @@ def _people_in_things(world: World, solids: Solids) -> Iterator[Finding]:
             continue  # on a seat and among its controls; `mjsim ergonomics` reports the clearances
         below = person.floors if person.elevation is None else ()
         stood_on = (called(thing, number) for number, thing in enumerate(world.obstacles) if thing in below)
-        own = f"person '{person.name}'", *stood_on
+        own = Sentence("person '{name}'", person.name), *stood_on
         inside = (
             solids.reached(outline, depth=MAX_SOFT_OVERLAP, low=low + MAX_SOFT_OVERLAP, high=high, but=own)
             for outline, low, high in person.prisms.values()
@@ -123,7 +140,10 @@ def _people_in_things(world: World, solids: Solids) -> Iterator[Finding]:
         found = next(filter(None, inside), None)
         if found:
             yield (
-                f"person '{person.name}' at {pair(person.at)} stands inside {found}; move one of them",
+                Sentence(
+                    "person '{name}' at {pair} stands inside {found}; move one of them",
+                    *(person.name, pair(person.at), found),
+                ),
                 ("people", index, "at"),
             )
 
@@ -136,8 +156,12 @@ def _deaf_tags(world: World) -> Iterator[Finding]:
         for place, sensor in enumerate(robot.sensors):
             if isinstance(sensor, sensors.Uwb):
                 yield (
-                    f"tag '{sensor.uwb}' of robot '{robot.name}' has no anchors to measure in this world;"
-                    " add beacons with anchor: true",
+                    Sentence(
+                        "tag '{uwb}' of robot '{name}' has no anchors to measure in this world; add beacons"
+                        " with anchor: true",
+                        sensor.uwb,
+                        robot.name,
+                    ),
                     ("robots", index, "sensors", place, "uwb"),
                 )
 
@@ -154,8 +178,11 @@ def _hidden(item: Hung, solids: Solids) -> Iterator[str]:
         found = solids.reached(np.array([probe]), depth=MAX_OVERLAP, low=level - MAX_OVERLAP, high=level + MAX_OVERLAP)
         if found:
             right = "move it to a face" if word else "turn it around or move it"
-            place = f"at {pair(beacon.at)}" + (f" on '{beacon.on}'" if beacon.on is not None else "")
-            yield (f"beacon '{beacon.name}' {place} {word or 'faces into'} {found}, where it cannot be seen; {right}")
+            host = Sentence(" on '{on}'", beacon.on) if beacon.on is not None else ""
+            yield Sentence(
+                "beacon '{name}' at {place}{host} {how} {found}, where it cannot be seen; {right}",
+                *(beacon.name, pair(beacon.at), host, word or "faces into", found, right),
+            )
             return
 
 
@@ -167,8 +194,11 @@ def _hidden_in_robot(item: Hung) -> Iterator[str]:
         inner = Polygon(robot.body.outline()).buffer(-MAX_OVERLAP)
         if inner.intersects(Point(beacon.at)):
             yield (
-                f"beacon '{beacon.name}' at {pair(beacon.at)} on '{robot.name}' hangs inside this robot,"
-                f" whose body is {robot.body.height:g} m high; move it out or above"
+                Sentence(
+                    "beacon '{name}' at {pair} on '{robot}' hangs inside this robot, whose body is"
+                    " {height:g} m high; move it out or above",
+                    *(beacon.name, pair(beacon.at), robot.name, robot.body.height),
+                )
             )
 
 
@@ -180,12 +210,20 @@ def hidden_lamps(world: World) -> Iterator[Finding]:
     for index, lamp in enumerate(world.lamps):
         level = lamp.height - MAX_OVERLAP
         found = solids.reached(np.array([lamp.at]), depth=MAX_OVERLAP, low=level, high=lamp.height)
-        name = f"lamp '{lamp.name}'" if lamp.name else f"lamps[{index}]"
+        name = Sentence("lamp '{name}'", lamp.name) if lamp.name else f"lamps[{index}]"
         if found:
-            yield f"{name} at {pair(lamp.at)} is inside {found} and lights nothing; move it out", ("lamps", index, "at")
+            yield (
+                Sentence(
+                    "{name} at {pair} is inside {found} and lights nothing; move it out", name, pair(lamp.at), found
+                ),
+                ("lamps", index, "at"),
+            )
         elif ceiling is not None and level > ceiling:
             yield (
-                f"{name} is {lamp.height:g} m high, above the ceiling at {ceiling:g} m, and lights nothing; lower it",
+                Sentence(
+                    "{name} is {height:g} m high, above the ceiling at {ceiling:g} m, and lights nothing; lower it",
+                    *(name, lamp.height, ceiling),
+                ),
                 ("lamps", index, "height" if "height" in lamp.model_fields_set else "at"),
             )
 

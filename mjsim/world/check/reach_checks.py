@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from mjsim.errors import did_you_mean
 from mjsim.geometry import Array
+from mjsim.sentences import Sentence
 from mjsim.world.check.overlaps import Finding
 from mjsim.world.items import ReachEvent, ReleaseEvent, RobotArm, World, reached_joints, single_targets
 
@@ -40,7 +41,11 @@ def _beyond(item: RobotArm, event: ReachEvent) -> Iterator[Finding]:
 def unknown_person(world: World, name: str) -> str | None:
     """Return what is wrong with the name of a person whose hand moves; None if it is valid."""
     people = [person.name for person in world.people]
-    return None if name in people else f"no person '{name}' in this world{did_you_mean(name, people)}"
+    return (
+        None
+        if name in people
+        else Sentence("no person '{name}' in this world{meant}", name, did_you_mean(name, people))
+    )
 
 
 def event_key(event: ReachEvent | ReleaseEvent) -> str:
@@ -57,11 +62,13 @@ def arm_of_event(world: World, event: ReachEvent | ReleaseEvent) -> RobotArm:
     name: str = getattr(event, event_key(event))
     arms = {robot.name: {item.name: item for item in robot.arms} for robot in world.robots}
     if name not in arms and any(person.name == name for person in world.people):
-        raise ValueError(f"'{name}' is a person; say which hand: left or right")
+        raise ValueError(Sentence("'{name}' is a person; say which hand: left or right", name))
     if name not in arms and any(each.name == name for each in world.mechanisms):
-        raise ValueError(f"'{name}' is a mechanism; say which joint")
+        raise ValueError(Sentence("'{name}' is a mechanism; say which joint", name))
     if name not in arms:
-        raise ValueError(f"no robot '{name}' in this world{did_you_mean(name, arms)}")
+        raise ValueError(Sentence("no robot '{name}' in this world{meant}", name, did_you_mean(name, arms)))
     if event.arm not in arms[name]:
-        raise ValueError(f"robot '{name}' has no arm '{event.arm}'{did_you_mean(event.arm, arms[name])}")
+        raise ValueError(
+            Sentence("robot '{name}' has no arm '{arm}'{meant}", name, event.arm, did_you_mean(event.arm, arms[name]))
+        )
     return arms[name][event.arm]

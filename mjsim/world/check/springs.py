@@ -7,6 +7,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.mechanics import Apart, Linear, Rows, jacobian
+from mjsim.sentences import Sentence
 from mjsim.world.check.overlaps import Finding
 from mjsim.world.items import Assembly, Mechanism, World, mass_matrix
 
@@ -29,10 +30,13 @@ def diverging_springs(world: World) -> Iterator[Finding]:
             continue
         worst = swing.stiffest(world.run.step)
         good = [ms for ms in SHORTER_MS if ms < 1e3 * world.run.step and swing.growth(ms / 1e3) <= MAX_GROWTH]
-        remedy = f"use run: {{step_ms: {good[0]}}}, or make it" if good else "make it"
+        remedy = Sentence("use run: {{step_ms: {good}}}, or make it", good[0]) if good else "make it"
         yield (
-            f"{worst.name} is too stiff for the mass that it moves in steps of {1e3 * world.run.step:g} ms, and the"
-            f" physics would fail; {remedy} softer or what it moves heavier",
+            Sentence(
+                "{name} is too stiff for the mass that it moves in steps of {step:g} ms, and the physics"
+                " would fail; {remedy} softer or what it moves heavier",
+                *(worst.name, 1e3 * world.run.step, remedy),
+            ),
             ("mechanisms", number, *worst.path),
         )
 
@@ -56,7 +60,11 @@ def _parts(mechanism: Mechanism) -> list[_Part]:
     for number, joint in enumerate(mechanism.all_joints):
         path = ("joints", number) if number < len(mechanism.joints) else mechanism.written(number)
         figures = zip(found.columns[joint.name], joint.figures("stiffness"), joint.figures("damping"), strict=True)
-        parts += [_Part(f"joint '{joint.name}'", path, units[c], k, d, of_joint=True) for c, k, d in figures if k or d]
+        parts += [
+            _Part(Sentence("joint '{name}'", joint.name), path, units[c], k, d, of_joint=True)
+            for c, k, d in figures
+            if k or d
+        ]
     placed = found.linkage.place(found.start)
     for number, item in enumerate(mechanism.constraints):
         for spring in found.springs:
@@ -64,7 +72,14 @@ def _parts(mechanism: Mechanism) -> list[_Part]:
                 slope = Apart(spring.ends, 0.0).jacobian(found.linkage, placed, found.start)[0]
                 path = ("constraints", number)
                 parts.append(
-                    _Part(f"spring '{spring.name}'", path, slope, spring.stiffness, spring.damping, of_joint=False)
+                    _Part(
+                        Sentence("spring '{name}'", spring.name),
+                        path,
+                        slope,
+                        spring.stiffness,
+                        spring.damping,
+                        of_joint=False,
+                    )
                 )
     return parts
 

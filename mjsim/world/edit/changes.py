@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from itertools import groupby, pairwise
 from typing import Any, Literal
 
+from mjsim.sentences import Sentence
 from mjsim.world.edit.apart import take_apart
 from mjsim.world.edit.edited_text import EditedText, same
 from mjsim.world.edit.singles import make_single
@@ -160,7 +161,7 @@ class _Editor:
             and _has_expression(place.span.text)
             and not (self._computed or _has_expression(value))
         ):
-            raise UnwritableError(path, f"is computed by {place.span.text:.60}; change it in the text")
+            raise UnwritableError(path, Sentence("is computed by {text:.60}; change it in the text", place.span.text))
         else:
             self.draft.replace(place, value)
 
@@ -204,14 +205,14 @@ class _Editor:
         place = self.draft.place(path)
         if isinstance(path[-1], int) != (op == "remove"):
             right = "an item; remove it" if isinstance(path[-1], int) else "a key; unset it"
-            raise UnwritableError(path, f"is {right}")
+            raise UnwritableError(path, Sentence("is {right}", right))
         while op == "unset" and not place.rest and _is_default_when_empty(place.path[:-1]):
             outer = self.draft.place(place.path[:-1])
             if outer.count > 1:
                 break
             place = outer
         if place.elsewhere is not None:
-            raise UnwritableError(path, f"is written in {place.elsewhere}; change it there")
+            raise UnwritableError(path, Sentence("is written in {elsewhere}; change it there", place.elsewhere))
         if not place.rest:
             self.draft.take_out(place)
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+from mjsim.sentences import Sentence
 from mjsim.world.edit.cuts import Cut, applied, line_rest, line_start, new_line, put_in, taken_out
 from mjsim.world.edit.formatter import key_ranks
 from mjsim.world.edit.snippet import dashed, inline, keyed, scalar
@@ -164,7 +165,11 @@ class EditedText:
         """Add a missing key, with its missing parents."""
         if any(isinstance(step, int) for step in place.rest):
             absent = "is not there; it may come from a preset, set the whole list"
-            here = absent if place.elsewhere is None else f"is written in {place.elsewhere}; change it there"
+            here = (
+                absent
+                if place.elsewhere is None
+                else Sentence("is written in {elsewhere}; change it there", place.elsewhere)
+            )
             raise UnwritableError(place.path, here)
         first, *deeper = map(str, place.rest)
         for key in reversed(deeper):
@@ -177,7 +182,10 @@ class EditedText:
             self._lay(place, {first: value})
             return
         if span.kind != "map":
-            raise UnwritableError(place.path, f"cannot be set; {shown_path(place.path[: len(place.own)])} has no keys")
+            raise UnwritableError(
+                place.path,
+                Sentence("cannot be set; {shown_path} has no keys", shown_path(place.path[: len(place.own)])),
+            )
         names = [str(entry.name) for entry in span.entries]
         ranks = key_ranks([*names, first], place.path[: len(place.own)])
         index = next((k for k in reversed(range(len(names))) if ranks[names[k]] <= ranks[first]), -1) + 1
@@ -227,7 +235,8 @@ class EditedText:
         key = place.entries[-1].key
         if key is None or place.chain[-2].entry(name) is not None:
             raise UnwritableError(
-                place.path, f"cannot be renamed '{name:.40}'; that is not a valid key, or it exists already"
+                place.path,
+                Sentence("cannot be renamed '{name:.40}'; that is not a valid key, or it exists already", name),
             )
         holding = self._at(place.own[:-1])
         renamed = {name if old == place.own[-1] else old: value for old, value in holding.items()}
@@ -267,11 +276,15 @@ class EditedText:
             # Nested aliases may expand to more than fits in memory.
             raw, problems = read_text(self._text, file=self.source.file)
             if raw is None or problems:
-                raise UnwritableError((), f"the text cannot be read, correct it first: {problems[0]}")
+                raise UnwritableError(
+                    (), Sentence("the text cannot be read, correct it first: {problems}", problems[0])
+                )
         try:
             self._root = read_spans(self._text)
         except UnknownTextError as unknown:
-            raise UnwritableError((), f"the text is not changed from here: {unknown}; correct it first") from None
+            raise UnwritableError(
+                (), Sentence("the text is not changed from here: {unknown}; correct it first", unknown)
+            ) from None
         if self._root.kind != "map":
             raise UnwritableError((), "the text is not a world; a world begins with 'mjsim: 1'")
         if expands and raw is not None:
@@ -291,9 +304,11 @@ class EditedText:
             return index
         item = node.items[index]
         if item.origin is not None and item.origin.repetition:
-            raise UnwritableError(path, f"is one repetition of the item in line {item.line}; change it in the text")
+            raise UnwritableError(
+                path, Sentence("is one repetition of the item in line {line}; change it in the text", item.line)
+            )
         if item.origin is not None:
-            raise UnwritableError(path, f"is written in {item.origin.file}; change it there")
+            raise UnwritableError(path, Sentence("is written in {file}; change it there", item.origin.file))
         if id(raw) not in self._indices:
             self._indices[id(raw)] = {(own.line, own.column): int(number) for number, own in raw.items.items()}
         return self._indices[id(raw)][item.line, item.column]
@@ -345,7 +360,7 @@ def _check_free(path: Path, whole: Path, inner: Node | None) -> None:
     joined = path in OPEN or isinstance(inner.value, list)
     if path[:-1] in OPEN and (path == whole or joined):
         return
-    raise UnwritableError(path, f"is written in {inner.origin.file}; change it there")
+    raise UnwritableError(path, Sentence("is written in {file}; change it there", inner.origin.file))
 
 
 def _written(value: Any, span: Span) -> str:

@@ -9,6 +9,7 @@ from pydantic import BaseModel
 
 from mjsim.errors import Problem, UsageError, WorldError
 from mjsim.output import write_whole
+from mjsim.sentences import Sentence
 from mjsim.world.edit.snippet import FIRST, WIDTH
 from mjsim.world.files import world_path
 from mjsim.world.ground import models_at
@@ -95,7 +96,7 @@ def format_file(path: str | Path, *, write: bool) -> bool:
     try:
         write_whole(path.resolve(), formatted.encode("utf-8"))
     except OSError as error:
-        raise UsageError(f"cannot write '{path}': {error.strerror}") from None
+        raise UsageError(Sentence("cannot write '{path}': {reason}", path, error.strerror)) from None
     return True
 
 

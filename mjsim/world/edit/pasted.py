@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from mjsim.errors import UsageError, did_you_mean
+from mjsim.sentences import Sentence
 from mjsim.world.ground import models_at
 from mjsim.world.items import World
 from mjsim.world.yaml import MAX_BYTES, read_text, too_large
@@ -52,7 +53,11 @@ def _listed(world: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
             items = items.get(key) if isinstance(items, dict) else None
         for number, item in enumerate(items if isinstance(items, list) else []):
             if not isinstance(item, dict) or not _fits(item, name):
-                raise UsageError(f"{'.'.join(path)}[{number}] is not an item of a world{_hint(item, name)}")
+                raise UsageError(
+                    Sentence(
+                        "{path}[{number}] is not an item of a world{hint}", ".".join(path), number, _hint(item, name)
+                    )
+                )
             yield name, item
 
 
@@ -78,4 +83,4 @@ def _hint(item: Any, name: str) -> str:
         return ""
     known = {"repeat"}.union(*(kind.model_fields for kind in models_at(World, LISTS[name])))
     wrong = next((str(key) for key in item if key not in known), None)
-    return "" if wrong is None else f": unknown key '{wrong:.40}'{did_you_mean(wrong, known)}"
+    return "" if wrong is None else Sentence(": unknown key '{wrong:.40}'{meant}", wrong, did_you_mean(wrong, known))

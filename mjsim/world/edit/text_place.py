@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from mjsim.errors import UsageError
+from mjsim.sentences import Sentence
 from mjsim.world.yaml import Entry, Node, Span
 
 Path = tuple[str | int, ...]
@@ -14,7 +15,7 @@ class UnwritableError(UsageError):
     """A change cannot be written into the text; holds the path of the value."""
 
     def __init__(self, path: Path, message: str) -> None:
-        super().__init__(f"{shown_path(path)} {message}" if path else message)
+        super().__init__(Sentence("{path} {problem}", shown_path(path), message) if path else message)
         self.path = path
 
 

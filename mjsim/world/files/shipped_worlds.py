@@ -6,6 +6,7 @@ from itertools import takewhile
 from pathlib import Path
 
 from mjsim.errors import UsageError, did_you_mean
+from mjsim.sentences import Sentence
 
 SCHEMA_LINE = re.compile(r"\A# yaml-language-server:.*\n")
 """Line for completion in editors; the schema is only beside the shipped worlds."""
@@ -39,10 +40,12 @@ def world_path(place: str | Path) -> Path:
     if word in shipped:
         return shipped[word]
     if Path(f"{word}.yaml").is_file():
-        raise UsageError(f"no shipped world '{word}'; to name the file here, type '{word}.yaml'")
+        raise UsageError(Sentence("no shipped world '{word}'; to name the file here, type '{word}.yaml'", word))
     if Path(word).is_dir():
-        raise UsageError(f"no shipped world '{word}'; for a world in the folder, type '{word:.60}/WORLD.yaml'")
-    raise UsageError(f"no shipped world '{word:.60}'{did_you_mean(word, shipped)}")
+        raise UsageError(
+            Sentence("no shipped world '{word}'; for a world in the folder, type '{word:.60}/WORLD.yaml'", word)
+        )
+    raise UsageError(Sentence("no shipped world '{word:.60}'{meant}", word, did_you_mean(word, shipped)))
 
 
 def world_summary(path: Path) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 
 from mjsim.errors import did_you_mean
 from mjsim.geometry import Array
+from mjsim.sentences import Sentence
 
 MAX_BYTES = 20_000_000
 MAX_ROWS = 200_000
@@ -28,22 +29,27 @@ def read_columns(data: bytes, name: str, columns: Sequence[str | int]) -> Array:
         ValueError: It is not such a table; the message gives the line.
     """
     if len(data) > MAX_BYTES:
-        raise ValueError(f"'{name}' has {len(data) / 1e6:.0f} MB; a table has at most {MAX_BYTES // 1_000_000} MB")
+        raise ValueError(
+            Sentence(
+                "'{name}' has {data:.0f} MB; a table has at most {max_bytes} MB",
+                *(name, len(data) / 1e6, MAX_BYTES // 1_000_000),
+            )
+        )
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise ValueError(f"'{name}' is not UTF-8 text; write a table of numbers (CSV)") from None
+        raise ValueError(Sentence("'{name}' is not UTF-8 text; write a table of numbers (CSV)", name)) from None
     lines = _lines(text)
     first = next(lines, None)
     if first is None:
-        raise ValueError(f"'{name}' is empty; write lines such as '0.0, 1.5'")
+        raise ValueError(Sentence("'{name}' is empty; write lines such as '0.0, 1.5'", name))
     named = not all(map(_is_number, first[1]))
     places = [_place(column, first[1] if named else None, len(first[1]), name) for column in columns]
     rows = list(islice(lines, MAX_ROWS + 1)) if named else [first, *islice(lines, MAX_ROWS)]
     if len(rows) > MAX_ROWS:
-        raise ValueError(f"'{name}' has over {MAX_ROWS} lines; a table has at most that many")
+        raise ValueError(Sentence("'{name}' has over {max_rows} lines; a table has at most that many", name, MAX_ROWS))
     if not rows:
-        raise ValueError(f"'{name}' has no line of numbers; write lines such as '0.0, 1.5'")
+        raise ValueError(Sentence("'{name}' has no line of numbers; write lines such as '0.0, 1.5'", name))
     return np.array([[_number(cells, place, f"{name}:{line}") for place in places] for line, cells in rows])
 
 
@@ -59,12 +65,16 @@ def _lines(text: str) -> Iterator[tuple[int, list[str]]]:
 def _place(column: str | int, names: list[str] | None, count: int, name: str) -> int:
     if isinstance(column, int):
         if not 1 <= column <= count:
-            raise ValueError(f"'{name}' has no column {column}; it has {count}")
+            raise ValueError(Sentence("'{name}' has no column {column}; it has {count}", name, column, count))
         return column - 1
     if names is None:
-        raise ValueError(f"'{name}' does not name its columns; give the number of one, from 1 to {count}")
+        raise ValueError(
+            Sentence("'{name}' does not name its columns; give the number of one, from 1 to {count}", name, count)
+        )
     if column not in names:
-        raise ValueError(f"'{name}' has no column '{column}'{did_you_mean(column, names)}")
+        raise ValueError(
+            Sentence("'{name}' has no column '{column}'{meant}", name, column, did_you_mean(column, names))
+        )
     return names.index(column)
 
 
@@ -78,7 +88,9 @@ def _is_number(cell: str) -> bool:
 
 def _number(cells: Sequence[str], place: int, line: str) -> float:
     if place >= len(cells):
-        raise ValueError(f"{line}: the line has {len(cells)} columns; it must have {place + 1} or more")
+        raise ValueError(
+            Sentence("{line}: the line has {cells} columns; it must have {place} or more", line, len(cells), place + 1)
+        )
     if not _is_number(cells[place]) or not math.isfinite(value := float(cells[place])):
-        raise ValueError(f"{line}: '{cells[place]:.20}' is not a finite number")
+        raise ValueError(Sentence("{line}: '{cells:.20}' is not a finite number", line, cells[place]))
     return value

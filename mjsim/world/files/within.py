@@ -5,6 +5,8 @@ import os
 import stat
 from pathlib import Path
 
+from mjsim.sentences import Sentence
+
 MAX_NAME_LENGTH = 255
 """Maximum length of a file name, as in file systems [bytes]."""
 
@@ -27,16 +29,22 @@ def place_in(folder: Path, name: str) -> Path:
     home = folder.resolve()
     parts = Path(name).parts
     if not name.isprintable():
-        raise ValueError(f"path {name[:60]!r} is not a file name; write for example 'worlds/room.yaml'")
+        raise ValueError(Sentence("path {name!r} is not a file name; write for example 'worlds/room.yaml'", name[:60]))
     if any(len(part.encode("utf-8", "replace")) > MAX_NAME_LENGTH for part in parts):
-        raise ValueError(f"path '{name[:60]}...' has a name of more than {MAX_NAME_LENGTH} bytes; shorten it")
+        raise ValueError(
+            Sentence(
+                "path '{name}...' has a name of more than {max_name_length} bytes; shorten it",
+                name[:60],
+                MAX_NAME_LENGTH,
+            )
+        )
     path = Path(os.path.normpath(home / name))
     try:
         resolved = path.resolve()
     except (OSError, RuntimeError):
-        raise ValueError(f"path '{name:.60}' leads nowhere; name another") from None
+        raise ValueError(Sentence("path '{name:.60}' leads nowhere; name another", name)) from None
     if not resolved.is_relative_to(home):
-        raise OutsideError(f"path '{name}' leaves its folder")
+        raise OutsideError(Sentence("path '{name}' leaves its folder", name))
     return path if path.is_relative_to(home) else resolved
 
 
@@ -63,7 +71,7 @@ def read_regular(path: Path, *, limit: int) -> bytes:
         if not stat.S_ISREG(status.st_mode):
             raise OSError(errno.EINVAL, "it is a pipe or a device, not a file", str(path))
         if status.st_size > limit:
-            size = f"it has {status.st_size / 1e6:.0f} MB, more than {limit / 1e6:.0f} MB"
+            size = Sentence("it has {st_size:.0f} MB, more than {limit:.0f} MB", status.st_size / 1e6, limit / 1e6)
             raise OSError(errno.EFBIG, size, str(path))
         return file.read(limit)
 

@@ -12,6 +12,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any, Self
 
 from mjsim.models import picture_size, require_picture
+from mjsim.sentences import Sentence
 from mjsim.world.files.within import OutsideError, place_in, read_regular
 
 MAX_BYTES = 64_000_000
@@ -80,7 +81,9 @@ def read_asset(name: str, source: Source) -> bytes:
     shipped = resources.files("mjsim.assets").joinpath(name)
     if _exists(shipped):
         return shipped.read_bytes()
-    raise ValueError(f"no file '{name}' beside the world file or in assets{_suggestion(name, source)}")
+    raise ValueError(
+        Sentence("no file '{name}' beside the world file or in assets{suggestion}", name, _suggestion(name, source))
+    )
 
 
 def check_picture(name: str, source: Source) -> None:
@@ -90,7 +93,7 @@ def check_picture(name: str, source: Source) -> None:
         picture_size(data)
         require_picture(data, name)
     except ValueError as error:
-        raise ValueError(f"'{name}' {error}") from None
+        raise ValueError(Sentence("'{name}' {problem}", name, str(error))) from None
 
 
 def _beside(name: str, source: Source) -> Path | None:
@@ -133,8 +136,10 @@ def _read(path: Path, name: str) -> bytes:
         return read_regular(path, limit=MAX_BYTES)
     except OSError as error:
         if error.errno == errno.EFBIG:
-            raise ValueError(f"'{name}' is too large: {error.strerror}") from None
-        raise ValueError(f"'{name}' cannot be read: {error.strerror}; change its permissions") from None
+            raise ValueError(Sentence("'{name}' is too large: {strerror}", name, error.strerror)) from None
+        raise ValueError(
+            Sentence("'{name}' cannot be read: {strerror}; change its permissions", name, error.strerror)
+        ) from None
 
 
 def _suggestion(name: str, source: Source) -> str:
@@ -148,7 +153,7 @@ def _suggestion(name: str, source: Source) -> str:
         if shipped.is_dir():
             known += [str(folder / item.name) for item in shipped.iterdir() if item.is_file()]
     matches = difflib.get_close_matches(name, filter(str.isprintable, known), n=1) or _namesakes(name)
-    return f"; did you mean '{matches[0]}'?" if matches else ""
+    return Sentence("; did you mean '{matches}'?", matches[0]) if matches else ""
 
 
 def _namesakes(name: str) -> list[str]:

@@ -8,6 +8,8 @@ from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler, Vali
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
+from mjsim.sentences import Sentence
+
 
 def kind_of(item: object, kinds: Mapping[str, type[BaseModel]]) -> str | None:
     """Return the kind of an item, from its model or from the key that names the kind; None if it has none."""
@@ -79,7 +81,7 @@ class Shaped:
             {f"<{shape}>": choice for shape, choice in zip(self.shapes, choices, strict=True)},
             self._tag,
             custom_error_type="shape",
-            custom_error_message=f"it must be {_either(named)}",
+            custom_error_message=Sentence("it must be {either}", _either(named)),
         )
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
@@ -94,7 +96,7 @@ def _said(shape: str, choice: Any) -> str:
     """Return what a value of a shape is called; a list of fixed length with that length."""
     count = choice.get("max_length")
     fixed = shape == "list" and count is not None and count == choice.get("min_length")
-    return f"a list of {count} numbers" if fixed else _SHAPES[shape][0]
+    return Sentence("a list of {count} numbers", count) if fixed else _SHAPES[shape][0]
 
 
 def _naming_others(choice: Any, others: list[str]) -> CoreSchema:
@@ -107,7 +109,7 @@ def _naming_others(choice: Any, others: list[str]) -> CoreSchema:
 
 def _either(parts: Iterable[str]) -> str:
     *others, last = parts
-    return f"{', '.join(others)} or {last}"
+    return Sentence("{others} or {last}", ", ".join(others), last)
 
 
 def _lazy_schema(model: type[BaseModel]) -> CoreSchema:

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, PydanticCustomError
 
+from mjsim.sentences import Sentence
 from mjsim.world.files import Source, check_picture, read_asset
 from mjsim.world.ground.descriptions import descriptions
 from mjsim.world.ground.names import legible
@@ -54,7 +55,9 @@ def _existing_picture(name: str, info: ValidationInfo) -> str:
 def _existing_model(name: str, info: ValidationInfo) -> str:
     """Check that an MJCF, URDF, xacro or SDF file exists, if the reader of a file provides the source."""
     if not name.lower().endswith((".xml", ".mjcf", ".urdf", ".xacro", ".sdf")):
-        raise ValueError(f"'{name}' is not a model; name an MJCF (.xml), URDF (.urdf), xacro or SDF (.sdf) file")
+        raise ValueError(
+            Sentence("'{name}' is not a model; name an MJCF (.xml), URDF (.urdf), xacro or SDF (.sdf) file", name)
+        )
     source = (info.context or {}).get("source")
     if isinstance(source, Source) and name not in source.attached:
         read_asset(name, source)
@@ -85,7 +88,7 @@ MIN_SIZE = 1e-5
 
 def _require_visible(length: float) -> float:
     if length < MIN_SIZE:
-        raise ValueError(f"a length is {length:g} m; it must be at least {MIN_SIZE:g} m")
+        raise ValueError(Sentence("a length is {length:g} m; it must be at least {min_size:g} m", length, MIN_SIZE))
     return length
 
 

@@ -4,6 +4,8 @@ import unicodedata
 from collections.abc import Sequence
 from typing import Protocol
 
+from mjsim.sentences import Sentence
+
 RESERVED = ("beacon", "ceiling", "door", "floor", "obstacle", "wall", "world")
 """First part of names in the scene for everything other than robots, mechanisms and people."""
 RUN = "run"
@@ -27,13 +29,27 @@ def legible(name: str) -> str:
     for character in name:
         kind = unicodedata.category(character)
         if character in INVISIBLE or kind in ("Cf", "Cc"):
-            raise ValueError(f"name '{name}' has the invisible character U+{ord(character):04X}; write it without")
+            raise ValueError(
+                Sentence(
+                    "name '{name}' has the invisible character U+{character:04X}; write it without",
+                    name,
+                    ord(character),
+                )
+            )
         if not character.isascii() and kind[0] not in "LMN":
             raise ValueError(
-                f"name '{name}' has U+{ord(character):04X}, which is neither a letter nor a digit; write it without"
+                Sentence(
+                    "name '{name}' has U+{character:04X}, which is neither a letter nor a digit; write it without",
+                    name,
+                    ord(character),
+                )
             )
     if unicodedata.category(name[0])[0] == "M":
-        raise ValueError(f"name '{name}' begins with the mark U+{ord(name[0]):04X}; begin with a letter or a digit")
+        raise ValueError(
+            Sentence(
+                "name '{name}' begins with the mark U+{code:04X}; begin with a letter or a digit", name, ord(name[0])
+            )
+        )
     return composed(name)
 
 
@@ -67,15 +83,20 @@ class TakenNames:
             return None
         other, place = self._owners[look]
         if name == other:
-            return f"name '{name}' is taken by {place}; give {each} its own"
-        return f"name '{name}' looks like '{other}' of {place}; give {each} a name that looks different"
+            return Sentence("name '{name}' is taken by {place}; give {each} its own", name, place, each)
+        return Sentence(
+            "name '{name}' looks like '{other}' of {place}; give {each} a name that looks different",
+            *(name, other, place, each),
+        )
 
 
 def reserved_fault(name: str, *, reserved: Sequence[str] = RESERVED) -> str | None:
     """Return why a robot, a mechanism or a person cannot have a name; None if it can."""
     if name == RUN and RUN in reserved:
-        return f"'{name}' is reserved for the figures of the run, beside those of its robots; give another name"
-    return f"'{name}' is a reserved name in the scene; give another name" if name in reserved else None
+        return Sentence(
+            "'{name}' is reserved for the figures of the run, beside those of its robots; give another name", name
+        )
+    return Sentence("'{name}' is a reserved name in the scene; give another name", name) if name in reserved else None
 
 
 class Nameable(Protocol):

@@ -10,6 +10,7 @@ from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
 from mjsim.errors import did_you_mean
+from mjsim.sentences import Sentence
 from mjsim.world.ground.descriptions import description_of
 from mjsim.world.ground.model_base import (
     COLOR_PATTERN,
@@ -61,6 +62,8 @@ _BOUNDS = {
 }
 _SHAPE = re.compile(r"(\[\w+(?:, \w+)+\])( each)?")
 _UNIT = re.compile(r"\[([^\[\]]*)\]\W*$")
+_ITEMS = ("{count} item", "{count} items")
+_CHARACTERS = ("{count} character", "{count} characters")
 _UNITS_OF_KEYS = {"_deg": "deg", "_hz": "Hz"}
 
 
@@ -74,41 +77,42 @@ def sentence(error: ErrorDetails, path: Path, model: type[BaseModel]) -> str:
     kind, context, value = error["type"], error.get("ctx", {}), error["input"]
     name = _name(path)
     if kind == "extra_forbidden":
-        return f"unknown key '{path[-1]}'{did_you_mean(str(path[-1]), keys_at(model, path[:-1]))}"
+        return Sentence("unknown key '{path}'{meant}", path[-1], did_you_mean(str(path[-1]), keys_at(model, path[:-1])))
     if kind == "missing":
-        return f"key '{path[-1]}' is missing; add it{_described(model, path)}"
+        return Sentence("key '{path}' is missing; add it{described}", path[-1], _described(model, path))
     if kind == "mjsim" or "error" in context:
         return str(context.get("text", context.get("error")))
     if path and path[-1] == KEY:
-        return f"key {shown(value)} is not right; it must be {_PATTERNS[NAME_PATTERN]}"
+        return Sentence("key {value} is not right; it must be {right}", shown(value), _PATTERNS[NAME_PATTERN])
     shape = _shape(model, path) if kind in ("too_short", "too_long", "tuple_type") else ""
-    right = f"it must be {shape}" if shape else _right(kind, context, value, error["msg"])
-    return f"{name} is {shown(value, unit=_unit(model, path))}; {right}"
+    right = Sentence("it must be {shape}", shape) if shape else _right(kind, context, value, error["msg"])
+    return Sentence("{name} is {value}; {right}", name, shown(value, unit=_unit(model, path)), right)
 
 
 def _right(kind: str, context: Mapping[str, Any], value: Any, otherwise: str) -> str:
     """Return what would be right, as the second half of a message."""
     if kind in _KINDS:
-        return f"it must be {_KINDS[kind]}"
+        return Sentence("it must be {right}", _KINDS[kind])
     if kind in _BOUNDS:
         word, key = _BOUNDS[kind]
         bound = context[key]
-        return f"it must be {word} {bound if isinstance(bound, int) else format(bound, 'g')}"
+        return Sentence("it must be {word} {bound}", word, bound if isinstance(bound, int) else format(bound, "g"))
     if kind in ("too_short", "too_long"):
         few = kind == "too_short"
         count = context["min_length" if few else "max_length"]
-        return f"it must have {'at least' if few else 'at most'} {_counted(count, 'item')}"
+        return Sentence("it must have {bound} {items}", "at least" if few else "at most", _counted(count, _ITEMS))
     if kind in ("string_too_short", "string_too_long"):
         few = kind == "string_too_short"
         count = context["min_length" if few else "max_length"]
-        return f"it must have {'at least' if few else 'at most'} {_counted(count, 'character')}"
+        return Sentence("it must have {bound} {items}", "at least" if few else "at most", _counted(count, _CHARACTERS))
     if kind == "string_pattern_mismatch":
-        return f"it must be {_PATTERNS[context['pattern']]}"
+        return Sentence("it must be {right}", _PATTERNS[context["pattern"]])
     if kind == "literal_error":
         suggestion = (
             did_you_mean(value, re.findall(r"'([^']*)'", context["expected"])) if isinstance(value, str) else ""
         )
-        return f"it must be {context['expected']}" + (suggestion if suggestion.startswith("; did") else "")
+        meant = suggestion if suggestion.startswith("; did") else ""
+        return Sentence("it must be {expected}{meant}", context["expected"], meant)
     return otherwise[0].lower() + otherwise[1:]
 
 
@@ -121,10 +125,12 @@ def shown(value: Any, *, unit: str = "") -> str:
     if isinstance(value, (int, float)):
         return f"{value!r} {unit}".rstrip() if math.isfinite(value) else str(value)
     if isinstance(value, Mapping):
-        return f"{{{', '.join(map(str, value))}}}" if len(value) < 4 else f"a mapping of {len(value)} keys"
+        return (
+            f"{{{', '.join(map(str, value))}}}" if len(value) < 4 else Sentence("a mapping of {value} keys", len(value))
+        )
     if isinstance(value, (list, tuple)):
         text = repr(list(value))
-        return text if len(text) <= 60 else f"a list of {_counted(len(value), 'item')}"
+        return text if len(text) <= 60 else Sentence("a list of {counted}", _counted(len(value), _ITEMS))
     text = repr(value)
     return text if len(text) <= 60 else f"{text[:50]}...{text[-1]}"
 
@@ -139,7 +145,7 @@ def misspelt_kind(given: Iterable[str], path: Path, model: type[BaseModel]) -> t
     for key in given:
         meant = meant_key((*path, key), model)
         if meant is not None and meant != key:
-            return key, f"unknown key '{key}'; did you mean '{meant}'?"
+            return key, Sentence("unknown key '{key}'; did you mean '{meant}'?", key, meant)
     return None
 
 
@@ -195,7 +201,7 @@ def unit_of(name: str, description: str) -> str:
 
 def _described(model: type[BaseModel], path: Path) -> str:
     text = next(iter(_field_texts(model, path)), "")
-    return f": {text[0].lower()}{text[1:].rstrip('.')}" if text else ""
+    return Sentence(": {meaning}", f"{text[0].lower()}{text[1:].rstrip('.')}") if text else ""
 
 
 def _shape(model: type[BaseModel], path: Path) -> str:
@@ -214,5 +220,5 @@ def _name(path: Path) -> str:
     return "".join(f"[{step}]" if isinstance(step, int) else step for step in steps[start:]) or "the world"
 
 
-def _counted(count: int, word: str) -> str:
-    return f"{count} {word}" if count == 1 else f"{count} {word}s"
+def _counted(count: int, forms: tuple[str, str]) -> str:
+    return Sentence(forms[count != 1], count)

@@ -13,6 +13,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, Valida
 
 from mjsim.errors import did_you_mean
 from mjsim.geometry import Array
+from mjsim.sentences import Sentence
 from mjsim.world.files import BUILT, Source, read_asset
 from mjsim.world.ground import Color, Degrees, Metres, Model, ModelPath, Name, Point3, RollPitchYaw, fault
 from mjsim.world.items.shipped_presets import shipped_keys, shipped_names
@@ -34,7 +35,9 @@ Above = Annotated[float, Field(gt=0, le=1e9)]
 
 def _ascending(bounds: tuple[float, ...]) -> tuple[float, ...]:
     if bounds[0] >= bounds[1]:
-        raise ValueError(f"the range is [{bounds[0]:g}, {bounds[1]:g}]; the first must be below the second")
+        raise ValueError(
+            Sentence("the range is [{low:g}, {high:g}]; the first must be below the second", bounds[0], bounds[1])
+        )
     return bounds
 
 
@@ -110,7 +113,9 @@ class DhRow(Model):
         moves, wrong, right = ("slides", "{}_deg", "{}") if self.slide else ("revolves", "{}", "{}_deg")
         for name in ("range", "velocity"):
             if getattr(self, key := wrong.format(name)) is not None:
-                raise fault(f"{key} is not for a joint that {moves}; give {right.format(name)}", key)
+                raise fault(
+                    Sentence("{key} is not for a joint that {moves}; give {name}", key, moves, right.format(name)), key
+                )
         try:
             Arm.from_dh([self.as_row()])
         except ValueError as error:
@@ -138,8 +143,11 @@ class DhTable(Model):
         number = faulty_joint(self.arm("arm"))
         if number is not None:
             raise fault(
-                f"joint{number + 1} moves nothing that has mass; give link{number + 1} or one beyond it a mass and"
-                " an inertia, or the motor a rotor_inertia",
+                Sentence(
+                    "joint{number} moves nothing that has mass; give link{number} or one beyond it a mass"
+                    " and an inertia, or the motor a rotor_inertia",
+                    number + 1,
+                ),
                 *("rows", number),
             )
         return self
@@ -237,11 +245,21 @@ class RobotArm(Model):
         """Raise ValueError if the file has too many joints, or one that moves no mass."""
         arm = self.arm
         if arm.n > MAX_JOINTS:
-            raise ValueError(f"'{self.model}' has {arm.n} joints; an arm has at most {MAX_JOINTS}")
+            raise ValueError(
+                Sentence(
+                    "'{model}' has {joints} joints; an arm has at most {max_joints}", self.model, arm.n, MAX_JOINTS
+                )
+            )
         number = faulty_joint(arm)
         if number is not None:
             name = arm.links[number].label
-            raise ValueError(f"joint '{name}' of '{self.model}' moves nothing that has mass; give what it moves a mass")
+            raise ValueError(
+                Sentence(
+                    "joint '{name}' of '{model}' moves nothing that has mass; give what it moves a mass",
+                    name,
+                    self.model,
+                )
+            )
 
     @cached_property
     def file_arm(self) -> "FileArm":
@@ -255,12 +273,21 @@ class RobotArm(Model):
     def _starts_within_limits(self) -> Self:
         links = self.arm.links
         if self.start_deg and len(self.start_deg) != len(links):
-            raise fault(f"start_deg holds {len(self.start_deg)} values; the arm has {len(links)} joints", "start_deg")
+            raise fault(
+                Sentence(
+                    "start_deg holds {start_deg} values; the arm has {links} joints", len(self.start_deg), len(links)
+                ),
+                "start_deg",
+            )
         for number, (link, value, given) in enumerate(zip(links, self.start(), self.start_deg, strict=False)):
             if not link.lower - 1e-9 <= value <= link.upper + 1e-9:
                 scale = 1.0 if link.slide else 180.0 / math.pi
                 bounds = f"[{link.lower * scale:g}, {link.upper * scale:g}]"
-                raise fault(f"joint{number + 1} starts at {given:g}; its range is {bounds}", "start_deg", number)
+                raise fault(
+                    Sentence("joint{number} starts at {given:g}; its range is {bounds}", number + 1, given, bounds),
+                    "start_deg",
+                    number,
+                )
         return self
 
     @cached_property
@@ -291,7 +318,7 @@ def over_arm(name: str, keys: Mapping[str, Any]) -> dict[str, Any]:
         ValueError: The preset does not exist.
     """
     if name not in arm_names():
-        raise ValueError(f"no arm preset '{name}'{did_you_mean(name, arm_names())}")
+        raise ValueError(Sentence("no arm preset '{name}'{meant}", name, did_you_mean(name, arm_names())))
     return {**shipped_keys("arms", name), **keys}
 
 

@@ -9,6 +9,7 @@ from pydantic import BaseModel, Field, PrivateAttr, ValidationInfo, model_valida
 
 from mjsim.errors import did_you_mean
 from mjsim.geometry import Array
+from mjsim.sentences import Sentence
 from mjsim.world.files import BUILT, Source, read_asset
 from mjsim.world.ground import Color, Degrees, Length, Metres, Model, ModelPath, OneOf, Point, Point3, fault, kind_of
 from mjsim.world.items.model_files import shape_in
@@ -245,7 +246,13 @@ class ModelBody(_Body):
         """Refuse joints that are not in the file."""
         for path, joint in self._joints():
             if joint not in self.shape.hinges:
-                raise fault(f"no hinge '{joint}' in '{self.model}'{did_you_mean(joint, self.shape.hinges)}", *path)
+                raise fault(
+                    Sentence(
+                        "no hinge '{joint}' in '{model}'{meant}",
+                        *(joint, self.model, did_you_mean(joint, self.shape.hinges)),
+                    ),
+                    *path,
+                )
 
     def _joints(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
         """Yield each joint that the keys name, with its path."""

@@ -6,6 +6,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from mjsim.errors import UsageError, did_you_mean
+from mjsim.sentences import Sentence
 from mjsim.world.ground import composed, path_of, sentence
 from mjsim.world.items.sensing import SENSOR_KINDS
 from mjsim.world.items.world import World
@@ -40,7 +41,7 @@ def with_parts(world: World, given: Sequence[tuple[list[str], Any, str]], label:
         changed = World.model_validate(tree, context={"source": world.source})
     except ValidationError as error:
         first = error.errors()[0]
-        raise UsageError(f"{label}: {sentence(first, path_of(first), World)}") from None
+        raise UsageError(Sentence("{label}: {problem}", label, sentence(first, path_of(first), World))) from None
     changed._source = world.source
     return changed
 
@@ -54,11 +55,16 @@ def _put(tree: Any, full: Any, path: list[str], value: Any, setting: str) -> Non
         if head in names:
             index = names.index(head)
         if index is None:
-            raise UsageError(f"{setting}: no item '{head}'{did_you_mean(head, names)}")
+            raise UsageError(Sentence("{setting}: no item '{head}'{meant}", setting, head, did_you_mean(head, names)))
         head_key: Any = index
     else:
         if not isinstance(full, dict) or (head not in full and "use" not in full):
-            raise UsageError(f"{setting}: no key '{head}'{did_you_mean(head, full if isinstance(full, dict) else ())}")
+            raise UsageError(
+                Sentence(
+                    "{setting}: no key '{head}'{meant}",
+                    *(setting, head, did_you_mean(head, full if isinstance(full, dict) else ())),
+                )
+            )
         head_key = head
     if not rest:
         tree[head_key] = value

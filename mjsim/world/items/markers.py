@@ -1,6 +1,7 @@
 """OpenCV's dictionaries of square markers: number of markers, and modules across."""
 
 from mjsim.errors import did_you_mean
+from mjsim.sentences import Sentence
 
 DICTIONARIES: dict[str, tuple[int, int]] = {
     **{f"{side}x{side}_{count}": (side, count) for side in (4, 5, 6, 7) for count in (50, 100, 250, 1000)},
@@ -31,8 +32,12 @@ def printed_share(dictionary: str) -> float:
 def check_marker(dictionary: str, number: int) -> tuple[str, str] | None:
     """Return what is wrong with a marker and under which key; None if it is valid."""
     if dictionary not in DICTIONARIES:
-        return f"no dictionary '{dictionary}'{did_you_mean(dictionary, DICTIONARIES)}", "dictionary"
+        return Sentence(
+            "no dictionary '{dictionary}'{meant}", dictionary, did_you_mean(dictionary, DICTIONARIES)
+        ), "dictionary"
     _, count = DICTIONARIES[dictionary]
     if number >= count:
-        return f"id is {number}; the dictionary {dictionary} has ids from 0 to {count - 1}", "id"
+        return Sentence(
+            "id is {number}; the dictionary {dictionary} has ids from 0 to {count}", number, dictionary, count - 1
+        ), "id"
     return None

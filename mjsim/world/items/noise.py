@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from mjsim.errors import UsageError
+from mjsim.sentences import Sentence
 from mjsim.world.ground import Slider, description_of
 from mjsim.world.items.changed_values import called, with_values
 from mjsim.world.items.sensing import SENSOR_KINDS, Depth, name_of
@@ -55,7 +56,9 @@ def require_same_but_noise(before: World, after: World) -> None:
     """
     different = _difference(_quiet(before), _quiet(after))
     if different is not None:
-        raise UsageError(f"{different} cannot change during a run, only noise can; restart the run with it")
+        raise UsageError(
+            Sentence("{different} cannot change during a run, only noise can; restart the run with it", different)
+        )
 
 
 def with_noise(world: World, key: str, value: object) -> World:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 from pydantic import Field, PrivateAttr, model_validator
 
 from mjsim.errors import did_you_mean
+from mjsim.sentences import Sentence
 from mjsim.world.ground import Color, Degrees, Model, Name, Point, fault, reserved_fault
 from mjsim.world.items.targets import Feet, Hands, TargetRef
 
@@ -107,10 +108,15 @@ class Person(Model):
                 raise fault("a person stands at a place or sits on a seat; add at: [x, y] or seat: THING")
             for key in ("hands", "feet", "gaze"):
                 if getattr(self, key) != type(self).model_fields[key].default:
-                    raise fault(f"'{key}' is for seated people; add seat: THING, or leave out '{key}'", key)
+                    raise fault(
+                        Sentence("'{key}' is for seated people; add seat: THING, or leave out '{key}'", key), key
+                    )
         for key in ("at", "elevation", "heading_deg", "joints_deg") if self.seat is not None else ():
             if getattr(self, key) != type(self).model_fields[key].default:
-                raise fault(f"the seat and its targets define the posture of a seated person; leave out '{key}'", key)
+                raise fault(
+                    Sentence("the seat and its targets define the posture of a seated person; leave out '{key}'", key),
+                    key,
+                )
         return self
 
     @model_validator(mode="after")
@@ -232,7 +238,11 @@ def _check_joint(figure: "Figure", name: str, degrees: float) -> None:
     joint = figure.joints.get(name)
     if joint is None:
         # The path ends at the key itself.
-        raise fault(f"no joint '{name}'{did_you_mean(name, figure.joints)}", "joints_deg", name)
+        raise fault(Sentence("no joint '{name}'{meant}", name, did_you_mean(name, figure.joints)), "joints_deg", name)
     low, high = (round(math.degrees(each), 6) for each in (joint.low, joint.high))
     if not low <= degrees <= high:
-        raise fault(f"{name} is {degrees:g} degrees; it turns from {low:g} to {high:g}", "joints_deg", name)
+        raise fault(
+            Sentence("{name} is {degrees:g} degrees; it turns from {low:g} to {high:g}", name, degrees, low, high),
+            "joints_deg",
+            name,
+        )

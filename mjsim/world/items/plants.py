@@ -5,6 +5,7 @@ from typing import Annotated, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from mjsim.sentences import Sentence
 from mjsim.world.ground import COMPLEX_PATTERN, PLANT_PATTERN, Legible, Model, Name, fault
 from mjsim.world.items.timeline import Signal
 
@@ -39,9 +40,15 @@ class _DelayedFormula(_Formula):
         if self.dt is not None:
             periods = self.delay / self.dt
             if abs(periods - round(periods)) > 1e-9 * max(periods, 1.0):
-                raise fault(f"delay is {self.delay:g} s; it must be a multiple of dt, {self.dt:g} s", "delay")
+                raise fault(
+                    Sentence("delay is {delay:g} s; it must be a multiple of dt, {dt:g} s", self.delay, self.dt),
+                    "delay",
+                )
             if periods > MAX_STATES:
-                raise fault(f"delay is {periods:.0f} periods; it must be at most {MAX_STATES}", "delay")
+                raise fault(
+                    Sentence("delay is {periods:.0f} periods; it must be at most {max_states}", periods, MAX_STATES),
+                    "delay",
+                )
         return self
 
 
@@ -58,7 +65,12 @@ class TransferFunction(_DelayedFormula):
         if self.den[0] == 0.0:
             raise fault("the first coefficient of den is 0; leave leading zeros out", "den", 0)
         if len(self.num) > len(self.den):
-            raise fault(f"num has degree {len(self.num) - 1}, den {len(self.den) - 1}; num's must not be higher", "num")
+            raise fault(
+                Sentence(
+                    "num has degree {num}, den {den}; num's must not be higher", len(self.num) - 1, len(self.den) - 1
+                ),
+                "num",
+            )
         if not any(self.num):
             raise fault("all numbers of num are 0; give another", "num")
         return self
@@ -78,7 +90,12 @@ class ZerosPolesGain(_DelayedFormula):
     def _is_real_and_proper(self) -> Self:
         if len(self.zeros) > len(self.poles):
             raise fault(
-                f"there are {len(self.zeros)} zeros; at most {len(self.poles)} are possible, one for each pole", "zeros"
+                Sentence(
+                    "there are {zeros} zeros; at most {poles} are possible, one for each pole",
+                    len(self.zeros),
+                    len(self.poles),
+                ),
+                "zeros",
             )
         if self.gain == 0.0:
             raise fault("gain is 0; give another", "gain")
@@ -86,7 +103,10 @@ class ZerosPolesGain(_DelayedFormula):
             roots = [self._root(root, key) for root in getattr(self, key)]
             alone = next((root for root in roots if roots.count(root) != roots.count(root.conjugate())), None)
             if alone is not None:
-                raise fault(f"{key} have {alone:g} without {alone.conjugate():g}; give both", key)
+                raise fault(
+                    Sentence("{key} have {alone:g} without {conjugate:g}; give both", key, alone, alone.conjugate()),
+                    key,
+                )
         return self
 
     @staticmethod
@@ -94,9 +114,9 @@ class ZerosPolesGain(_DelayedFormula):
         try:
             value = complex_root(root)
         except ValueError:
-            raise fault(f"{key} have '{root}'; write a complex number as -1+2j", key) from None
+            raise fault(Sentence("{key} have '{root}'; write a complex number as -1+2j", key, root), key) from None
         if not abs(value) <= 1e12:
-            raise fault(f"{key} have '{root}'; it must be at most 1e12", key)
+            raise fault(Sentence("{key} have '{root}'; it must be at most 1e12", key, root), key)
         return value
 
 
@@ -125,7 +145,13 @@ class StateSpace(_Formula):
             rows = getattr(self, key)
             found = None if rows is None else {(len(rows), len(row)) for row in rows}
             if found is not None and found != {shape}:
-                raise fault(f"{key} must have {shape[0]} rows of {shape[1]} each, as a has {states} rows", key)
+                raise fault(
+                    Sentence(
+                        "{key} must have {rows} rows of {columns} each, as a has {states} rows",
+                        *(key, shape[0], shape[1], states),
+                    ),
+                    key,
+                )
         return self
 
     @property
@@ -181,16 +207,22 @@ class Plant(Model):
     def _is_one_thing(self) -> Self:
         given = [key for key in ("of", "tf", "zpk", "ss") if getattr(self, key) is not None]
         if len(given) != 1:
-            raise fault(f"a plant has one of 'of', 'tf', 'zpk' and 'ss'; this one has {' and '.join(given) or 'none'}")
+            raise fault(
+                Sentence(
+                    "a plant has one of 'of', 'tf', 'zpk' and 'ss'; this one has {value}", " and ".join(given) or "none"
+                )
+            )
         if self.of is None:
             for key in ("input", "outputs", "around") if self.ss is None else ("around",):
                 if getattr(self, key):
-                    raise fault(f"{key} is for a part of the scene; leave it out beside {given[0]}", key)
+                    raise fault(
+                        Sentence("{key} is for a part of the scene; leave it out beside {given}", key, given[0]), key
+                    )
             if self.ss is not None:
                 self._check_names(self.ss)
         elif self.input is None or self.outputs is None:
             missing = "input" if self.input is None else "outputs"
-            raise fault(f"key '{missing}' is missing; a part of the scene has an input and outputs")
+            raise fault(Sentence("key '{missing}' is missing; a part of the scene has an input and outputs", missing))
         if self.signal is not None and (wrong := self.signal.misfit(angle=False)) is not None:
             raise fault(wrong[0], "signal", *wrong[1])
         return self
@@ -204,11 +236,15 @@ class Plant(Model):
     def _check_names(self, model: StateSpace) -> None:
         """Raise a fault for an input or output that a state space model does not have."""
         if self.input is None and len(model.inputs) > 1:
-            raise fault(f"input is missing; the state space has {', '.join(model.inputs)}, so say which", "ss")
+            raise fault(
+                Sentence("input is missing; the state space has {inputs}, so say which", ", ".join(model.inputs)), "ss"
+            )
         for key, given, known in (
             ("input", (self.input,) if self.input else (), model.inputs),
             ("outputs", self.outputs or (), model.outputs),
         ):
             for name in given:
                 if name not in known:
-                    raise fault(f"{key} has '{name}'; the state space has {', '.join(known)}", key)
+                    raise fault(
+                        Sentence("{key} has '{name}'; the state space has {known}", key, name, ", ".join(known)), key
+                    )

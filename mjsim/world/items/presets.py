@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from mjsim.errors import did_you_mean
+from mjsim.sentences import Sentence
 from mjsim.world.files import Source, read_asset
 from mjsim.world.items.bodies import SHAPES
 from mjsim.world.items.shipped_presets import shipped_keys, shipped_names
@@ -32,7 +33,7 @@ def over_preset(name: str, keys: Mapping[str, Any], source: Source) -> dict[str,
     elif name in preset_names():
         below = dict(shipped_keys("robots", name))
     else:
-        raise ValueError(f"no preset '{name}'{did_you_mean(name, preset_names())}")
+        raise ValueError(Sentence("no preset '{name}'{meant}", name, did_you_mean(name, preset_names())))
     _check_drive(name, below.get("drive", {}), keys.get("drive"))
     body = keys.get("body")
     if isinstance(body, Mapping) and any(key in body for key in _OTHER_SHAPES):
@@ -49,9 +50,18 @@ def _check_drive(name: str, below: Mapping[str, Any], above: Any) -> None:
         return
     kind, requested = below.get("type", "differential"), above.get("type")
     if "use" in above:
-        raise ValueError(f"preset '{name}' has a drive of its own, {kind}; leave out the preset to use yours")
+        raise ValueError(
+            Sentence("preset '{name}' has a drive of its own, {kind}; leave out the preset to use yours", name, kind)
+        )
     if requested is not None and requested != kind:
-        raise ValueError(f"preset '{name}' has the drive {kind}, not {requested}; leave out 'type' or the preset")
+        raise ValueError(
+            Sentence(
+                "preset '{name}' has the drive {kind}, not {requested}; leave out 'type' or the preset",
+                name,
+                kind,
+                requested,
+            )
+        )
 
 
 def is_preset_file(name: str) -> bool:
@@ -64,18 +74,18 @@ def _from_file(name: str, source: Source) -> dict[str, Any]:
     try:
         text = read_asset(name, source).decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise ValueError(f"'{name}' is not UTF-8 text; write the file as UTF-8 text") from None
+        raise ValueError(Sentence("'{name}' is not UTF-8 text; write the file as UTF-8 text", name)) from None
     node, problems = read_text(text, file=name)
     if problems or node is None:
-        raise ValueError(str(problems[0]) if problems else f"'{name}' is empty")
+        raise ValueError(str(problems[0]) if problems else Sentence("'{name}' is empty", name))
     keys = node.value
     if isinstance(keys, dict) and "mjsim" in keys:
         robots = keys.get("robots")
         if not (isinstance(robots, list) and len(robots) == 1 and isinstance(robots[0], dict)):
-            raise ValueError(f"'{name}' is a world without exactly one robot; name the file of a robot")
+            raise ValueError(Sentence("'{name}' is a world without exactly one robot; name the file of a robot", name))
         keys = {key: value for key, value in robots[0].items() if key not in OF_ONE}
     if not isinstance(keys, dict) or "preset" in keys:
-        raise ValueError(f"'{name}' does not describe a robot; name what mjsim new --robot-from wrote")
+        raise ValueError(Sentence("'{name}' does not describe a robot; name what mjsim new --robot-from wrote", name))
     body = keys.get("body")
     if isinstance(body, dict) and isinstance(body.get("model"), str):
         keys = {**keys, "body": {**body, "model": posixpath.join(posixpath.dirname(name), body["model"])}}

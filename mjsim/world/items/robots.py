@@ -4,6 +4,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, model_validator
 
+from mjsim.sentences import Sentence
 from mjsim.world.files import BUILT
 from mjsim.world.ground import (
     PLAIN_PATTERN,
@@ -119,7 +120,7 @@ class Robot(Model):
     def _fixed_base_feels_nothing(self) -> Self:
         for index, sensor in enumerate(self.sensors if self.base == "fixed" else ()):
             if sensor.kind in ("imu", "encoders") and getattr(sensor, "on", None) is None:
-                message = f"a fixed base has nothing that {sensor.kind} could measure; leave it out"
+                message = Sentence("a fixed base has nothing that {kind} could measure; leave it out", sensor.kind)
                 raise fault(message, "sensors", index, sensor.kind)
         return self
 
@@ -131,7 +132,10 @@ class Robot(Model):
         for index, arm in enumerate(self.arms):
             if arm.name == "drive" or arm.name.startswith("wheel_"):
                 raise fault(
-                    f"arm name '{arm.name}' is that of a part of the base; give it another", "arms", index, "name"
+                    Sentence("arm name '{name}' is that of a part of the base; give it another", arm.name),
+                    "arms",
+                    index,
+                    "name",
                 )
             if message := taken.fault(arm.name, "another arm of this robot"):
                 raise fault(message, "arms", index, "name")
@@ -175,17 +179,20 @@ def _model_misfit(body: ModelBody, drive: AnyDrive) -> str | None:
     if isinstance(drive, BalancingDrive):
         return BALANCING_BODY
     if not body.ready:
-        return (
-            f"it does not say which joints of '{body.model}' are its wheels;"
-            f" mjsim new --robot-from {body.model} -o ROBOT.yaml finds them"
+        return Sentence(
+            "it does not say which joints of '{model}' are its wheels; mjsim new --robot-from {model} -o"
+            " ROBOT.yaml finds them",
+            body.model,
         )
     for key, given, expected in (
         ("wheels", body.wheels, [wheel.name for wheel in drive.wheels]),
         ("steering", body.steering, list(drive.steering)),
     ):
         if sorted(given) != sorted(expected):
-            joints_listed = f"{key} are {', '.join(given)}" if given else f"it has no {key}"
-            return f"{joints_listed}; this drive has {', '.join(expected) or 'none'}"
+            joints_listed = (
+                Sentence("{key} are {given}", key, ", ".join(given)) if given else Sentence("it has no {key}", key)
+            )
+            return Sentence("{joints_listed}; this drive has {value}", joints_listed, ", ".join(expected) or "none")
     return None
 
 
@@ -198,4 +205,8 @@ def _check_balancing(robot: Robot, drive: BalancingDrive) -> None:
     low = body.height - body.box[2]
     if low <= 0.0:
         lowest = body.box[2] / 2 - drive.wheel_radius
-        raise fault(f"the body reaches {-low:g} m into the floor; let center be above {lowest:g}", "body", "center")
+        raise fault(
+            Sentence("the body reaches {low:g} m into the floor; let center be above {lowest:g}", -low, lowest),
+            "body",
+            "center",
+        )

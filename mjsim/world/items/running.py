@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 
 from mjsim.errors import UsageError
+from mjsim.sentences import Sentence
 from mjsim.world.ground import USE_PATTERN, Model, Name, Rate, composed, fault
 from mjsim.world.items.timeline import WorldEvent
 
@@ -90,9 +91,10 @@ def step_misfit(label: str, rate_hz: float, step: float) -> str | None:
     if whole_steps(rate_hz, step):
         return None
     nearest = nearest_divisor(1.0 / step, rate_hz)
-    return (
-        f"rate_hz is {rate_hz:g} Hz; {label} must be a whole number of {step * 1e3:g} ms steps,"
-        f" the nearest rate is {nearest:g} Hz"
+    return Sentence(
+        "rate_hz is {rate_hz:g} Hz; {label} must be a whole number of {step:g} ms steps, the nearest"
+        " rate is {nearest:g} Hz",
+        *(rate_hz, label, step * 1e3, nearest),
     )
 
 
@@ -146,6 +148,11 @@ class Run(Model):
         """
         seconds = self.seconds if seconds is None else seconds
         if not 0.5 < seconds * self.rate_hz <= MAX_GIVEN_SECONDS * self.rate_hz:
-            most = "" if seconds < 1.0 else f", and at most {MAX_GIVEN_SECONDS:g} s"
-            raise UsageError(f"seconds is {seconds:g}; {of} has at least one tick of {1 / self.rate_hz:g} s{most}")
+            most = "" if seconds < 1.0 else Sentence(", and at most {max_given_seconds:g} s", MAX_GIVEN_SECONDS)
+            raise UsageError(
+                Sentence(
+                    "seconds is {seconds:g}; {of} has at least one tick of {rate_hz:g} s{most}",
+                    *(seconds, of, 1 / self.rate_hz, most),
+                )
+            )
         return round(seconds * self.rate_hz)

@@ -7,6 +7,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from mjsim.geometry import Array, Pose
+from mjsim.sentences import Sentence
 from mjsim.world.ground import AssetPath, Color, Degrees, Distance, Length, Model, Name, Point, fault
 
 
@@ -31,7 +32,14 @@ class Door(Model):
     @model_validator(mode="after")
     def _within_its_limit(self) -> Self:
         if abs(self.angle_deg) > self.limit_deg:
-            raise fault(f"angle_deg is {self.angle_deg:g}; this door swings to {self.limit_deg:g} at most", "angle_deg")
+            raise fault(
+                Sentence(
+                    "angle_deg is {angle_deg:g}; this door swings to {limit_deg:g} at most",
+                    self.angle_deg,
+                    self.limit_deg,
+                ),
+                "angle_deg",
+            )
         return self
 
 
@@ -56,7 +64,9 @@ class Opening(Model):
     @model_validator(mode="after")
     def _head_above_sill(self) -> Self:
         if self.head <= self.sill:
-            raise fault(f"head is {self.head} m; it must be above the sill at {self.sill} m", "head")
+            raise fault(
+                Sentence("head is {head} m; it must be above the sill at {sill} m", self.head, self.sill), "head"
+            )
         return self
 
 
@@ -90,12 +100,19 @@ class Wall(Model):
             if first == second:
                 corner = (index + 1) % len(self.points)
                 raise fault(
-                    f"points[{index}] and points[{corner}] are both [{first[0]:g}, {first[1]:g}]; make them differ",
+                    Sentence(
+                        "points[{index}] and points[{corner}] are both [{x:g}, {y:g}]; make them differ",
+                        *(index, corner, first[0], first[1]),
+                    ),
                     "points",
                 )
         for index, opening in enumerate(self.openings):
             if opening.segment >= len(self.segments()):
-                message = f"segment is {opening.segment}; this wall has segments 0 to {len(self.segments()) - 1}"
+                message = Sentence(
+                    "segment is {segment}; this wall has segments 0 to {segments}",
+                    opening.segment,
+                    len(self.segments()) - 1,
+                )
                 raise fault(message, "openings", index, "segment")
         return self
 

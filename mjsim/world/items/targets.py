@@ -5,6 +5,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from mjsim.sentences import Sentence
 from mjsim.world.ground import (
     JOINT_PATTERN,
     TARGET_PATTERN,
@@ -40,7 +41,9 @@ class Seat(Model):
     @model_validator(mode="after")
     def _within_reason(self) -> Self:
         if max(self.travel) > 1.0:
-            raise fault(f"a travel is {max(self.travel):g} m; the travel of a seat is at most 1 m", "travel")
+            raise fault(
+                Sentence("a travel is {travel:g} m; the travel of a seat is at most 1 m", max(self.travel)), "travel"
+            )
         return self
 
 
@@ -100,7 +103,12 @@ TARGET_KINDS: dict[str, type[_Target]] = {
 
 Target = Annotated[
     GripTarget | PedalTarget | SightTarget | DisplayTarget,
-    OneOf(TARGET_KINDS, f"a target needs its kind, which names it: {', '.join(TARGET_KINDS)}, such as grip: wheel"),
+    OneOf(
+        TARGET_KINDS,
+        Sentence(
+            "a target needs its kind, which names it: {target_kinds}, such as grip: wheel", ", ".join(TARGET_KINDS)
+        ),
+    ),
 ]
 Targets = Annotated[tuple[Target, ...], Field(strict=False, max_length=200)]
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, model_validator
 
+from mjsim.sentences import Sentence
 from mjsim.world.ground import (
     PLAIN_PATTERN,
     AssetPath,
@@ -94,7 +95,9 @@ class _Obstacle(Model):
         if not self.movable:
             for key in ("mass", "friction"):
                 if key in self.model_fields_set and getattr(self, key) != type(self).model_fields[key].default:
-                    raise fault(f"{key} applies only to movable objects; add 'movable: true' or leave it out", key)
+                    raise fault(
+                        Sentence("{key} applies only to movable objects; add 'movable: true' or leave it out", key), key
+                    )
         return self
 
     @model_validator(mode="after")
@@ -103,7 +106,12 @@ class _Obstacle(Model):
             sizes = getattr(self, kind, None) if self.movable else None
             for size in sizes if isinstance(sizes, tuple) else (sizes,):
                 if isinstance(size, float) and size < MIN_SIZE:
-                    raise fault(f"a size is {size:g} m; a movable object is at least {MIN_SIZE:g} m large", kind)
+                    raise fault(
+                        Sentence(
+                            "a size is {size:g} m; a movable object is at least {min_size:g} m large", size, MIN_SIZE
+                        ),
+                        kind,
+                    )
         return self
 
 
@@ -144,7 +152,7 @@ class _Fixed(_Covered):
     def _stands_still(self) -> Self:
         for key in ("movable", "path"):
             if getattr(self, key):
-                raise fault(f"ramps and steps cannot move; leave out '{key}'", key)
+                raise fault(Sentence("ramps and steps cannot move; leave out '{key}'", key), key)
         return self
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from mjsim.errors import did_you_mean
+from mjsim.sentences import Sentence
 from mjsim.world.ground import KEY, TakenNames
 from mjsim.world.items.arms import RobotArm
 from mjsim.world.items.drives import KINDS
@@ -92,7 +93,10 @@ def _carried_by_nothing(keys: Mapping[str, Any]) -> Iterator[Misfit]:
     carriers = _names(_items(keys, "obstacles")) | _names(_items(keys, "robots")) if carried else set()
     for index, name in carried:
         if name not in carriers:
-            yield f"no obstacle or robot '{name}' in this world{did_you_mean(name, carriers)}", ("beacons", index, "on")
+            yield (
+                Sentence("no obstacle or robot '{name}' in this world{meant}", name, did_you_mean(name, carriers)),
+                ("beacons", index, "on"),
+            )
 
 
 def _plants_of_nothing(keys: Mapping[str, Any]) -> Iterator[Misfit]:
@@ -101,7 +105,9 @@ def _plants_of_nothing(keys: Mapping[str, Any]) -> Iterator[Misfit]:
         of = plant.get("of")
         if isinstance(of, str) and of.partition("/")[0] not in robots | mechanisms:
             yield (
-                f"no robot or mechanism '{of}' in this world{did_you_mean(of, robots | mechanisms)}",
+                Sentence(
+                    "no robot or mechanism '{of}' in this world{meant}", of, did_you_mean(of, robots | mechanisms)
+                ),
                 ("plants", index, "of"),
             )
 
@@ -111,7 +117,10 @@ def _drivers_without_robot(run: Mapping[str, Any], keys: Mapping[str, Any]) -> I
     robots = _names(_items(keys, "robots"))
     for name in drivers if isinstance(drivers, dict) else ():
         if name not in robots:
-            yield f"no robot '{name}' in this world{did_you_mean(name, robots)}", ("run", "drivers", name, KEY)
+            yield (
+                Sentence("no robot '{name}' in this world{meant}", name, did_you_mean(name, robots)),
+                ("run", "drivers", name, KEY),
+            )
 
 
 def _rates_between_ticks(run: Mapping[str, Any], keys: Mapping[str, Any]) -> Iterator[Misfit]:
@@ -160,15 +169,20 @@ def _controlled(robot: Mapping[str, Any]) -> list[str] | None:
 
 def _no_part(robot: str, part: object, parts: list[str]) -> str:
     if not parts:
-        return f"robot '{robot}' has no part that a controller drives; balancing bases and arms have"
-    return f"no part '{part}' of robot '{robot}' for a controller{did_you_mean(str(part), parts)}"
+        return Sentence("robot '{robot}' has no part that a controller drives; balancing bases and arms have", robot)
+    return Sentence(
+        "no part '{part}' of robot '{robot}' for a controller{meant}", part, robot, did_you_mean(str(part), parts)
+    )
 
 
 def _tick_misfit(rate: float, tick: float) -> str | None:
     if abs(tick / rate - round(tick / rate)) < 1e-9:
         return None
     nearest = nearest_divisor(tick, rate)
-    return f"rate_hz is {rate:g} Hz; it must divide the {tick:g} Hz of the tick, the nearest is {nearest:g} Hz"
+    return Sentence(
+        "rate_hz is {rate:g} Hz; it must divide the {tick:g} Hz of the tick, the nearest is {nearest:g} Hz",
+        *(rate, tick, nearest),
+    )
 
 
 def _is_rate(value: object) -> bool:
@@ -191,7 +205,10 @@ def _events_without_target(run: Mapping[str, Any], keys: Mapping[str, Any]) -> I
             elif key == "release" and (event.get("joint") is not None or name in mechanisms):
                 kind, names = "mechanism", mechanisms
             if name not in names:
-                yield f"no {kind} '{name}' in this world{did_you_mean(name, names)}", ("run", "events", index, key)
+                yield (
+                    Sentence("no {kind} '{name}' in this world{meant}", kind, name, did_you_mean(name, names)),
+                    ("run", "events", index, key),
+                )
     yield from _opened_too_far(events, keys)
 
 
@@ -201,7 +218,7 @@ def _opened_too_far(events: list[tuple[int, dict[str, Any]]], keys: Mapping[str,
         name, angle = event.get("open"), event.get("angle_deg", OpenEvent.model_fields["angle_deg"].default)
         limit = limits.get(name) if isinstance(name, str) else None
         if limit is not None and isinstance(angle, (int, float)) and limit < abs(angle) <= MAX_DOOR_ANGLE:
-            message = f"angle_deg is {angle:g}; door '{name}' swings to {limit:g} at most"
+            message = Sentence("angle_deg is {angle:g}; door '{name}' swings to {limit:g} at most", angle, name, limit)
             yield message, ("run", "events", index, "angle_deg" if "angle_deg" in event else "open")
 
 
@@ -259,11 +276,11 @@ def sitting_misfits(keys: Mapping[str, Any]) -> Iterator[Misfit]:
 def _wrong_seat(seat: str, things: Mapping[str, Mapping[str, Any]], taken: Mapping[str, str]) -> Iterator[str]:
     seats = [name for name, item in things.items() if item.get("seat") is not None]
     if seat not in things:
-        yield f"no thing '{seat}' in this world{did_you_mean(seat, seats)}"
+        yield Sentence("no thing '{seat}' in this world{meant}", seat, did_you_mean(seat, seats))
     elif seat not in seats:
-        yield f"'{seat}' is not a seat; give it seat: {{at: [x, y, z]}}"
+        yield Sentence("'{seat}' is not a seat; give it seat: {{at: [x, y, z]}}", seat)
     elif seat in taken:
-        yield f"'{taken[seat]}' sits on '{seat}' already; name another seat"
+        yield Sentence("'{taken}' sits on '{seat}' already; name another seat", taken[seat], seat)
 
 
 def _named(person: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], tuple[str, ...], str]]:
@@ -280,12 +297,14 @@ def _wrong_target(name: str, kinds: tuple[str, ...], things: Mapping[str, Mappin
     """Return what is wrong with a target that a person names, or None."""
     thing, _, own = name.rpartition(".")
     if thing not in things:
-        return f"no thing '{thing}' in this world{did_you_mean(thing, things)}" if thing else None
+        return (
+            Sentence("no thing '{thing}' in this world{meant}", thing, did_you_mean(thing, things)) if thing else None
+        )
     targets = things[thing].get("targets")
     items = [item for item in targets if isinstance(item, Mapping)] if isinstance(targets, (list, tuple)) else []
     found = {str(item[kind]): kind for item in items for kind in TARGET_KINDS if kind in item}
     if own not in found:
-        return f"no target '{own}' on '{thing}'{did_you_mean(own, found)}"
+        return Sentence("no target '{own}' on '{thing}'{meant}", own, thing, did_you_mean(own, found))
     if found[own] not in kinds:
-        return f"'{name}' is a {found[own]}; it must be a {' or a '.join(kinds)}"
+        return Sentence("'{name}' is a {found}; it must be a {kinds}", name, found[own], " or a ".join(kinds))
     return None

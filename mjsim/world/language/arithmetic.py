@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from mjsim.errors import did_you_mean
+from mjsim.sentences import Sentence
 
 Value = bool | int | float | str
 """Possible values of a variable."""
@@ -30,7 +31,7 @@ def _degrees_of(function: Callable[[float], float]) -> Callable[..., Number]:
 
 def _rounded(value: Number, digits: Number = 0) -> Number:
     if not isinstance(digits, int) or not 0 <= digits <= 15:
-        raise ValueError(f"round() is given {digits} digits; give it 0 to 15")
+        raise ValueError(Sentence("round() is given {digits} digits; give it 0 to 15", digits))
     return round(value, digits)
 
 
@@ -67,7 +68,11 @@ class Expression:
             ValueError: It is not a valid expression; the message says why.
         """
         if len(text) > MAX_CHARACTERS:
-            raise ValueError(f"an expression of {len(text)} characters; write at most {MAX_CHARACTERS}")
+            raise ValueError(
+                Sentence(
+                    "an expression of {text} characters; write at most {max_characters}", len(text), MAX_CHARACTERS
+                )
+            )
         parser = _Parser(text)
         self._compute = parser.whole()
         self.names = frozenset(parser.names)
@@ -121,14 +126,22 @@ class _Parser:
 
     def _unexpected(self) -> ValueError:
         found = (
-            f"'{self._tokens[self._at]}' is not possible there" if self._at < len(self._tokens) else "it ends too early"
+            Sentence("'{token}' is not possible there", self._tokens[self._at])
+            if self._at < len(self._tokens)
+            else "it ends too early"
         )
-        return ValueError(f"'{self._text.strip()}' is not an expression: {found}; write for example 'w / 2 + 1'")
+        return ValueError(
+            Sentence("'{text}' is not an expression: {found}; write for example 'w / 2 + 1'", self._text.strip(), found)
+        )
 
     def _sum(self) -> _Compute:
         self._depth += 1
         if self._depth > MAX_DEPTH:
-            raise ValueError(f"the expression is nested more than {MAX_DEPTH} deep; use a variable for a part of it")
+            raise ValueError(
+                Sentence(
+                    "the expression is nested more than {max_depth} deep; use a variable for a part of it", MAX_DEPTH
+                )
+            )
         compute = self._product()
         while sign := self._next(*_SUMS):
             compute = _operation(sign, compute, self._product())
@@ -154,7 +167,11 @@ class _Parser:
             return base
         self._depth += 1
         if self._depth > MAX_DEPTH:
-            raise ValueError(f"the expression is nested more than {MAX_DEPTH} deep; use a variable for a part of it")
+            raise ValueError(
+                Sentence(
+                    "the expression is nested more than {max_depth} deep; use a variable for a part of it", MAX_DEPTH
+                )
+            )
         compute = _operation("**", base, self._signed())
         self._depth -= 1
         return compute
@@ -182,7 +199,7 @@ class _Parser:
 
     def _call(self, name: str) -> _Compute:
         if name not in FUNCTIONS:
-            raise ValueError(f"no function '{name}'{did_you_mean(name, FUNCTIONS)}")
+            raise ValueError(Sentence("no function '{name}'{meant}", name, did_you_mean(name, FUNCTIONS)))
         inner = [self._sum()]
         while self._next(","):
             inner.append(self._sum())
@@ -190,8 +207,12 @@ class _Parser:
             raise self._unexpected()
         function, fewest, max_arguments = FUNCTIONS[name]
         if not fewest <= len(inner) <= max_arguments:
-            expected = str(fewest) if fewest == max_arguments else f"{fewest} to {max_arguments}"
-            raise ValueError(f"{name}() got {len(inner)} values; it takes {expected}")
+            expected = (
+                str(fewest)
+                if fewest == max_arguments
+                else Sentence("{fewest} to {max_arguments}", fewest, max_arguments)
+            )
+            raise ValueError(Sentence("{name}() got {inner} values; it takes {expected}", name, len(inner), expected))
         return _application(name, function, inner)
 
 
@@ -202,7 +223,11 @@ def _tokens(text: str) -> list[str]:
         if match is None:
             wrong = text[end:].strip()[0]
             raise ValueError(
-                f"'{text.strip()}' is not an expression: '{wrong}' means nothing; use numbers, names, + - * /"
+                Sentence(
+                    "'{text}' is not an expression: '{wrong}' means nothing; use numbers, names, + - * /",
+                    text.strip(),
+                    wrong,
+                )
             )
         found.append(match.group().strip())
         end = match.end()
@@ -223,8 +248,8 @@ def _variable(name: str) -> _Compute:
 
 def _no_variable(name: str, names: Mapping[str, Value]) -> str:
     if name in INDICES:
-        return f"'{name}' has no meaning here; it counts the repetitions of an item with 'repeat'"
-    return f"no variable '{name}' before this{did_you_mean(name, names)}"
+        return Sentence("'{name}' has no meaning here; it counts the repetitions of an item with 'repeat'", name)
+    return Sentence("no variable '{name}' before this{meant}", name, did_you_mean(name, names))
 
 
 INDICES = ("i", "j", "k")
@@ -241,7 +266,7 @@ def _application(name: str, function: Callable[..., Number], inner: Sequence[_Co
         except (ArithmeticError, ValueError) as error:
             if name in str(error):
                 raise
-            raise ValueError(f"{_called(name, values)} is not a number") from None
+            raise ValueError(Sentence("{called} is not a number", _called(name, values))) from None
         raise ValueError(_too_large(_called(name, values)))
 
     return compute
@@ -263,7 +288,7 @@ def _operation(sign: str, left: _Compute, right: _Compute) -> _Compute:
             if -MAX_NUMBER <= result <= MAX_NUMBER:
                 return result
         except ZeroDivisionError:
-            raise ValueError(f"{_joined(sign, one, other)} divides by zero") from None
+            raise ValueError(Sentence("{joined} divides by zero", _joined(sign, one, other))) from None
         except OverflowError:
             pass
         raise ValueError(_too_large(_joined(sign, one, other)))
@@ -279,7 +304,7 @@ def _power(base: Number, exponent: Number) -> Number:
     # In floating point first: an integer with a million digits takes long.
     result = float(base) ** float(exponent)
     if isinstance(result, complex):
-        raise ValueError(f"{shown_number(base)} ** {shown_number(exponent)} is not a number")
+        raise ValueError(Sentence("{base} ** {exponent} is not a number", shown_number(base), shown_number(exponent)))
     whole = isinstance(base, int) and isinstance(exponent, int) and exponent >= 0 and abs(result) <= MAX_NUMBER
     return base**exponent if whole else result
 
@@ -298,7 +323,7 @@ _OPERATIONS: Mapping[str, Callable[..., Number]] = {
 
 def _number(value: Value) -> Number:
     if isinstance(value, (bool, str)):
-        raise ValueError(f"{value!r:.40} is not a number; arithmetic needs numbers")
+        raise ValueError(Sentence("{value!r:.40} is not a number; arithmetic needs numbers", value))
     return value
 
 
@@ -309,4 +334,4 @@ def _bounded(value: Number, text: str) -> Number:
 
 
 def _too_large(text: str) -> str:
-    return f"{text:.60} is too large; results are at most {MAX_NUMBER:g}"
+    return Sentence("{text:.60} is too large; results are at most {max_number:g}", text, MAX_NUMBER)

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from mjsim.errors import Problem
+from mjsim.sentences import Sentence
 from mjsim.world.files import Source, has_asset, read_asset
 from mjsim.world.language.arithmetic import CONSTANTS, FUNCTIONS, INDICES, NAME, Value
 from mjsim.world.language.merge_worlds import marked, merged, without
@@ -76,7 +77,7 @@ class _File:
     """Names of the including files, and its own."""
 
     def origin(self) -> str:
-        return f" ({self.how})" if self.how else ""
+        return Sentence(" ({how})", self.how) if self.how else ""
 
 
 class _Expander:
@@ -114,10 +115,16 @@ class _Expander:
         for name, value in node.items.items():
             wrong = _not_a_name(str(name))
             if wrong is not None or len(names) >= MAX_VARIABLES:
-                self._report(file, node.keys[str(name)], wrong or f"more than {MAX_VARIABLES} variables; write fewer")
+                self._report(
+                    file,
+                    node.keys[str(name)],
+                    wrong or Sentence("more than {max_variables} variables; write fewer", MAX_VARIABLES),
+                )
             elif not isinstance(value.value, (bool, int, float, str)):
                 self._report(
-                    file, value, f"variable '{name}' is not a single value; give a number, a text, true or false"
+                    file,
+                    value,
+                    Sentence("variable '{name}' is not a single value; give a number, a text, true or false", name),
                 )
             elif name not in outer:
                 names[str(name)] = template.scalar(value, names)
@@ -139,16 +146,24 @@ class _Expander:
         name = self._resolved(path, around.folder)
         if name in around.chain:
             ring = " > ".join([*around.chain[around.chain.index(name) :], name])
-            self._report(around, entry, f"this includes itself: {ring}; leave one of them out")
+            self._report(around, entry, Sentence("this includes itself: {ring}; leave one of them out", ring))
             return None
         if len(around.chain) > MAX_DEPTH:
-            self._report(around, entry, f"includes are nested more than {MAX_DEPTH} deep; include fewer files")
+            self._report(
+                around,
+                entry,
+                Sentence("includes are nested more than {max_depth} deep; include fewer files", MAX_DEPTH),
+            )
             return None
         self.budget.check_time(entry)
         self._files += 1
         if self._files > MAX_FILES:
-            raise TooMuchError(f"files are included more than {MAX_FILES} times; include fewer", entry)
-        how = f"included by {around.shown}:{entry.line}:{entry.column}" + (f", {around.how}" if around.how else "")
+            raise TooMuchError(
+                Sentence("files are included more than {max_files} times; include fewer", MAX_FILES), entry
+            )
+        how = Sentence("included by {shown}:{line}:{column}", around.shown, entry.line, entry.column)
+        if around.how:
+            how = Sentence("{first}, {then}", how, around.how)
         folder = posixpath.dirname(name)
         file = _File(name, folder, self._shown(name), how, (*around.chain, name))
         node = self._read(name, path, entry, around, file)
@@ -167,7 +182,11 @@ class _Expander:
         self._bytes += len(data)
         if self._bytes > MAX_BYTES:
             size = f"{MAX_BYTES / 1e6:.0f} MB"
-            self._report(around, entry, f"with '{path}' the included files have more than {size}; include less")
+            self._report(
+                around,
+                entry,
+                Sentence("with '{path}' the included files have more than {size}; include less", path, size),
+            )
             return None
         self.included[name] = data
         node, problems = read_text(data.decode("utf-8-sig", "surrogateescape"), file=file.shown)
@@ -205,7 +224,7 @@ def _own_name(source: Source) -> str:
 def _not_a_name(name: str) -> str | None:
     """Return why a name is not allowed for a variable; None if it is allowed."""
     if not NAME.fullmatch(name):
-        return f"'{name}' is not a variable name; write letters, digits and '_', a letter first"
+        return Sentence("'{name}' is not a variable name; write letters, digits and '_', a letter first", name)
     if name in FUNCTIONS or name in CONSTANTS or name in INDICES:
-        return f"'{name}' has a meaning of its own in expressions; give the variable another name"
+        return Sentence("'{name}' has a meaning of its own in expressions; give the variable another name", name)
     return None

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
+from mjsim.sentences import Sentence
 from mjsim.world.ground import Degrees, Metres, Model, Point, fault
 from mjsim.world.items import SENSOR_KINDS
 
@@ -99,7 +100,7 @@ def _check_place(keys: Mapping[str, Any], step: Repeat) -> None:
         return
     if single != _is_number(step.offset):
         expected = "one number as 'at' has" if single else "[x, y] as 'at' has"
-        raise ValueError(f"offset is {_shown(step.offset)}; it must be {expected}")
+        raise ValueError(Sentence("offset is {offset}; it must be {expected}", _shown(step.offset), expected))
 
 
 def _move(keys: Keys, step: Repeat, number: int, within: str) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from mjsim.errors import Problem
+from mjsim.sentences import Sentence
 from mjsim.world.ground import KEY, path_of, sentence
 from mjsim.world.language.arithmetic import INDICES, Expression, Value, shown_number
 from mjsim.world.language.merge_worlds import mergeable, without
@@ -57,19 +58,23 @@ class Budget:
     def check_time(self, node: Node) -> None:
         """Raise TooMuchError if the time limit is exceeded."""
         if time.process_time() > self._end:
-            raise TooMuchError(f"expanding takes more than {MAX_TIME:g} s; repeat or include less", node)
+            raise TooMuchError(
+                Sentence("expanding takes more than {max_time:g} s; repeat or include less", MAX_TIME), node
+            )
 
     def check_items(self, node: Node, copies: int) -> None:
         """Raise TooMuchError if this many more items exceed the limit."""
         if self._items + copies > MAX_ITEMS:
-            raise TooMuchError(f"repeating produces more than {MAX_ITEMS} items; repeat less", node)
+            raise TooMuchError(Sentence("repeating produces more than {max_items} items; repeat less", MAX_ITEMS), node)
 
     def take(self, node: Node, size: int) -> None:
         """Count one more item, with a number of values."""
         self._items += 1
         self._values += size
         if self._values > MAX_VALUES:
-            raise TooMuchError(f"repeating produces more than {MAX_VALUES} values; repeat less", node)
+            raise TooMuchError(
+                Sentence("repeating produces more than {max_values} values; repeat less", MAX_VALUES), node
+            )
         if self._items % 256 == 0:
             self.check_time(node)
 
@@ -213,7 +218,7 @@ class Template:
         def make(names: Names) -> Node:
             steps = self._steps(spec, spec.value if count is None else count(names))
             if len(steps) > len(letters):
-                self._report(spec, f"repeats are nested more than {len(INDICES)} deep; nest fewer")
+                self._report(spec, Sentence("repeats are nested more than {indices} deep; nest fewer", len(INDICES)))
             if not letters or len(steps) != len(letters):
                 return Node([item.value], node.line, node.column, {0: item})
             copies, faults = math.prod(step.times for step in steps), len(self._budget.problems)
@@ -250,7 +255,12 @@ class Template:
         """Return the repeats of an item, outermost first; none if one of them is invalid, which is reported."""
         parts = list(value) if isinstance(value, list) else [value]
         if not 1 <= len(parts) <= MAX_REPEATS:
-            self._report(node, f"repeat is a list of {len(parts)}; it must be one repeat or 2 to {MAX_REPEATS}")
+            self._report(
+                node,
+                Sentence(
+                    "repeat is a list of {parts}; it must be one repeat or 2 to {max_repeats}", len(parts), MAX_REPEATS
+                ),
+            )
             return []
         steps = []
         for index, part in enumerate(parts):
@@ -321,7 +331,11 @@ def _pieces(text: str) -> list[str | Expression]:
         ValueError: An expression is not closed, or is invalid.
     """
     if len(text) > MAX_SOURCE:
-        raise ValueError(f"a text of {len(text)} characters with expressions in it; write at most {MAX_SOURCE}")
+        raise ValueError(
+            Sentence(
+                "a text of {text} characters with expressions in it; write at most {max_source}", len(text), MAX_SOURCE
+            )
+        )
     found: list[str | Expression] = []
     end = 0
     for match in _PIECE.finditer(text):
@@ -331,7 +345,11 @@ def _pieces(text: str) -> list[str | Expression]:
             found.append("${")
         elif match.group() == "${":
             raise ValueError(
-                f"{text!r:.60} has a '${{' without its '}}'; close it, or write '$${{' for the characters themselves"
+                Sentence(
+                    "{text!r:.60} has a '${{' without its '}}'; close it, or write"
+                    " '$${{' for the characters themselves",
+                    text,
+                )
             )
         else:
             found.append(Expression(match.group(1)))
@@ -351,7 +369,11 @@ def names_in(text: str) -> frozenset[str]:
 def _joined(texts: Sequence[str]) -> str:
     length = sum(map(len, texts))
     if length > MAX_TEXT_LENGTH:
-        raise ValueError(f"the result has {length} characters; it must have at most {MAX_TEXT_LENGTH}")
+        raise ValueError(
+            Sentence(
+                "the result has {length} characters; it must have at most {max_text_length}", length, MAX_TEXT_LENGTH
+            )
+        )
     return "".join(texts)
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from mjsim.errors import UsageError
 from mjsim.geometry import Array, Pose
 from mjsim.models import MAX_PIXELS
+from mjsim.sentences import Sentence
 from mjsim.world.items import World
 from mjsim.world.plan.polygons import SLICE, solid
 
@@ -63,10 +64,12 @@ def grid_of(world: World, *, resolution: float = 0.05, height: float = SLICE, mo
             million cells.
     """
     if not 1e-3 <= resolution <= 10.0:
-        raise UsageError(f"resolution is {resolution:g} m; a map has cells of 0.001 to 10 m")
+        raise UsageError(Sentence("resolution is {resolution:g} m; a map has cells of 0.001 to 10 m", resolution))
     shape = solid(world, height=height)
     if shape.is_empty:
-        raise UsageError(f"nothing of this world is solid {height:g} m above the floor; there is no map to write")
+        raise UsageError(
+            Sentence("nothing of this world is solid {height:g} m above the floor; there is no map to write", height)
+        )
     low_x, low_y, high_x, high_y = shape.bounds
     if most_cells is not None:
         area = (high_x - low_x + 2.0 * MARGIN) * (high_y - low_y + 2.0 * MARGIN)
@@ -75,7 +78,9 @@ def grid_of(world: World, *, resolution: float = 0.05, height: float = SLICE, mo
     last = np.ceil((np.array([high_x, high_y]) + MARGIN) / resolution)
     columns, rows = (last - first).astype(int).tolist()
     if rows * columns > MAX_PIXELS:
-        raise UsageError(f"the map would have {rows * columns / 1e6:.0f} million cells; make the resolution coarser")
+        raise UsageError(
+            Sentence("the map would have {rows:.0f} million cells; make the resolution coarser", rows * columns / 1e6)
+        )
     corner = first * resolution
 
     def drawn(part: "BaseGeometry") -> NDArray[np.bool_]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjsim.geometry import Array
+from mjsim.sentences import Sentence
 from mjsim.world.ground import item_names
 from mjsim.world.items import Obstacle, Target, World
 
@@ -29,7 +30,7 @@ def world_from_seat(thing: Obstacle) -> Array:
         ValueError: The object has no seat.
     """
     if thing.seat is None:
-        raise ValueError(f"'{thing.name}' is not a seat; give it seat: {{at: [x, y, z]}}")
+        raise ValueError(Sentence("'{name}' is not a seat; give it seat: {{at: [x, y, z]}}", thing.name))
     return np.asarray(thing.world_from_thing() @ _placed(thing.seat.at))
 
 

@@ -11,6 +11,7 @@ from pydantic import ValidationError
 
 from mjsim.errors import Problem, UsageError, WorldError, did_you_mean
 from mjsim.mechanics import Arm
+from mjsim.sentences import Sentence
 from mjsim.world.files import Source, read_asset
 from mjsim.world.items import RobotArm, World, arm_names
 from mjsim.world.read.world_reader import faults_of, parse_world, read_file
@@ -46,14 +47,16 @@ def arm_item(name: str | Path, end: str | None = None, arguments: Mapping[str, s
     if str(name).lower().endswith(MODELS):
         return _from_model(Path(name), end, arguments)
     if arguments:
-        raise UsageError(f"--arg is for models in xacro; '{name}' is none")
+        raise UsageError(Sentence("--arg is for models in xacro; '{name}' is none", name))
     if end is not None:
-        raise UsageError(f"end is '{end}'; it is for models (.xml, .urdf), '{name}' is none")
+        raise UsageError(Sentence("end is '{end}'; it is for models (.xml, .urdf), '{name}' is none", end, name))
     if str(name) in arm_names():
         return RobotArm.model_validate({"preset": str(name), "name": str(name)})
     if not str(name).endswith((".yaml", ".yml")):
         known = did_you_mean(str(name), arm_names())
-        raise UsageError(f"'{name}' is neither an arm preset nor a file (.yaml, .xml, .urdf, .xacro){known}")
+        raise UsageError(
+            Sentence("'{name}' is neither an arm preset nor a file (.yaml, .xml, .urdf, .xacro){known}", name, known)
+        )
     return _from_file(Path(name))
 
 
@@ -95,7 +98,7 @@ def _from_model(path: Path, end: str | None, arguments: Mapping[str, str]) -> Ro
     from mjsim.models import ArmFileError, read_arm, text_place
 
     if not path.is_file():
-        raise UsageError(f"no file '{path}'; name an MJCF (.xml), URDF (.urdf) or xacro (.xacro) file")
+        raise UsageError(Sentence("no file '{path}'; name an MJCF (.xml), URDF (.urdf) or xacro (.xacro) file", path))
     keys, source = _model_keys(path, end, arguments)
     inner, whole = keys["model"], path.resolve()
     try:

@@ -6,6 +6,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from mjsim.errors import UsageError, WorldError, did_you_mean
+from mjsim.sentences import Sentence
 from mjsim.world.check import check_world
 from mjsim.world.files import Source, world_path
 from mjsim.world.items import World, with_parts
@@ -33,12 +34,14 @@ def with_settings(world: World, settings: Settings) -> World:
     settings = setting_texts(settings) if isinstance(settings, Mapping) else tuple(settings)
     given = [_parts(setting) for setting in settings]
     world = _with_variables(world, [part for part in given if part[0][0] == _VARIABLES])
-    changed = with_parts(world, [part for part in given if part[0][0] != _VARIABLES], f"--set {', '.join(settings)}")
+    changed = with_parts(
+        world, [part for part in given if part[0][0] != _VARIABLES], Sentence("--set {settings}", ", ".join(settings))
+    )
     if problems := check_world(changed):
         known = {problem.message for problem in check_world(world)}
         for problem in problems:
             if problem.message not in known:
-                raise UsageError(f"--set {', '.join(settings)}: {problem.message}")
+                raise UsageError(Sentence("--set {settings}: {message}", ", ".join(settings), problem.message))
     return changed
 
 
@@ -53,7 +56,9 @@ def setting_texts(values: Mapping[str, Any]) -> tuple[str, ...]:
         try:
             texts.append(f"{key}={json.dumps(value)}")
         except (TypeError, ValueError):
-            raise UsageError(f"--set {key}: a value of type {type(value).__name__} cannot be in a world file") from None
+            raise UsageError(
+                Sentence("--set {key}: a value of type {type} cannot be in a world file", key, type(value).__name__)
+            ) from None
     return tuple(texts)
 
 
@@ -90,11 +95,11 @@ def _parts(setting: str) -> tuple[list[str], Any, str]:
     """Return the path of a setting, its value, and the setting itself."""
     key, equals, text = setting.partition("=")
     if not equals or not key:
-        raise UsageError(f"--set {setting}: write it as KEY=VALUE, such as run.seconds=20")
+        raise UsageError(Sentence("--set {setting}: write it as KEY=VALUE, such as run.seconds=20", setting))
     try:
-        return key.split("."), read_value(text), f"--set {setting}"
+        return key.split("."), read_value(text), Sentence("--set {setting}", setting)
     except ValueError:
-        raise UsageError(f"--set {setting}: '{text}' is not a YAML value") from None
+        raise UsageError(Sentence("--set {setting}: '{text}' is not a YAML value", setting, text)) from None
 
 
 def _with_variables(world: World, given: Sequence[tuple[list[str], Any, str]]) -> World:
@@ -103,11 +108,19 @@ def _with_variables(world: World, given: Sequence[tuple[list[str], Any, str]]) -
     for path, value, setting in given:
         name = ".".join(path[1:])
         if name not in known:
-            raise UsageError(f"{setting}: no variable '{name}'{did_you_mean(name, known)}")
+            raise UsageError(
+                Sentence("{setting}: no variable '{name}'{meant}", setting, name, did_you_mean(name, known))
+            )
         if not isinstance(value, (bool, int, float, str)):
-            raise UsageError(f"{setting}: variable '{name}' needs a single value, such as {known[name]}")
+            raise UsageError(
+                Sentence(
+                    "{setting}: variable '{name}' needs a single value, such as {known}", setting, name, known[name]
+                )
+            )
     if not given or source.text is None:
         return world
     if parse_world(source.text, source=source) != world:
-        raise UsageError(f"{given[0][2]}: this world was changed after it was read; change its values in Python")
+        raise UsageError(
+            Sentence("{given}: this world was changed after it was read; change its values in Python", given[0][2])
+        )
     return parse_world(source.text, source=source, variables={path[1]: value for path, value, _ in given})

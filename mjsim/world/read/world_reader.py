@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from mjsim.errors import Problem, UsageError, WorldError
 from mjsim.models import one_trial_child
+from mjsim.sentences import Sentence
 from mjsim.world.files import Source
 from mjsim.world.ground import KEY, Model, Path, gc_paused, meant_key, misspelt_kind, path_of, sentence
 from mjsim.world.items import World, misfits
@@ -50,7 +51,12 @@ def parse_world(
         raise WorldError(problems)
     if not isinstance(node.value, dict):
         found = "a list" if isinstance(node.value, list) else "one value"
-        line = Problem(source.file, node.line, node.column, f"the file holds {found}; a world begins with 'mjsim: 1'")
+        line = Problem(
+            source.file,
+            node.line,
+            node.column,
+            Sentence("the file holds {found}; a world begins with 'mjsim: 1'", found),
+        )
         raise WorldError([*problems, line])
     source, amiss = dataclasses.replace(source, text=text, included={}, variables={}), False
     if variables or needs_expansion(text):
@@ -92,24 +98,24 @@ def read_file(path: FilePath, *, what: str = "a world file") -> str:
         with os.fdopen(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), "rb") as file:
             status = os.fstat(file.fileno())
             if not stat.S_ISREG(status.st_mode):
-                raise _refused(path, f"this is not a file; name {what}")
+                raise _refused(path, Sentence("this is not a file; name {what}", what))
             if status.st_size > MAX_BYTES:
                 raise _refused(path, too_large(status.st_size))
             data = file.read(MAX_BYTES + 1)
     except (FileNotFoundError, NotADirectoryError):
-        raise UsageError(f"no file '{path}'; name {what}") from None
+        raise UsageError(Sentence("no file '{path}'; name {what}", path, what)) from None
     except IsADirectoryError:
-        raise _refused(path, f"this is a folder; name {what}") from None
+        raise _refused(path, Sentence("this is a folder; name {what}", what)) from None
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise _refused(path, f"the file cannot be read: {reason}") from None
+        raise _refused(path, Sentence("the file cannot be read: {reason}", reason)) from None
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         before = data[: error.start].decode("utf-8", "replace")
         line, column = line_and_column(before, len(before))
         byte = data[error.start]
-        message = f"byte 0x{byte:02x} is not UTF-8 text; write the file as UTF-8 text"
+        message = Sentence("byte 0x{byte:02x} is not UTF-8 text; write the file as UTF-8 text", byte)
         raise WorldError([Problem(str(path), line, column, message)]) from None
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from ruamel.yaml.error import YAMLError
 
+from mjsim.sentences import Sentence
 from mjsim.world.yaml.scan import UnsureError, ruamel_events, sure_events
 from mjsim.world.yaml.yaml_text import plain_value
 
@@ -120,7 +121,7 @@ def read_spans(text: str) -> Span:
             return _Reader(text, ruamel_events(text)).whole()
     # The arithmetic of ruamel.yaml fails at an escape beyond Unicode, and recursion fails on hostile nesting.
     except (YAMLError, ValueError, OverflowError, RecursionError, StopIteration) as error:
-        raise UnknownTextError(f"it is not YAML ({str(error).partition(chr(10))[0]:.80})") from None
+        raise UnknownTextError(Sentence("it is not YAML ({reason:.80})", str(error).partition(chr(10))[0])) from None
 
 
 class _Reader:

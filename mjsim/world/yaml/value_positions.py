@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from mjsim.errors import Problem
+from mjsim.sentences import Sentence
 from mjsim.world.ground import KEY
 from mjsim.world.yaml.yaml_text import Node, Origin
 
@@ -55,14 +56,17 @@ def problems_at(node: Node | None, file: str, faults: Iterable[Fault]) -> Iterat
     for found in repeated.values():
         origin, fault = found[0]
         number = ", ".join(str(index + 1) for index in origin.repetition)
-        repetition = f"in repetition {number}" if len(found) < origin.copies else ""
+        repetition = Sentence("in repetition {number}", number) if len(found) < origin.copies else ""
         yield _problem(node, file, fault, origin, repetition)
 
 
 def _problem(node: Node | None, file: str, fault: Fault, origin: Origin, repetition: str = "") -> Problem:
     path, message = fault
-    details = ", ".join(detail for detail in (repetition, origin.how) if detail)
-    return Problem(origin.file or file, *place_of(node, path), f"{message()} ({details})" if details else message())
+    details = repetition or origin.how
+    if repetition and origin.how:
+        details = Sentence("{repetition}, {how}", repetition, origin.how)
+    said = Sentence("{problem} ({details})", message(), details) if details else message()
+    return Problem(origin.file or file, *place_of(node, path), said)
 
 
 def _walk(node: Node, path: Sequence[str | int]) -> tuple[list[Node], list[str | int]]:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from mjsim.errors import Problem
+from mjsim.sentences import Sentence
 from mjsim.world.yaml.scan import ALIAS, DOCUMENT, END, MAP, SCALAR, UnsureError, YamlEvent, exact_events, fast_events
 
 if TYPE_CHECKING:
@@ -80,7 +81,9 @@ class _TooManyError(_BrokenTextError):
     """The text has more values than allowed; it need not be read again by the exact parser."""
 
     def __init__(self, line: int, column: int) -> None:
-        super().__init__(line, column, f"the text holds more than {MAX_NODES} values, aliases written out")
+        super().__init__(
+            line, column, Sentence("the text holds more than {max_nodes} values, aliases written out", MAX_NODES)
+        )
 
 
 def read_text(text: str, *, file: str) -> tuple[Node | None, list[Problem]]:
@@ -89,7 +92,9 @@ def read_text(text: str, *, file: str) -> tuple[Node | None, list[Problem]]:
     if control:
         line, column = line_and_column(text, control.start())
         code = f"U+{ord(control.group()):04X}"
-        return None, [Problem(file, line, column, f"character {code} is not text; write the file as UTF-8 text")]
+        return None, [
+            Problem(file, line, column, Sentence("character {code} is not text; write the file as UTF-8 text", code))
+        ]
     if len(text) > MAX_BYTES:
         return None, [Problem(file, 1, 1, too_large(len(text)))]
     try:
@@ -146,7 +151,10 @@ def _read_exactly(text: str, *, file: str) -> tuple[Node | None, list[Problem]]:
         return None, [*composer.problems, _syntax(error, file, composer.brackets, text)]
     except YAMLError as error:
         reason = str(error).partition("\n")[0]
-        return None, [*composer.problems, Problem(file, *composer.place, f"this is not YAML: {reason}")]
+        return None, [
+            *composer.problems,
+            Problem(file, *composer.place, Sentence("this is not YAML: {reason}", reason)),
+        ]
     # The arithmetic of ruamel.yaml fails at an escape beyond Unicode such as "\UFFFFFFFF".
     except (ValueError, OverflowError):
         message = "this is not YAML: the value that follows has an escape that stands for no character"
@@ -156,7 +164,9 @@ def _read_exactly(text: str, *, file: str) -> tuple[Node | None, list[Problem]]:
 
 def too_large(size: int) -> str:
     """Return the message for a file with too many bytes."""
-    return f"the file has {size / 1e6:.0f} MB; a world file has at most {MAX_BYTES / 1e6:.0f} MB"
+    return Sentence(
+        "the file has {size:.0f} MB; a world file has at most {max_bytes:.0f} MB", size / 1e6, MAX_BYTES / 1e6
+    )
 
 
 def line_and_column(text: str, offset: int) -> tuple[int, int]:
@@ -176,7 +186,7 @@ def plain_value(text: str) -> Any:
         return text
     if _INT.fullmatch(text):
         if len(text) > _MAX_DIGITS:
-            raise ValueError(f"a number of {len(text)} digits; write at most {_MAX_DIGITS}")
+            raise ValueError(Sentence("a number of {text} digits; write at most {max_digits}", len(text), _MAX_DIGITS))
         base = {"0o": 8, "0x": 16}.get(text[:2], 10)
         return int(text, base)
     if _FLOAT.fullmatch(text):
@@ -219,7 +229,9 @@ class _Composer:
         place = self.place
         if event.kind == ALIAS:
             if event.anchor is None or event.anchor not in self._anchors:
-                raise _BrokenTextError(*place, f"alias '*{event.anchor}' has no anchor '&{event.anchor}' before it")
+                raise _BrokenTextError(
+                    *place, Sentence("alias '*{anchor}' has no anchor '&{anchor}' before it", event.anchor)
+                )
             node = self._anchors[event.anchor]
             self._grow(node.size)
             return node
@@ -229,7 +241,9 @@ class _Composer:
         else:
             self._depth += 1
             if self._depth > MAX_DEPTH:
-                raise _BrokenTextError(*place, f"values are nested more than {MAX_DEPTH} deep; write them flatter")
+                raise _BrokenTextError(
+                    *place, Sentence("values are nested more than {max_depth} deep; write them flatter", MAX_DEPTH)
+                )
             if event.flow:
                 self.brackets.append(place)
             node = self._mapping(event) if event.kind == MAP else self._list(event)
@@ -266,9 +280,12 @@ class _Composer:
             if value_event.kind == SCALAR and not value_event.value and value_event.plain:
                 value = Node(None, *key_place)  # nothing is written; its mark is where the next token starts
             if not isinstance(key, str):
-                self._report(key_place, f"key {key!r:.40} is not text; put it in quotes or write a name")
+                self._report(key_place, Sentence("key {key!r:.40} is not text; put it in quotes or write a name", key))
             elif key in keys:
-                self._report(key_place, f"key '{key}' is written twice, first in line {keys[key][0]}; keep one")
+                self._report(
+                    key_place,
+                    Sentence("key '{key}' is written twice, first in line {line}; keep one", key, keys[key][0]),
+                )
             else:
                 keys[key], items[key] = key_place, value
         size = 1 + len(keys) + sum(item.size for item in items.values())
@@ -277,7 +294,7 @@ class _Composer:
     def _scalar(self, event: YamlEvent) -> Any:
         text = event.value
         if _CONTROL.search(text):
-            self._report(self.place, f"{text!r:.40} holds a character that is not text; leave it out")
+            self._report(self.place, Sentence("{text!r:.40} holds a character that is not text; leave it out", text))
             return ""
         if event.tag not in ("", "!"):
             self._check_tag(event, "str", "int", "float", "bool", "null")
@@ -292,7 +309,10 @@ class _Composer:
 
     def _check_tag(self, event: YamlEvent, *known: str) -> None:
         if event.tag not in ("", "!", *(_TAG + name for name in known)):
-            self._report(self.place, f"tag '{event.tag.replace(_TAG, '!!'):.60}' is not allowed; write a plain value")
+            self._report(
+                self.place,
+                Sentence("tag '{tag:.60}' is not allowed; write a plain value", event.tag.replace(_TAG, "!!")),
+            )
 
     def _report(self, place: tuple[int, int], message: str) -> None:
         self.problems.append(Problem(self._file, *place, message))
@@ -306,5 +326,8 @@ def _syntax(error: "MarkedYAMLError", file: str, brackets: list[tuple[int, int]]
     elif brackets and text[mark.index - 1 : mark.index + 1] == "${":
         reason = 'an expression inside brackets has no quotes; write "${...}"'
     elif brackets:
-        reason = f"{reason}; is the bracket opened at {brackets[-1][0]}:{brackets[-1][1]} closed?"
-    return Problem(file, mark.line + 1, mark.column + 1, f"this is not YAML: {reason}")
+        reason = Sentence(
+            "{reason}; is the bracket opened at {line}:{column} closed?",
+            *(reason, brackets[-1][0], brackets[-1][1]),
+        )
+    return Problem(file, mark.line + 1, mark.column + 1, Sentence("this is not YAML: {reason}", reason))

@@ -2,7 +2,7 @@
 
 import { ApiError } from "./failures";
 import type { Item } from "./run/protocol";
-import { said, word } from "./words/words";
+import { heard, said, word } from "./words/words";
 
 export type Point = [number, number];
 export type Path = (string | number)[];
@@ -221,12 +221,12 @@ const GONE = word("start.gone");
 
 /** Ask the server for JSON. Raises ApiError. */
 export async function getJson<T>(address: string): Promise<T> {
-  return (await (await answer(address, {})).json()) as T;
+  return heard((await (await answer(address, {})).json()) as T);
 }
 
 /** Send JSON to the server and get JSON back. Raises ApiError. */
 export async function postJson<T>(address: string, body: unknown): Promise<T> {
-  return (await (await post(address, body)).json()) as T;
+  return heard((await (await post(address, body)).json()) as T);
 }
 
 /** Ask the server for bytes. Raises ApiError. */
@@ -316,7 +316,7 @@ async function answer(address: string, request: RequestInit): Promise<Response> 
     throw new ApiError(0, GONE);
   }
   if (response.ok) return response;
-  const data = (await response.json().catch(() => ({}))) as Values;
+  const data = heard((await response.json().catch(() => ({}))) as Values);
   const message =
     typeof data["error"] === "string" ? said(data["error"]) : word("start.answered", { status: response.status });
   throw new ApiError(response.status, message, data);

@@ -5,6 +5,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from mjsim.sentences import Sentence
 from mjsim.world.ground import Length, fault
 from mjsim.world.items.drives.base import SIDES, AnyDrive, TurnRate, Wheel, geared_motor, half_width
 
@@ -35,8 +36,11 @@ class AckermannDrive(AnyDrive):
         radius = self.wheelbase / math.tan(math.radians(self.max_steer_deg))
         if radius <= 0.55 * self.track:
             raise fault(
-                f"max_steer_deg is {self.max_steer_deg:g} deg; the turning radius would be only {radius:.3g} m"
-                f" with half a track of {self.track / 2:g} m; reduce it",
+                Sentence(
+                    "max_steer_deg is {max_steer_deg:g} deg; the turning radius would be only {radius:.3g} m"
+                    " with half a track of {track:g} m; reduce it",
+                    *(self.max_steer_deg, radius, self.track / 2),
+                ),
                 "max_steer_deg",
             )
         return self

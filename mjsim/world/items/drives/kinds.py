@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel
 
+from mjsim.sentences import Sentence
 from mjsim.world.ground import OneOf
 from mjsim.world.items.drives.ackermann import AckermannDrive
 from mjsim.world.items.drives.balancing import BalancingDrive
@@ -49,8 +50,11 @@ Drive = Annotated[
     | FixedDrive,
     OneOf(
         {**KINDS, "use": UserDrive, "fixed": FixedDrive},
-        f"a drive has a type: {', '.join([*KINDS][:-1])} or {[*KINDS][-1]};"
-        ' or a class of your own, {use: "my_drive.py:MyDrive"}',
+        Sentence(
+            'a drive has a type: {value} or {value2}; or a class of your own, {{use: "my_drive.py:MyDrive"}}',
+            ", ".join([*KINDS][:-1]),
+            [*KINDS][-1],
+        ),
         _kind_of_drive,
     ),
 ]

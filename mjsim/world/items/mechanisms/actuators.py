@@ -4,6 +4,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
+from mjsim.sentences import Sentence
 from mjsim.world.ground import Model, OneOf, fault
 from mjsim.world.items.mechanisms.points import Axis, End, Named
 from mjsim.world.items.running import Control
@@ -30,10 +31,12 @@ class _Motion(_Actuator):
     def _can_be_followed(self) -> Self:
         kind = actuator_kind(self)
         if self.signal is None:
-            raise fault(f"this {kind} has no signal; add signal: {{ramp: ...}} or another")
+            raise fault(Sentence("this {kind} has no signal; add signal: {{ramp: ...}} or another", kind))
         if self.signal.kind in ("step", "square", "pulse", "random") and kind != "velocity":
             raise fault(
-                f"a {self.signal.kind} signal jumps, which no mass can follow; use a ramp, a sine or a table",
+                Sentence(
+                    "a {kind} signal jumps, which no mass can follow; use a ramp, a sine or a table", self.signal.kind
+                ),
                 *("signal", self.signal.kind),
             )
         return self
@@ -95,7 +98,10 @@ class _Effort(_Named):
         if not self.find and self.signal is None and self.controller is None:
             kind = actuator_kind(self)
             raise fault(
-                f"this {kind} has no signal; add signal: {{constant: {{value: 1}}}}, or find: true in mode trim"
+                Sentence(
+                    "this {kind} has no signal; add signal: {{constant: {{value: 1}}}}, or find: true in mode trim",
+                    kind,
+                )
             )
         return self
 
@@ -134,5 +140,10 @@ def actuator_kind(actuator: _Actuator) -> str:
 
 Actuator = Annotated[
     AngleActuator | PositionActuator | VelocityActuator | DistanceActuator | TorqueActuator | ForceActuator,
-    OneOf(ACTUATORS, f"an actuator needs its kind, which names a joint: {', '.join(ACTUATORS)}, such as angle: JOINT"),
+    OneOf(
+        ACTUATORS,
+        Sentence(
+            "an actuator needs its kind, which names a joint: {actuators}, such as angle: JOINT", ", ".join(ACTUATORS)
+        ),
+    ),
 ]

@@ -21,6 +21,7 @@ from mjsim.mechanics import (
     followed,
     jacobian,
 )
+from mjsim.sentences import Sentence
 from mjsim.world.items.mechanisms.points import Place
 
 if TYPE_CHECKING:  # Imported where it is used: it needs scipy.
@@ -194,7 +195,9 @@ class Assembly:
             if np.abs(missed).max() >= far:
                 worst, far = name, float(np.abs(missed).max())
                 turned = math.degrees(float(np.linalg.norm(missed[3:])))
-                how = f"{np.linalg.norm(missed[:3]):.4g} m" + (f" and {turned:.4g} degrees" if turned > TURNED else "")
+                how = f"{np.linalg.norm(missed[:3]):.4g} m" + (
+                    Sentence(" and {turned:.4g} degrees", turned) if turned > TURNED else ""
+                )
         for track in self.tracks:
             missed = Meet(track.ghost, track.spot).residual(self.linkage, placement, values)
             if np.abs(missed).max() >= far:
@@ -259,10 +262,18 @@ class Assembly:
             return self.names.index(name)
         if name in self.columns:
             own = [self.names[column] for column in self.columns[name]]
-            found = f"has {len(own)} values; name one of {', '.join(own)}" if own else "is a weld, which does not move"
-            raise ValueError(f"joint '{name}' {found}")
+            found = (
+                Sentence("has {count} values; name one of {values}", len(own), ", ".join(own))
+                if own
+                else "is a weld, which does not move"
+            )
+            raise ValueError(Sentence("joint '{name}' {found}", name, found))
         raise ValueError(
-            f"no joint '{name}' in this mechanism{did_you_mean(name, dict.fromkeys([*self.columns, *self.names]))}"
+            Sentence(
+                "no joint '{name}' in this mechanism{meant}",
+                name,
+                did_you_mean(name, dict.fromkeys([*self.columns, *self.names])),
+            )
         )
 
     def moved_column(self, name: str) -> int:
@@ -274,8 +285,11 @@ class Assembly:
         column = self.column(name)
         if column in [track.column for track in self.tracks]:
             raise ValueError(
-                f"'{name}' is the position of a point along a curve;"
-                " name a joint, or push the point with force: BODY.POINT"
+                Sentence(
+                    "'{name}' is the position of a point along a curve; name a joint, or push the point with"
+                    " force: BODY.POINT",
+                    name,
+                )
             )
         return column
 

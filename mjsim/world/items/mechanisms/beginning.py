@@ -28,15 +28,16 @@ from mjsim.mechanics import (
     rates,
     tracked,
 )
+from mjsim.sentences import Sentence
 from mjsim.world.ground import fault
 from mjsim.world.items.mechanisms.assembly import Assembly, CurvePoint, Motion, rank_of
 from mjsim.world.items.mechanisms.constraints import CurveConstraint
 from mjsim.world.items.mechanisms.mass_checks import check_inertias
-from mjsim.world.items.mechanisms.measurements import SENSORS, ActuatorSensor, BodySensor, JointSensor, ReactionSensor
 from mjsim.world.items.mechanisms.mechanism_items import MechanismParts
 from mjsim.world.items.mechanisms.motions import Read, motions_of
 from mjsim.world.items.mechanisms.points import GROUND, place_of
 from mjsim.world.items.mechanisms.rest import trimmed
+from mjsim.world.items.mechanisms.sensor_checks import check_sensors
 from mjsim.world.items.mechanisms.ties import couplings_of, rods_of, springs_of, tied_rows
 from mjsim.world.items.mechanisms.tree import Points, linkage_of, places_of, tree_of, values_of
 
@@ -144,8 +145,11 @@ def _given(mechanism: MechanismParts, found: Assembly) -> tuple[Array, set[int]]
             key = "start" if found.slides[column] else "start_deg"
             if start is not None and column in led and abs(start - led[column]) > SAME:
                 raise fault(
-                    f"{key} is {_shown(start, found, column)}, and the joint's actuator begins at"
-                    f" {_shown(led[column], found, column)}; leave out {key}, or make them agree",
+                    Sentence(
+                        "{key} is {start}, and the joint's actuator begins at {led}; leave out {key}, or"
+                        " make them agree",
+                        *(key, _shown(start, found, column), _shown(led[column], found, column)),
+                    ),
                     *("joints", number, key),
                 )
             if start is not None:
@@ -156,24 +160,33 @@ def _given(mechanism: MechanismParts, found: Assembly) -> tuple[Array, set[int]]
 
 
 def _shown(value: float, found: Assembly, column: int) -> str:
-    return f"{value:.6g} m" if found.slides[column] else f"{math.degrees(value):.6g} degrees"
+    return f"{value:.6g} m" if found.slides[column] else Sentence("{degrees:.6g} degrees", math.degrees(value))
 
 
 def _open(mechanism: MechanismParts, found: Assembly, values: Array, miss: float) -> PydanticCustomError:
     worst, how = found.gap(values)
     if not worst:
-        return fault(f"the start values violate the constraints by {miss:.4g}; leave some of them out", "joints")
+        return fault(
+            Sentence("the start values violate the constraints by {miss:.4g}; leave some of them out", miss), "joints"
+        )
     number = next((place for place, joint in enumerate(mechanism.all_joints) if joint.name == worst), -1)
     if number < 0:
         track = next(track for track in found.tracks if track.name == worst)
         return fault(
-            f"the point does not reach its curve with these lengths and start values: it misses by {how}; change them,"
-            " or leave out the start of a joint",
+            Sentence(
+                "the point does not reach its curve with these lengths and start values: it misses by {how};"
+                " change them, or leave out the start of a joint",
+                how,
+            ),
             *("constraints", track.number, "curve"),
         )
     return fault(
-        f"the loop at joint '{worst}' does not close with these lengths and start values: it misses by {how};"
-        " change them, or leave out the start of a joint in it",
+        Sentence(
+            "the loop at joint '{worst}' does not close with these lengths and start values: it misses by"
+            " {how}; change them, or leave out the start of a joint in it",
+            worst,
+            how,
+        ),
         *("joints", number),
     )
 
@@ -189,7 +202,10 @@ def _within(mechanism: MechanismParts, found: Assembly, values: Array) -> None:
             if not lower - SAME <= values[column] <= upper + SAME:
                 shown = _shown(float(values[column]), found, column)
                 raise fault(
-                    f"joint '{joint.name}' starts at {shown}; its {key} is [{pair[0]:g}, {pair[1]:g}]",
+                    Sentence(
+                        "joint '{name}' starts at {shown}; its {key} is [{low:g}, {high:g}]",
+                        *(joint.name, shown, key, pair[0], pair[1]),
+                    ),
                     "joints",
                     number,
                     key,
@@ -208,16 +224,21 @@ def _check_drives(mechanism: MechanismParts, found: Assembly, values: Array) -> 
         grown = rank_of(matrix)
         if grown == rank:
             raise fault(
-                f"'{mechanism.actuators[drive.number].target}' cannot be driven independently: the mechanism has {free}"
-                f" {'freedom' if free == 1 else 'freedoms'}, which other motions already drive; give a torque or a"
-                " force, or leave it out",
+                Sentence(
+                    "'{target}' cannot be driven independently: the mechanism has {free} {value}, which"
+                    " other motions already drive; give a torque or a force, or leave it out",
+                    *(mechanism.actuators[drive.number].target, free, "freedom" if free == 1 else "freedoms"),
+                ),
                 *("actuators", drive.number),
             )
         rank = grown
     if mechanism.mode != "forward" and rank < found.linkage.size:
         raise fault(
-            f"mode {mechanism.mode} needs a motion for each degree of freedom: {len(found.drives)} of {free} are led;"
-            " add an angle, position, velocity or distance, or use mode: forward",
+            Sentence(
+                "mode {mode} needs a motion for each degree of freedom: {drives} of {free} are led; add an"
+                " angle, position, velocity or distance, or use mode: forward",
+                *(mechanism.mode, len(found.drives), free),
+            ),
             "mode",
         )
 
@@ -250,55 +271,11 @@ def _speeds(mechanism: MechanismParts, found: Assembly, values: Array) -> Array:
             targets.append(np.atleast_1d(drive.signal.rate(0.0)))
     speeds, missed = rates(found.linkage, rows, values, held=held, targets=np.concatenate(targets))
     if missed > SAME:
-        raise fault(f"the initial speeds violate the constraints by {missed:.4g} m/s; leave some of them out", "joints")
+        raise fault(
+            Sentence("the initial speeds violate the constraints by {missed:.4g} m/s; leave some of them out", missed),
+            "joints",
+        )
     return speeds
-
-
-def check_sensors(mechanism: MechanismParts, found: Assembly, points: Points) -> None:
-    """Raise an error for a sensor of a missing part, and for a duplicate sensor."""
-    taken = dict[tuple[str, str], int]()
-    for number, sensor in enumerate(mechanism.sensors):
-        kind = next(key for key, model in SENSORS.items() if isinstance(sensor, model))
-        called = sensor.called if isinstance(sensor, BodySensor) else str(getattr(sensor, kind))
-        if (kind, called) in taken:
-            remedy = "give this one a name, or leave it out" if kind == "body" else "leave one out"
-            other = taken[kind, called]
-            raise fault(f"'{called}' has this sensor already, sensors[{other}]; {remedy}", "sensors", number, kind)
-        taken[kind, called] = number
-    for number, sensor in enumerate(mechanism.sensors):
-        path = ("sensors", number)
-        match sensor:
-            case JointSensor(joint=name) if name not in found.columns:
-                try:
-                    found.column(name)
-                except ValueError as error:
-                    raise fault(str(error), *path, "joint") from None
-            case ReactionSensor(reaction=name) if name not in found.columns:
-                known = did_you_mean(name, found.columns)
-                raise fault(f"no joint '{name}' in this mechanism{known}", *path, "reaction")
-            case ActuatorSensor(actuator=name):
-                _check_actuator(mechanism, found, name, path)
-            case BodySensor(body=end):
-                _check_body(end, points, path)
-            case _:
-                pass
-
-
-def _check_actuator(mechanism: MechanismParts, found: Assembly, name: str, path: tuple[str | int, ...]) -> None:
-    targets = [actuator.target for actuator in mechanism.actuators]
-    if name not in targets:
-        raise fault(f"no actuator on '{name}' in this mechanism{did_you_mean(name, targets)}", *path, "actuator")
-    if name not in found.names and name not in [drive.name for drive in found.drives]:
-        raise fault(f"what acts on body '{name}' is its signal; leave this sensor out", *path, "actuator")
-
-
-def _check_body(end: object, points: Points, path: tuple[str | int, ...]) -> None:
-    try:
-        place = place_of(end, points)  # type: ignore[arg-type]
-    except ValueError as error:
-        raise fault(str(error), *path, "body") from None
-    if place.body == GROUND:
-        raise fault("the ground does not move; name a point of a body", *path, "body")
 
 
 def tracks_of(
@@ -339,9 +316,11 @@ def _spot(item: CurveConstraint, bodies: tuple[str, ...], points: Points, path: 
     except ValueError as error:
         raise fault(str(error), *path, "curve") from None
     if item.on not in points:
-        raise fault(f"no body '{item.on}' in this mechanism{did_you_mean(item.on, points)}", *path, "on")
+        raise fault(
+            Sentence("no body '{on}' in this mechanism{meant}", item.on, did_you_mean(item.on, points)), *path, "on"
+        )
     if place.body == item.on:
-        raise fault(f"the point and the curve are both on '{item.on}'; name two bodies", *path, "curve")
+        raise fault(Sentence("the point and the curve are both on '{on}'; name two bodies", item.on), *path, "curve")
     return BodyPoint(bodies.index(place.body), np.array(place.at))
 
 

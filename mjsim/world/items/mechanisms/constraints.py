@@ -5,6 +5,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
+from mjsim.sentences import Sentence
 from mjsim.world.ground import Length, Metres, Model, OneOf, Point3, RollPitchYaw, fault
 from mjsim.world.items.mechanisms.points import GROUND, Axis, End, Named, PartName
 
@@ -115,7 +116,7 @@ class CurveConstraint(_Constraint):
         given = [key for key in ("points", "circle", "ellipse") if getattr(self, key) is not None]
         if len(given) != 1:
             have = " and ".join(given) or "none"
-            raise fault(f"a curve is one of points, circle and ellipse; this one has {have}", "curve")
+            raise fault(Sentence("a curve is one of points, circle and ellipse; this one has {have}", have), "curve")
         if self.points is None and self.closed:
             raise fault("a circle or an ellipse is closed; leave out closed", "closed")
         if self.points is not None:
@@ -126,7 +127,7 @@ class CurveConstraint(_Constraint):
         if self.axis is not None:
             raise fault("points say where the curve is; leave out axis", "axis")
         if self.closed and len(points) < 3:
-            raise fault(f"a closed curve has {len(points)} points; give at least 3", "points")
+            raise fault(Sentence("a closed curve has {points} points; give at least 3", len(points)), "points")
         pairs = list(zip(points, points[1:] + points[:1] * self.closed, strict=False))
         longest = max(math.dist(one, other) for one, other in pairs)
         for number, (one, other) in enumerate(pairs, start=1):
@@ -147,5 +148,8 @@ CONSTRAINTS: dict[str, type[_Constraint]] = {
 
 Constraint = Annotated[
     GearConstraint | ScrewConstraint | DistanceConstraint | ParallelConstraint | SpringConstraint | CurveConstraint,
-    OneOf(CONSTRAINTS, f"a constraint is one of {', '.join(CONSTRAINTS)}; such as gear: [JOINT, JOINT]"),
+    OneOf(
+        CONSTRAINTS,
+        Sentence("a constraint is one of {constraints}; such as gear: [JOINT, JOINT]", ", ".join(CONSTRAINTS)),
+    ),
 ]

@@ -2,6 +2,7 @@
 
 from typing import Annotated
 
+from mjsim.sentences import Sentence
 from mjsim.world.ground import OneOf
 from mjsim.world.items.mechanisms import joints, many_joints
 from mjsim.world.items.mechanisms.joints import MechanismJoint
@@ -42,5 +43,7 @@ Jointed = Annotated[
     | many_joints.ScrewJoint
     | many_joints.SixDofJoint
     | many_joints.CustomJoint,
-    OneOf(JOINTS, f"a joint needs its kind, which names it: {', '.join(JOINTS)}; such as revolute: NAME"),
+    OneOf(
+        JOINTS, Sentence("a joint needs its kind, which names it: {joints}; such as revolute: NAME", ", ".join(JOINTS))
+    ),
 ]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from mjsim.sentences import Sentence
 from mjsim.world.ground import Metres, Model, RollPitchYaw, fault
 from mjsim.world.items.mechanisms.points import Axis, End, PartName
 
@@ -95,23 +96,30 @@ class MechanismJoint(Model):
                 other = key.removesuffix("_deg") if key.endswith("_deg") else f"{key}_deg"
                 moves = "turns" if slides else "slides"
                 raise fault(
-                    f"{key} is for a joint that {moves}; give {other}"
+                    Sentence("{key} is for a joint that {moves}; give {other}", key, moves, other)
                     if slides + turns
-                    else f"a weld does not move; leave out {key}",
+                    else Sentence("a weld does not move; leave out {key}", key),
                     key,
                 )
             if key not in ("range", "range_deg") and len(value) != expected:
-                raise fault(f"{key} has {len(value)} numbers; this joint needs {expected}", key)
+                raise fault(
+                    Sentence("{key} has {value} numbers; this joint needs {expected}", key, len(value), expected), key
+                )
         for key in ("stiffness", "damping", "friction"):
             value = getattr(self, key)
             if value is not None and not slides + turns:
-                raise fault(f"a weld does not move; leave out {key}", key)
+                raise fault(Sentence("a weld does not move; leave out {key}", key), key)
             if value is not None and len(value) not in (1, slides + turns):
-                raise fault(f"{key} has {len(value)} numbers; give 1 or {slides + turns}", key)
+                raise fault(
+                    Sentence("{key} has {value} numbers; give 1 or {slides}", key, len(value), slides + turns), key
+                )
         for key in ("range", "range_deg"):
             pair = getattr(self, key)
             if pair is not None and pair[0] >= pair[1]:
-                raise fault(f"{key} is [{pair[0]:g}, {pair[1]:g}]; the first must be below the second", key)
+                raise fault(
+                    Sentence("{key} is [{low:g}, {high:g}]; the first must be below the second", key, pair[0], pair[1]),
+                    key,
+                )
         return self
 
     def _lists(self) -> Iterator[tuple[str, tuple[float, ...]]]:

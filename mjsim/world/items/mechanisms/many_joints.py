@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
+from mjsim.sentences import Sentence
 from mjsim.world.ground import Model, fault
 from mjsim.world.items.mechanisms.joints import MechanismJoint, OneAxis, X, Y, Z, chain, unit
 from mjsim.world.items.mechanisms.points import Axis, PartName
@@ -25,7 +26,7 @@ class _TurnAxes(MechanismJoint):
             return self
         count = len(self._usual())
         if len(self.axes) != count:
-            raise fault(f"axes holds {len(self.axes)}; this joint turns about {count}", "axes")
+            raise fault(Sentence("axes holds {axes}; this joint turns about {count}", len(self.axes), count), "axes")
         for place, (one, other) in enumerate(zip(self.axes, self.axes[1:], strict=False), start=1):
             cosine = sum(a * b for a, b in zip(unit(one), unit(other), strict=True))
             if 1.0 - cosine**2 < MIN_SINE**2:
@@ -166,7 +167,10 @@ class CustomJoint(MechanismJoint):
             slides, turns = (sum(key in each for each in motions) for key in ("slide", "turn"))
             balls = [place for place, each in enumerate(motions) if each.get("ball") is True]
             if slides > 3 or turns > 3:
-                raise fault(f"it has {slides} slides and {turns} turns; a joint has at most 3 of each", "motions")
+                raise fault(
+                    Sentence("it has {slides} slides and {turns} turns; a joint has at most 3 of each", slides, turns),
+                    "motions",
+                )
             if balls and (turns or len(balls) > 1 or balls[0] != len(motions) - 1):
                 raise fault(
                     "a ball turns about all axes; make it the last motion, and leave out turns", "motions", balls[0]

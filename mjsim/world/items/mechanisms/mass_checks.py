@@ -4,6 +4,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.mechanics import TreeJoint, tensor
+from mjsim.sentences import Sentence
 from mjsim.world.ground import fault
 from mjsim.world.items.mechanisms.assembly import Assembly
 from mjsim.world.items.mechanisms.mechanism_items import MechanismParts
@@ -59,7 +60,11 @@ def _refuse(mechanism: MechanismParts, found: Assembly, column: int) -> None:
     number = next(place for place, joint in enumerate(mechanism.all_joints) if joint.name == name)
     tree = next(k for k, tree in enumerate(found.linkage.joints, start=1) if tree.name == name)
     raise fault(
-        f"joint '{name}' moves no mass and no inertia, so its motion is undetermined;"
-        f" give body '{found.bodies[tree]}' an inertia",
+        Sentence(
+            "joint '{name}' moves no mass and no inertia, so its motion is undetermined; give body"
+            " '{bodies}' an inertia",
+            name,
+            found.bodies[tree],
+        ),
         *(("joints", number) if number < len(mechanism.joints) else mechanism.written(number)),
     )

@@ -2,6 +2,7 @@
 
 from typing import Annotated
 
+from mjsim.sentences import Sentence
 from mjsim.world.ground import Model, OneOf
 from mjsim.world.items.mechanisms.points import End, Named, PartName
 
@@ -53,5 +54,5 @@ SENSORS: dict[str, type[Model]] = {
 
 MechanismSensor = Annotated[
     JointSensor | ReactionSensor | ActuatorSensor | BodySensor,
-    OneOf(SENSORS, f"a sensor of a mechanism is one of {', '.join(SENSORS)}, such as joint: NAME"),
+    OneOf(SENSORS, Sentence("a sensor of a mechanism is one of {sensors}, such as joint: NAME", ", ".join(SENSORS))),
 ]

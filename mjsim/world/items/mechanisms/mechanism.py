@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Self
 from pydantic import PrivateAttr, ValidationInfo, model_validator
 
 from mjsim.errors import did_you_mean
+from mjsim.sentences import Sentence
 from mjsim.world.files import BUILT, Source, read_asset
 from mjsim.world.ground import Degrees, Metres, Name, Point, TakenNames, fault, reserved_fault
 from mjsim.world.items.mechanisms.joint_kinds import Jointed
@@ -62,7 +63,7 @@ class Mechanism(MechanismParts):
                 if message := taken.fault(name, f"{kind}[{number}]"):
                     yield message, (kind, number)
                 if name == GROUND:
-                    yield f"'{GROUND}' is the fixed frame; give another name", (kind, number)
+                    yield Sentence("'{ground}' is the fixed frame; give another name", GROUND), (kind, number)
 
     @cached_property
     def assembly(self) -> "Assembly":
@@ -171,5 +172,9 @@ class Mechanism(MechanismParts):
             if joint.name == name:
                 return joint
         raise ValueError(
-            f"no joint '{name}' in this mechanism{did_you_mean(name, [each.name for each in self.joints])}"
+            Sentence(
+                "no joint '{name}' in this mechanism{meant}",
+                name,
+                did_you_mean(name, [each.name for each in self.joints]),
+            )
         )

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, model_validator
 
+from mjsim.sentences import Sentence
 from mjsim.world.ground import Color, Length, Model, OneOf, Point3, RollPitchYaw, fault
 from mjsim.world.items.mechanisms.points import GROUND, PartName
 from mjsim.world.items.model_files import FromFile
@@ -48,9 +49,11 @@ class _Body(Model):
     @model_validator(mode="after")
     def _can_be(self) -> Self:
         if self.name == GROUND:
-            raise fault(f"'{GROUND}' is the fixed frame; give the body another name", "name")
+            raise fault(Sentence("'{ground}' is the fixed frame; give the body another name", GROUND), "name")
         if self.mass is not None and self.mass < LIGHTEST:
-            raise fault(f"the mass is {self.mass:g} kg; make it at least {LIGHTEST:g} kg", "mass")
+            raise fault(
+                Sentence("the mass is {mass:g} kg; make it at least {lightest:g} kg", self.mass, LIGHTEST), "mass"
+            )
         if self.inertia is not None:
             _check_inertia(self.inertia)
         return self
@@ -119,11 +122,16 @@ def _check_inertia(inertia: tuple[float, ...]) -> None:
     xx, yy, zz, xy, yz, xz = inertia
     smallest, middle, largest = np.linalg.eigvalsh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])).tolist()
     if smallest < -1e-9 * max(largest, 1e-300):
-        raise fault(f"the inertia has a principal moment of {smallest:g} kg m^2; none is below 0", "inertia")
+        raise fault(
+            Sentence("the inertia has a principal moment of {smallest:g} kg m^2; none is below 0", smallest), "inertia"
+        )
     if smallest + middle < largest * (1.0 - 1e-9):
         raise fault(
-            f"the principal moments of inertia are {smallest:g}, {middle:g} and {largest:g} kg m^2;"
-            " no body has one above the sum of the others",
+            Sentence(
+                "the principal moments of inertia are {smallest:g}, {middle:g} and {largest:g} kg m^2; no"
+                " body has one above the sum of the others",
+                *(smallest, middle, largest),
+            ),
             "inertia",
         )
 
@@ -264,7 +272,7 @@ class MechanismModel(FromFile, _Body):
         has_inertia = None not in (self.mass, self.center, self.inertia)
         # The file is known to exist only if it was read with its world.
         if not has_inertia and "shape" in vars(self) and self.shape.whole.mass <= 0.0:
-            raise fault(f"'{self.model}' has no mass; give the body mass, center and inertia", "model")
+            raise fault(Sentence("'{model}' has no mass; give the body mass, center and inertia", self.model), "model")
         return self
 
     def own_mass(self) -> float:

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from mjsim.mechanics import BodyPoint
+from mjsim.sentences import Sentence
 from mjsim.world.ground import fault
 from mjsim.world.items.mechanisms.actuators import MOTIONS, DistanceActuator, actuator_kind
 from mjsim.world.items.mechanisms.assembly import Assembly, Motion
@@ -27,7 +28,9 @@ def motions_of(mechanism: MechanismParts, found: Assembly, points: Points, read:
             column = _actuated(mechanism, found, number, kind, points)
         if actuator.target in taken:
             raise fault(
-                f"'{actuator.target}' has an actuator already, actuators[{taken[actuator.target]}]",
+                Sentence(
+                    "'{target}' has an actuator already, actuators[{taken}]", actuator.target, taken[actuator.target]
+                ),
                 "actuators",
                 number,
                 kind,
@@ -53,7 +56,12 @@ def _check_found(mechanism: MechanismParts, found: Assembly, number: int, kind: 
         if mechanism.mode != "forward":
             raise fault("a controller is for mode: forward; leave it out", "actuators", number, "controller")
         if column < 0 or actuator.target not in found.names:
-            raise fault(f"a controller is for a {kind} on a joint; give a signal", "actuators", number, "controller")
+            raise fault(
+                Sentence("a controller is for a {kind} on a joint; give a signal", kind),
+                "actuators",
+                number,
+                "controller",
+            )
         goal = getattr(actuator, "goal", None)
         if goal is not None and (wrong := goal.misfit(angle=not found.slides[column])) is not None:
             raise fault(wrong[0], "actuators", number, "goal", *wrong[1])
@@ -61,7 +69,7 @@ def _check_found(mechanism: MechanismParts, found: Assembly, number: int, kind: 
     if mechanism.mode != "trim":
         raise fault("find is for mode: trim; give a signal", "actuators", number, "find")
     if column < 0:
-        raise fault(f"find is for a {kind} on a joint; give a signal", "actuators", number, "find")
+        raise fault(Sentence("find is for a {kind} on a joint; give a signal", kind), "actuators", number, "find")
 
 
 def _actuated(
@@ -81,18 +89,28 @@ def _actuated(
         except ValueError as error:
             raise fault(str(error), *path) from None
         if getattr(actuator, "axis", None) is None:
-            raise fault(f"a {kind} on a body needs its direction; add axis: [x, y, z]", *path)
+            raise fault(Sentence("a {kind} on a body needs its direction; add axis: [x, y, z]", kind), *path)
         return -1
     try:
         column = found.moved_column(target)
     except ValueError as error:
         raise fault(str(error), *path) from None
     if getattr(actuator, "axis", None) is not None:
-        raise fault(f"a {kind} on a joint acts along the joint's own axis; leave out axis", "actuators", number, "axis")
+        raise fault(
+            Sentence("a {kind} on a joint acts along the joint's own axis; leave out axis", kind),
+            "actuators",
+            number,
+            "axis",
+        )
     slides, needs_slide = found.slides[column], {"angle": False, "torque": False, "position": True, "force": True}
     if kind in needs_slide and needs_slide[kind] != slides:
         right = {"angle": "position", "torque": "force", "position": "angle", "force": "torque"}[kind]
-        raise fault(f"joint '{target}' {'slides' if slides else 'turns'}; write {right}: {target}", *path)
+        raise fault(
+            Sentence(
+                "joint '{target}' {value}; write {right}: {target}", target, "slides" if slides else "turns", right
+            ),
+            *path,
+        )
     return column
 
 

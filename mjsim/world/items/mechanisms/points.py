@@ -8,6 +8,7 @@ from typing import Annotated
 from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from mjsim.errors import did_you_mean
+from mjsim.sentences import Sentence
 from mjsim.world.ground import JOINT_PATTERN, POINT_PATTERN, Legible, Name, Point3
 
 GROUND = "ground"
@@ -73,11 +74,13 @@ def place_of(
         return Place(name, (0.0, 0.0, 0.0))
     if point not in points[name]:
         known = points[name]
-        has = f"it has {', '.join(known)}" if known else "it has none"
-        raise ValueError(f"body '{name}' has no point '{point}'; {has}, or give {{{name}: [x, y, z]}}")
+        has = Sentence("it has {known}", ", ".join(known)) if known else "it has none"
+        raise ValueError(
+            Sentence("body '{name}' has no point '{point}'; {has}, or give {{{name}: [x, y, z]}}", name, point, has)
+        )
     return Place(name, points[name][point])
 
 
 def _require(name: str, points: Mapping[str, object]) -> None:
     if name not in points:
-        raise ValueError(f"no body '{name}' in this mechanism{did_you_mean(name, points)}")
+        raise ValueError(Sentence("no body '{name}' in this mechanism{meant}", name, did_you_mean(name, points)))

@@ -6,6 +6,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.mechanics import Apart, BodyPoint, jacobian, residual, solved
+from mjsim.sentences import Sentence
 from mjsim.world.ground import fault
 from mjsim.world.items.mechanisms.actuators import ForceActuator, TorqueActuator
 from mjsim.world.items.mechanisms.assembly import Assembly
@@ -47,8 +48,11 @@ def trimmed(mechanism: MechanismParts, found: Assembly, values: Array, held: set
     values, efforts, left = _newton(balance, values, free)
     if left > AT_REST * balance.weight:
         raise fault(
-            f"no equilibrium was found near this start: forces of {left:.3g} N or N m are left over; give torque: JOINT"
-            " with find: true, or leave out the start of a joint",
+            Sentence(
+                "no equilibrium was found near this start: forces of {left:.3g} N or N m are left over; give"
+                " torque: JOINT with find: true, or leave out the start of a joint",
+                left,
+            ),
             "mode",
         )
     return dataclasses.replace(
@@ -115,7 +119,7 @@ class _Balance:
 
 
 def _no_file(name: str) -> bytes:
-    raise ValueError(f"trimming reads no file, such as '{name}'")
+    raise ValueError(Sentence("trimming reads no file, such as '{name}'", name))
 
 
 def _newton(balance: _Balance, values: Array, free: Array) -> tuple[Array, Array, float]:

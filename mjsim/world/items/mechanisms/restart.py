@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 from mjsim.geometry import Array
 from mjsim.mechanics import BodyPoint, followed
+from mjsim.sentences import Sentence
 from mjsim.world.items.mechanisms.assembly import Assembly
 from mjsim.world.items.mechanisms.beginning import first_rows
 from mjsim.world.items.mechanisms.joints import MechanismJoint
@@ -158,7 +159,9 @@ def _followed(mechanism: Mechanism, targets: Mapping[int, float]) -> Array:
     found, free = mechanism.assembly, free_columns(mechanism)
     for column in targets:
         if column not in free:
-            raise ValueError(f"'{found.names[column]}' has a start prescribed by the actuators; change those")
+            raise ValueError(
+                Sentence("'{names}' has a start prescribed by the actuators; change those", found.names[column])
+            )
     begin = found.start.copy()
     begin[list(targets)] = list(targets.values())
     rows = first_rows(found)
@@ -167,8 +170,8 @@ def _followed(mechanism: Mechanism, targets: Mapping[int, float]) -> Array:
         if closed.good:
             return closed.values
     worst, how = found.gap(closed.values)
-    problem = f"the loop at '{worst}' does not close" if worst else "the constraints do not hold"
-    raise ValueError(f"{problem} there: it misses by {how or f'{closed.miss:.4g}'}")
+    problem = Sentence("the loop at '{worst}' does not close", worst) if worst else "the constraints do not hold"
+    raise ValueError(Sentence("{problem} there: it misses by {value}", problem, how or f"{closed.miss:.4g}"))
 
 
 def _given(mechanism: Mechanism) -> Iterator[int]:

@@ -6,6 +6,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.mechanics import Apart, BodyPoint, Linear, Rows
+from mjsim.sentences import Sentence
 from mjsim.world.ground import fault
 from mjsim.world.items.mechanisms.assembly import Assembly, Coupling, Rod, Spring
 from mjsim.world.items.mechanisms.constraints import (
@@ -50,10 +51,10 @@ def _columns(
             raise fault(str(error), *path, place) from None
         if found.slides[column] != slide:
             does, should = ("slides", "turns") if found.slides[column] else ("turns", "slides")
-            raise fault(f"joint '{name}' {does}; name one that {should}", *path, place)
+            raise fault(Sentence("joint '{name}' {does}; name one that {should}", name, does, should), *path, place)
         columns.append(column)
     if columns[0] == columns[1]:
-        raise fault(f"joint '{names[0]}' is tied to itself; name two joints", *path)
+        raise fault(Sentence("joint '{names}' is tied to itself; name two joints", names[0]), *path)
     return columns[0], columns[1]
 
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from mjsim.mechanics import Linkage, TreeJoint, inverted, placed
+from mjsim.sentences import Sentence
 from mjsim.world.ground import fault
 from mjsim.world.items.mechanisms.joints import MechanismJoint
 from mjsim.world.items.mechanisms.mechanism_items import MechanismParts
@@ -27,7 +28,8 @@ def places_of(mechanism: MechanismParts, points: Points) -> dict[str, tuple[Plac
                 raise fault(str(error), *mechanism.written(number), which) from None
         if ends[0].body == ends[1].body:
             raise fault(
-                f"joint '{joint.name}' holds '{ends[0].body}' to itself; name two bodies", *mechanism.written(number)
+                Sentence("joint '{name}' holds '{body}' to itself; name two bodies", joint.name, ends[0].body),
+                *mechanism.written(number),
             )
         found[joint.name] = (ends[0], ends[1])
     return found
@@ -50,8 +52,12 @@ def tree_of(mechanism: MechanismParts, places: Mapping[str, tuple[Place, Place]]
     for number, body in enumerate(mechanism.bodies):
         if body.name not in reached:
             raise fault(
-                f"no chain of joints leads from '{GROUND}' to body '{body.name}'; join it to '{GROUND}' or to a body"
-                " that is joined",
+                Sentence(
+                    "no chain of joints leads from '{ground}' to body '{name}'; join it to '{ground}' or to"
+                    " a body that is joined",
+                    GROUND,
+                    body.name,
+                ),
                 *("bodies", number, "name"),
             )
     return order

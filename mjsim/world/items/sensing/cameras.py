@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
+from mjsim.sentences import Sentence
 from mjsim.world.ground import Degrees, Deviation, Length, Model, Name, Point3, Rate, Shaped, Slider, fault
 from mjsim.world.items.sensing.lenses import Lens
 from mjsim.world.items.sensing.sensor_model import Bought, Bounds, Latency, Pitch
@@ -67,7 +68,10 @@ class Stereo(Model):
     @model_validator(mode="after")
     def _window_has_a_middle(self) -> Self:
         if self.window % 2 == 0:
-            raise fault(f"window is {self.window} px; it must be odd, such as {self.window + 1}", "window")
+            raise fault(
+                Sentence("window is {window} px; it must be odd, such as {next}", self.window, self.window + 1),
+                "window",
+            )
         return self
 
 
@@ -207,8 +211,9 @@ class Camera(Bought):
         if self.lens is not None:
             edge = np.array([[math.tan(math.radians(self.fov_deg) / 2), 0.0]])
             if not np.allclose(self.lens.straighten(self.lens.bend(edge)), edge, atol=1e-6):
-                message = (
-                    f"fov_deg is {self.fov_deg:g}; the lens model is not invertible that far, make one of them smaller"
+                message = Sentence(
+                    "fov_deg is {fov_deg:g}; the lens model is not invertible that far, make one of them smaller",
+                    self.fov_deg,
                 )
                 raise fault(message, "lens")
         return self

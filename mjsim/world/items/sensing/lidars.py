@@ -6,6 +6,7 @@ from typing import Annotated, ClassVar, Self
 import numpy as np
 from pydantic import ConfigDict, Field, model_validator
 
+from mjsim.sentences import Sentence
 from mjsim.world.ground import Degrees, Deviation, Model, Name, Point3, Rate, fault
 from mjsim.world.items.sensing.sensor_model import Bought, Bounds, Chance, Latency, Pitch
 
@@ -138,10 +139,15 @@ class Lidar3d(Bought):
     def _stacked(self) -> Self:
         given = self.elevation_deg
         if len(given) not in (2, self.rings):
-            right = f"give [lowest, highest], or {self.rings} as there are rings"
-            raise fault(f"elevation_deg has {len(given)} elevations; {right}", "elevation_deg")
+            right = Sentence("give [lowest, highest], or {rings} as there are rings", self.rings)
+            raise fault(Sentence("elevation_deg has {given} elevations; {right}", len(given), right), "elevation_deg")
         if any(low >= high for low, high in pairwise(given)):
             raise fault("each elevation must be above the one before", "elevation_deg")
         if self.rays > MAX_RAYS:
-            raise fault(f"a turn has {self.rays:,} beams; at most {MAX_RAYS:,}, make columns or rings fewer", "columns")
+            raise fault(
+                Sentence(
+                    "a turn has {rays:,} beams; at most {max_rays:,}, make columns or rings fewer", self.rays, MAX_RAYS
+                ),
+                "columns",
+            )
         return self

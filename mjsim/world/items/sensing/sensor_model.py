@@ -5,13 +5,14 @@ from typing import Annotated, Any, ClassVar
 from pydantic import AfterValidator, Field, model_validator
 
 from mjsim.errors import did_you_mean
+from mjsim.sentences import Sentence
 from mjsim.world.ground import PART_PATTERN, Distance, Legible, Model, Name, Point3, Slider, fault
 from mjsim.world.items.sensing.sensor_presets import over_sensor
 
 
 def _ascending(bounds: tuple[float, ...]) -> tuple[float, ...]:
     if bounds[0] >= bounds[1]:
-        raise ValueError(f"range is {list(bounds)} m; the nearest must be less than the farthest")
+        raise ValueError(Sentence("range is {range} m; the nearest must be less than the farthest", list(bounds)))
     return bounds
 
 
@@ -49,7 +50,9 @@ class SensorModel(Model):
     @classmethod
     def _not_on_an_arm(cls, keys: Any) -> Any:
         if isinstance(keys, dict) and "on" in keys and "on" not in cls.model_fields:
-            raise fault(f"a sensor '{cls.kind}' is on the body of a robot, not on its arms; leave out 'on'", "on")
+            raise fault(
+                Sentence("a sensor '{kind}' is on the body of a robot, not on its arms; leave out 'on'", cls.kind), "on"
+            )
         return keys
 
 
@@ -64,7 +67,7 @@ class OnArm(SensorModel):
         parts = [part for arm in robot.arms for part in arm.parts()]
         if self.on is None or self.on in parts:
             return None
-        return f"no part '{self.on}' of an arm of this robot{did_you_mean(self.on, parts)}"
+        return Sentence("no part '{on}' of an arm of this robot{meant}", self.on, did_you_mean(self.on, parts))
 
 
 class Bought(OnArm):

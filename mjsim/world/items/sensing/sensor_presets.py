@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from mjsim.errors import did_you_mean
+from mjsim.sentences import Sentence
 from mjsim.world.items.shipped_presets import shipped_keys, shipped_names
 
 
@@ -20,7 +21,7 @@ def over_sensor(kind: str, name: str, keys: Mapping[str, Any]) -> dict[str, Any]
     """
     known = sensor_names(kind)
     if name not in known:
-        raise ValueError(f"no {kind} preset '{name}'{did_you_mean(name, known)}")
+        raise ValueError(Sentence("no {kind} preset '{name}'{meant}", kind, name, did_you_mean(name, known)))
     return {**shipped_keys(f"sensors/{kind}", name), **keys}
 
 

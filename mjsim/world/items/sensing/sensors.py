@@ -4,6 +4,7 @@ from typing import Annotated, Any, ClassVar, get_args
 
 from pydantic import ConfigDict, Field
 
+from mjsim.sentences import Sentence
 from mjsim.world.ground import (
     Degrees,
     Deviation,
@@ -253,5 +254,9 @@ def name_of(sensor: AnySensor) -> str:
 
 _WRITTEN = [f"{kind}: NAME" for kind in SENSOR_KINDS]
 Sensor = Annotated[
-    AnySensor, OneOf(SENSOR_KINDS, f"a sensor needs its kind; write {', '.join(_WRITTEN[:-1])} or {_WRITTEN[-1]}")
+    AnySensor,
+    OneOf(
+        SENSOR_KINDS,
+        Sentence("a sensor needs its kind; write {kinds} or {last}", ", ".join(_WRITTEN[:-1]), _WRITTEN[-1]),
+    ),
 ]

@@ -1,4 +1,5 @@
 from .arm_events import reached_joints as reached_joints
+from .event_sentences import event_text as event_text
 from .event_waypoints import as_motions as as_motions
 from .event_waypoints import extend_motion as extend_motion
 from .event_waypoints import last_time as last_time
@@ -21,7 +22,6 @@ from .events import RestoreEvent as RestoreEvent
 from .events import ShoveEvent as ShoveEvent
 from .events import WorldEvent as WorldEvent
 from .events import event_from as event_from
-from .events import event_text as event_text
 from .signals import Signal as Signal
 from .signals import signal_of as signal_of
 from .signals import table_files as table_files

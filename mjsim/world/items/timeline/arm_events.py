@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from mjsim.errors import OutOfReachError, UsageError
 from mjsim.geometry import Array
+from mjsim.sentences import Sentence
 from mjsim.world.items.arms import RobotArm
 from mjsim.world.items.timeline.events import ReachEvent
 
@@ -39,7 +40,9 @@ def reached_joints(item: RobotArm, event: ReachEvent, start: ArrayLike) -> tuple
 def _joints(item: RobotArm, given: Sequence[float], start: Array) -> tuple[Array, UsageError | None]:
     arm = item.arm
     if len(given) != arm.n:
-        return start, UsageError(f"joints_deg holds {len(given)} values; arm '{item.name}' has {arm.n} joints")
+        return start, UsageError(
+            Sentence("joints_deg holds {given} values; arm '{name}' has {joints} joints", len(given), item.name, arm.n)
+        )
     scales = np.array([1.0 if link.slide else math.pi / 180.0 for link in arm.links])
     values, (lower, upper) = np.array(given) * scales, arm.limits
     within = np.clip(values, lower, upper)
@@ -48,7 +51,10 @@ def _joints(item: RobotArm, given: Sequence[float], start: Array) -> tuple[Array
         return within, None
     k = int(beyond[0])
     low, high = (float(bound[k] / scales[k]) for bound in (lower, upper))
-    message = f"joint {k + 1} of arm '{item.name}' cannot go to {given[k]:g}; its range is {low:g} to {high:g}"
+    message = Sentence(
+        "joint {k} of arm '{name}' cannot go to {given:g}; its range is {low:g} to {high:g}",
+        *(k + 1, item.name, given[k], low, high),
+    )
     return start, UsageError(message)
 
 
@@ -63,9 +69,11 @@ def _inverse(item: RobotArm, event: ReachEvent, start: Array) -> tuple[Array, Us
     values = np.asarray(reached.q, dtype=float)
     if max(float(reached.distance), float(reached.angle) if turned else 0.0) <= MISS:
         return values, None
-    x, y, z = (f"{value:g}" for value in event.tool)
-    missed = f"the tool of '{item.name}' does not reach {x}, {y}, {z} m{' turned so' if turned else ''}; it misses by"
-    angle = f" and {float(np.degrees(reached.angle)):.3g} degrees" if turned else ""
-    short = float(reached.distance)
+    angle = Sentence(" and {degrees:.3g} degrees", float(np.degrees(reached.angle))) if turned else ""
+    short, how = float(reached.distance), " turned so" if turned else ""
+    missed = Sentence(
+        "the tool of '{arm}' does not reach {x:g}, {y:g}, {z:g} m{how}; it misses by {short:.3g} m{angle}",
+        *(item.name, *event.tool, how, short, angle),
+    )
     x_near, y_near, z_near = arm.fkine(values)[:3, 3].tolist()
-    return values, OutOfReachError(f"{missed} {short:.3g} m{angle}", short=short, nearest=(x_near, y_near, z_near))
+    return values, OutOfReachError(missed, short=short, nearest=(x_near, y_near, z_near))

@@ -1,12 +1,12 @@
 """Events of a world during a run."""
 
-import math
 from collections.abc import Mapping
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, PrivateAttr, TypeAdapter, ValidationError, model_validator
 
 from mjsim.errors import UsageError, did_you_mean
+from mjsim.sentences import Sentence
 from mjsim.world.ground import (
     Degrees,
     Metres,
@@ -197,10 +197,18 @@ def _check_rows(rows: tuple[tuple[float, ...], ...] | None, size: int) -> None:
     last = 0.0
     for number, row in enumerate(rows or ()):
         if len(row) != 1 + size:
-            target = "the value" if size == 1 else f"the {size} numbers of the target"
-            raise fault(f"this row has {len(row)} numbers; give the time after the event, and {target}", "then", number)
+            target = "the value" if size == 1 else Sentence("the {size} numbers of the target", size)
+            raise fault(
+                Sentence("this row has {row} numbers; give the time after the event, and {target}", len(row), target),
+                "then",
+                number,
+            )
         if row[0] <= last:
-            raise fault(f"time {row[0]:g} s is not after {last:g} s; put the rows in order of time", "then", number)
+            raise fault(
+                Sentence("time {row:g} s is not after {last:g} s; put the rows in order of time", row[0], last),
+                "then",
+                number,
+            )
         last = row[0]
 
 
@@ -231,7 +239,7 @@ def _refuse_of_arms(event: ReachEvent | ReleaseEvent, *keys: str) -> None:
     """Raise if an event of a hand also has keys of an arm."""
     for key in keys:
         if getattr(event, key) != type(event).model_fields[key].default:
-            raise fault(f"'{key}' is for a robot's arm, 'hand' for people; leave out one of them", key)
+            raise fault(Sentence("'{key}' is for a robot's arm, 'hand' for people; leave out one of them", key), key)
 
 
 _Turn = Annotated[float, Field(ge=-36000, le=36000)]
@@ -325,7 +333,7 @@ def event_from(keys: Mapping[str, object]) -> WorldEvent:
     kind = kind_of(dict(keys), EVENT_KINDS)
     if kind is None:
         key = next((key for key in keys if key != "time"), "")
-        raise UsageError(f"an event needs an action{did_you_mean(key, EVENT_KINDS)}")
+        raise UsageError(Sentence("an event needs an action{meant}", did_you_mean(key, EVENT_KINDS)))
     try:
         event: WorldEvent = _EVENT.validate_python(dict(keys))
     except ValidationError as error:
@@ -333,63 +341,3 @@ def event_from(keys: Mapping[str, object]) -> WorldEvent:
         path = tuple(step for step in path_of(first) if step != f"<{kind}>")
         raise UsageError(sentence(first, path, EVENT_KINDS[kind])) from None
     return event
-
-
-def event_text(event: WorldEvent) -> str:
-    """Return a description of an event."""
-    match event:
-        case MoveEvent():
-            return f"{event.move} is placed at [{event.to[0]:g}, {event.to[1]:g}]{_heading_text(event)}"
-        case OpenEvent():
-            return f"door {event.open} swings open to {event.angle_deg:g} deg"
-        case CloseEvent():
-            return f"door {event.close} swings shut"
-        case LightEvent():
-            return f"the ambient light becomes {event.light:g}"
-        case LampEvent():
-            return f"lamp {event.lamp} becomes {event.brightness:g}"
-        case NoiseEvent():
-            return f"{event.noise} becomes {event.value:g}"
-        case RemoveEvent():
-            return f"{event.remove} is removed"
-        case RestoreEvent():
-            return f"{event.restore} is restored"
-        case ShoveEvent():
-            return f"{event.shove} is shoved by {math.hypot(*event.impulse):g} N s"
-        case PushEvent():
-            duration = "" if event.seconds is None else f" for {event.seconds:g} s"
-            return f"{event.push} is pushed by a force, a {event.signal.kind}{duration}"
-        case ReachEvent() | LeadEvent():
-            return _motion_text(event)
-        case ReleaseEvent(hand=str(hand)):
-            return f"the {hand} hand of {event.release} returns to its initial position"
-        case ReleaseEvent(joint=str(joint)):
-            return f"joint {joint} of {event.release} is let go"
-        case ReleaseEvent():
-            return f"{event.arm} of {event.release} returns to its navigator"
-        case GoalEvent():
-            return f"{event.goal} is sent to [{event.to[0]:g}, {event.to[1]:g}]{_heading_text(event)}"
-
-
-def _heading_text(event: MoveEvent | GoalEvent) -> str:
-    return "" if event.heading_deg is None else f", heading {event.heading_deg:g} deg"
-
-
-def _motion_text(event: ReachEvent | LeadEvent) -> str:
-    """Return a description of a motion to a target, or through several to the last."""
-    last = event.then[-1][1:] if event.then else None
-    over = f", through {1 + len(event.then)} targets in {event.then[-1][0]:g} s" if event.then else ""
-    if isinstance(event, LeadEvent):
-        values = last or event.rotation_deg or (event.to_deg or 0.0,)
-        value = f"{values[0]:g}" if len(values) == 1 else _listed(values)
-        return f"joint {event.joint} of {event.lead} goes to {value}{over}"
-    if event.to is not None:
-        short = f", which is {event.short:.2g} m out of reach" if event.short else ""
-        return f"the {event.hand} hand of {event.reach} reaches for {_listed(last or event.to)}{short}{over}"
-    values = last or event.tool or event.joints_deg or ()
-    goal = f"joints {_listed(values)}" if event.tool is None else f"{_listed(values)} with its tool"
-    return f"{event.arm} of {event.reach} goes to {goal}{over}"
-
-
-def _listed(values: tuple[float, ...]) -> str:
-    return f"[{', '.join(f'{value:g}' for value in values)}]"

@@ -18,6 +18,7 @@ from pydantic import (
     model_validator,
 )
 
+from mjsim.sentences import Sentence
 from mjsim.world.files import BUILT, read_asset, read_columns
 from mjsim.world.ground import Model, Rate, fault
 
@@ -55,10 +56,15 @@ class AnySignal(Model):
         plain = next((key for key in given if not key.endswith("_deg")), None)
         degrees = next((key for key in given if key.endswith("_deg")), None)
         if plain is not None and degrees is not None:
-            raise fault(f"{plain} is not an angle, but {degrees} is; give all values with _deg, or none", plain)
+            raise fault(
+                Sentence(
+                    "{plain} is not an angle, but {degrees} is; give all values with _deg, or none", plain, degrees
+                ),
+                plain,
+            )
         for name in self.needs:
             if name not in given and f"{name}_deg" not in given:
-                raise fault(f"{name} is missing; add {name}, or {name}_deg for an angle")
+                raise fault(Sentence("{name} is missing; add {name}, or {name}_deg for an angle", name))
         return self
 
     def given(self) -> list[str]:
@@ -226,7 +232,12 @@ class PulseSignal(_Swing):
     @model_validator(mode="after")
     def _fits_its_period(self) -> Self:
         if self.every is not None and self.width > self.every:
-            raise fault(f"width is {self.width:g} s; a pulse every {self.every:g} s is at most that long", "width")
+            raise fault(
+                Sentence(
+                    "width is {width:g} s; a pulse every {every:g} s is at most that long", self.width, self.every
+                ),
+                "width",
+            )
         return self
 
     def made(self, read: Read, rng: "Generator | None", *, angle: bool) -> "TimeSignal":
@@ -317,7 +328,9 @@ class TableSignal(AnySignal):
         points = next((key for key in ("points", "points_deg") if getattr(self, key) is not None), None)
         if (self.file is None) == (points is None):
             have = "neither" if points is None else "both"
-            raise fault(f"a table has a file or points; this one has {have}", *(("file",) if self.file else ()))
+            raise fault(
+                Sentence("a table has a file or points; this one has {have}", have), *(("file",) if self.file else ())
+            )
         if points is not None and (self.column is not None or self.column_deg is not None):
             raise fault("columns are those of a file; leave them out beside points", points)
         source = (info.context or {}).get("source", BUILT)

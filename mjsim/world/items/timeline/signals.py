@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ValidationError, model_validator
 
+from mjsim.sentences import Sentence
 from mjsim.world.ground import Model, fault, path_of, sentence
 from mjsim.world.items.timeline.signal_kinds import (
     AnySignal,
@@ -57,10 +58,10 @@ class Signal(Model):
         if isinstance(keys, Mapping):
             given = [key for key in cls.model_fields if keys.get(key) is not None]
             if len(given) > 1:
-                raise fault(f"a signal is of one kind; this one has {' and '.join(given)}", given[1])
+                raise fault(Sentence("a signal is of one kind; this one has {given}", " and ".join(given)), given[1])
             if not given and not set(keys) - set(cls.model_fields):
                 kinds = ", ".join(cls.model_fields)
-                raise fault(f"a signal is one of {kinds}; write constant: {{value: 1}} or another")
+                raise fault(Sentence("a signal is one of {kinds}; write constant: {{value: 1}} or another", kinds))
         return keys
 
     @property
@@ -82,7 +83,7 @@ class Signal(Model):
         key = next(key for key in self.shape.given() if key.endswith("_deg") == given)
         right = f"{key}_deg" if angle else key.removesuffix("_deg")
         statement = "this is an angle, in degrees" if angle else "this is not an angle"
-        return f"{statement}; write {right} for {key}", (self.kind, key)
+        return Sentence("{statement}; write {right} for {key}", statement, right, key), (self.kind, key)
 
     def made(self, read: Read, rng: "Generator | None" = None, *, angle: bool = False) -> "TimeSignal":
         """Return the signal, with its value and derivatives at any time.
@@ -112,7 +113,9 @@ def signal_of(keys: Mapping[str, Any], *, angle: bool = False, rng: "Generator |
         ValueError: A key is invalid; the message says which.
     """
     if not isinstance(keys, Mapping):
-        raise ValueError(f"a signal is {str(keys)[:60]}; it must be a mapping, such as {{'constant': 0.3}}")
+        raise ValueError(
+            Sentence("a signal is {keys}; it must be a mapping, such as {{'constant': 0.3}}", str(keys)[:60])
+        )
     try:
         signal = Signal.model_validate(keys)
     except ValidationError as error:
@@ -124,7 +127,7 @@ def signal_of(keys: Mapping[str, Any], *, angle: bool = False, rng: "Generator |
 
 
 def _no_file(name: str) -> bytes:
-    raise ValueError(f"file '{name}' cannot be read here; give the table's points instead")
+    raise ValueError(Sentence("file '{name}' cannot be read here; give the table's points instead", name))
 
 
 def table_files(part: Any) -> Iterator[str]:

@@ -15,7 +15,7 @@ import { TextPane } from "../text/text";
 import { remembered, toggle } from "../ui/controls";
 import { el, fill } from "../ui/dom";
 import { splitter } from "../ui/splitter";
-import { word } from "../words/words";
+import { said, word } from "../words/words";
 import { openContextMenu } from "./context_menu";
 import { Editor } from "./editor";
 import { EditKeys } from "./keys";
@@ -305,7 +305,7 @@ class EditView {
     const text = word("edit.firstProblem", {
       count: count.filter(Boolean).join(", "),
       line: first.line,
-      message: first.message,
+      message: said(first.message),
     });
     fill(
       this.problems,

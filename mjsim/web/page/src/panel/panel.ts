@@ -8,7 +8,7 @@ import { kindName } from "../edit/kinds";
 import { keyOf } from "../plan/plan";
 import { type Child, el, fill } from "../ui/dom";
 import { icon } from "../ui/icons";
-import { word } from "../words/words";
+import { said, word } from "../words/words";
 import type { Tools } from "./controls";
 import { driverRows, type RunValues, suggestion } from "./driver";
 import { ModuleShelf } from "./modules";
@@ -120,7 +120,7 @@ export class Panel {
   /** Problems of the item that no row shows. */
   private general(item: Item): Child[] {
     const own = this.problems().filter((problem) => problem.path && keyOf(problem.path) === keyOf(item.path));
-    return own.map((problem) => el("p", { class: `note ${problem.kind}` }, icon("warning"), problem.message));
+    return own.map((problem) => el("p", { class: `note ${problem.kind}` }, icon("warning"), said(problem.message)));
   }
 
   private drawWorld(): void {
@@ -138,7 +138,7 @@ export class Panel {
           "p",
           { class: `note ${problem.kind}` },
           icon("warning"),
-          word("panel.line", { line: problem.line, message: problem.message }),
+          word("panel.line", { line: problem.line, message: said(problem.message) }),
         ),
       ),
       ...(schema && subject ? objectRows(this.sheet(), schema, subject, LISTS) : []),

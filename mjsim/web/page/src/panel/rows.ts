@@ -4,7 +4,7 @@ import type { Change, Path, Problem, Values } from "../api";
 import { keyOf } from "../plan/plan";
 import { type Child, el } from "../ui/dom";
 import { icon } from "../ui/icons";
-import { meaningOf, word } from "../words/words";
+import { meaningOf, said, word } from "../words/words";
 import { isMapping } from "./changes";
 import { control, type Tools, useOf } from "./controls";
 import { keyAdder } from "./key_adder";
@@ -379,7 +379,7 @@ function errorAt({ problems }: Sheet, path: Path, exact: boolean): string | null
     const at = exact && !isSimplePart(problem.path, path) ? problem.path : problem.path.slice(0, path.length);
     return keyOf(at) === key;
   });
-  return found.length ? found.map((problem) => problem.message).join("\n") : null;
+  return found.length ? found.map((problem) => said(problem.message)).join("\n") : null;
 }
 
 /** Whether all that is said of a path is well written, only hardly meant. */

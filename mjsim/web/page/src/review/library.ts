@@ -5,7 +5,7 @@ import type { Studio } from "../shell/view";
 import { button } from "../ui/controls";
 import { el, refill } from "../ui/dom";
 import { theme, themeChanged } from "../ui/theme";
-import { said, word } from "../words/words";
+import { heard, said, word } from "../words/words";
 import { factsOf, type RecordingCard } from "./facts";
 import { recordings } from "./recording";
 
@@ -184,7 +184,7 @@ export class Library {
       if (there !== null) return this.open(there);
       const address = `/api/recording/upload?${new URLSearchParams({ name: file.name })}`;
       const response = await fetch(address, { method: "POST", body: file }).catch(() => null);
-      const answer = (await response?.json().catch(() => ({}))) as { path?: string; error?: string } | undefined;
+      const answer = heard((await response?.json().catch(() => ({}))) as { path?: string; error?: string } | undefined);
       if (!response?.ok || !answer?.path)
         throw new ApiError(
           response?.status ?? 0,

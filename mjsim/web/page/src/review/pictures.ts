@@ -7,7 +7,7 @@ import { remembered, toggle } from "../ui/controls";
 import { el } from "../ui/dom";
 import { newestWins } from "../ui/signal";
 import { makeTile, type Tile } from "../ui/tile";
-import { said, word } from "../words/words";
+import { heard, said, word } from "../words/words";
 import { titleOf } from "./film";
 import { type Recording, recordings } from "./recording";
 
@@ -146,7 +146,7 @@ export class Pictures {
     const response = await fetch(recordings.picture(recording.path, time, view, outside)).catch(() => null);
     if (!response || this.recording !== recording) return;
     if (!response.ok) {
-      const answer = (await response.json().catch(() => ({}))) as { error?: string };
+      const answer = heard((await response.json().catch(() => ({}))) as { error?: string });
       note.textContent = answer.error ? said(answer.error) : word("review.noPicture");
       return;
     }

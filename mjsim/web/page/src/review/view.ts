@@ -336,12 +336,12 @@ export class ReviewView implements View {
       const close = known && Math.abs((this.tick?.time ?? 0) - time) < 0.5 * recording.dt;
       robots[name] = close ? known : { ...(known ?? NOTHING), sightings: [], truth, estimate, odometry };
       const { trails } = this.record.of(name);
-      trails.truth.until(track.truth, k + 1);
-      trails.estimate.until(track.estimate, k + 1);
-      trails.odometry.until(track.odometry, k + 1);
+      trails.truth.until(track.truth, track.time, k + 1);
+      trails.estimate.until(track.estimate, track.time, k + 1);
+      trails.odometry.until(track.odometry, track.time, k + 1);
     }
     const { things = {}, people = {}, bodies = {}, removed = [] } = this.tick ?? {};
-    const moment = { robots, things, people, bodies, removed };
+    const moment = { time, robots, things, people, bodies, removed };
     this.floor.show(moment);
     this.joints.tick(this.tick?.joints);
     this.solids.door.think(this.floor.thoughts(moment));

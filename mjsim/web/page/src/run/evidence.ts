@@ -51,7 +51,7 @@ export class Evidence {
     const [x, y, heading] = tick.truth;
     const ranges = tick.proximity ?? [];
     context.strokeStyle = context.fillStyle = faded(readTokens().accent, 0.55);
-    context.lineWidth = 1;
+    context.lineWidth = sizeOf("ring");
     ranges.forEach((range, k) => {
       if (range === null) return;
       const angle = heading + (2 * Math.PI * k) / ranges.length;
@@ -63,7 +63,7 @@ export class Evidence {
       context.lineTo(...to);
       context.stroke();
       context.beginPath();
-      context.arc(...to, 2.5, 0, 2 * Math.PI);
+      context.arc(...to, 2.5 * sizeOf("ring"), 0, 2 * Math.PI);
       context.fill();
     });
   }

@@ -14,6 +14,7 @@ import type { Joints } from "./joint_grips";
 import { Layers } from "./layers";
 import { Leader, NOBODY } from "./leader";
 import { Overlay } from "./overlay";
+import { Past } from "./past";
 import { PlanTools } from "./plan_tools";
 import type { JointFacts, JointGrip, JointRow, PlanarPose, RobotFacts, RobotTick } from "./protocol";
 import type { RunRecord } from "./record";
@@ -24,6 +25,8 @@ import type { Hands } from "./touch_tools";
 const CLOSE = 90;
 
 export interface Moment {
+  /** [s] */
+  time: number;
   robots: Record<string, RobotTick>;
   things: Record<string, PlanarPose>;
   hands?: Hands;
@@ -42,6 +45,7 @@ export class Floor {
   private readonly follow: HTMLButtonElement;
   /** What is drawn. */
   readonly layers = new Layers();
+  private readonly past = new Past();
   private readonly grids = new Grids(() => this.plan.drawOver());
   /** What is done to the run by hand. */
   readonly touch: Touch;
@@ -130,6 +134,7 @@ export class Floor {
 
   show(moment: Moment): void {
     this.moment = moment;
+    this.past.add(moment.time, moment.robots);
     for (const tick of Object.values(moment.robots)) this.layers.offer((tick.show ?? []).map((item) => item.name));
     const changed = [
       this.takeAway(moment.removed ?? []),
@@ -146,11 +151,20 @@ export class Floor {
   /** The moment that is shown, for the view in 3-D: with the same layers. */
   thoughts(moment: Moment): Thoughts {
     const { shown, hidden } = this.layers;
-    return { robots: moment.robots, facts: this.robots, trails: (name) => this.record.of(name).trails, shown, hidden };
+    return {
+      time: moment.time,
+      robots: moment.robots,
+      facts: this.robots,
+      trails: (name) => this.record.of(name).trails,
+      past: (name, robot) => this.past.of(name, robot),
+      shown,
+      hidden,
+    };
   }
 
   clear(): void {
     this.moment = null;
+    this.past.clear();
     if (this.takeAway([])) this.plan.refresh();
     this.plan.drawOver();
   }
@@ -237,11 +251,13 @@ export class Floor {
     });
     for (const [robot, tick] of ticks) {
       if (shown.show) evidence.shown(tick);
-      if (shown.scans) evidence.scans(tick);
-      if (shown.ring) evidence.ring(robot, tick);
+      if (shown.scans) for (const each of this.past.of("scans", robot.name)) evidence.scans(each);
+      if (shown.ring) for (const each of this.past.of("ring", robot.name)) evidence.ring(robot, each);
       if (shown.contacts) evidence.contacts(robot, tick);
     }
-    for (const robot of this.robots) overlay.trails(this.record.of(robot.name).trails);
+    for (const robot of this.robots) overlay.trails(this.record.of(robot.name).trails, this.moment?.time ?? 0);
+    for (const [robot] of shown.sightings ? ticks : [])
+      for (const each of this.past.of("sightings", robot.name)) overlay.sightings(each);
     for (const [robot, tick] of ticks) overlay.robot(robot, tick, { named: this.robots.length > 1 });
     if (shown.truth)
       for (const { name, arms } of this.robots)

@@ -123,9 +123,12 @@ export class History {
   }
 }
 
+/** x, y [m], and when that was [s]. */
+export type TrailPoint = [x: number, y: number, time: number];
+
 /** A path on the floor, in pieces where the robot was put down elsewhere. */
 export class Trail {
-  pieces: [number, number][][] = [];
+  pieces: TrailPoint[][] = [];
   private count = 0;
   private stride = STRIDE;
   /** The path of which rows are shown, and how many of them. */
@@ -140,33 +143,49 @@ export class Trail {
     this.rows = 0;
   }
 
-  add(pose: PlanarPose): void {
+  /** The pieces from a time on. */
+  since(time: number): TrailPoint[][] {
+    const begin = this.pieces.findIndex((piece) => (piece[piece.length - 1]?.[2] ?? time) >= time);
+    if (begin < 0) return [];
+    const [first = [], ...rest] = this.pieces.slice(begin);
+    return [
+      first.slice(
+        Math.max(
+          first.findIndex((point) => point[2] >= time),
+          0,
+        ),
+      ),
+      ...rest,
+    ];
+  }
+
+  add(pose: PlanarPose, time: number): void {
     if (!Number.isFinite(pose[0] ?? Number.NaN)) return;
     const piece = this.pieces[this.pieces.length - 1];
     const last = piece?.[piece.length - 1];
     const moved = last ? Math.hypot(pose[0] - last[0], pose[1] - last[1]) : Number.POSITIVE_INFINITY;
     if (moved < this.stride) return;
-    if (!piece || moved > Math.max(LIFTED, 3 * this.stride)) this.pieces.push([[pose[0], pose[1]]]);
-    else piece.push([pose[0], pose[1]]);
+    if (!piece || moved > Math.max(LIFTED, 3 * this.stride)) this.pieces.push([[pose[0], pose[1], time]]);
+    else piece.push([pose[0], pose[1], time]);
     if (++this.count > MOST) this.thin();
   }
 
-  fill(poses: PlanarPose[]): void {
+  fill(poses: PlanarPose[], times: number[]): void {
     this.clear();
-    this.until(poses, poses.length);
+    this.until(poses, times, poses.length);
     this.count = poses.length;
   }
 
   /** Show the first rows of a path; where it goes on, only the new ones are added. */
-  until(poses: PlanarPose[], rows: number): void {
+  until(poses: PlanarPose[], times: number[], rows: number): void {
     if (poses !== this.source || rows < this.rows) this.clear();
     const gap = poses.length > 500 ? 2 * LIFTED : LIFTED;
-    for (const pose of poses.slice(this.rows, rows)) {
+    for (const [k, pose] of poses.slice(this.rows, rows).entries()) {
       if (!Number.isFinite(pose[0] ?? Number.NaN)) continue;
       const piece = this.pieces[this.pieces.length - 1];
       const last = piece?.[piece.length - 1];
       if (!piece || (last && Math.hypot(pose[0] - last[0], pose[1] - last[1]) > gap)) this.pieces.push([]);
-      this.pieces[this.pieces.length - 1]?.push([pose[0], pose[1]]);
+      this.pieces[this.pieces.length - 1]?.push([pose[0], pose[1], times[this.rows + k] ?? 0]);
     }
     this.source = poses;
     this.rows = rows;

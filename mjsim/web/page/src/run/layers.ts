@@ -1,13 +1,14 @@
 /** The menu of what is drawn on the plan: a switch for each layer, and one for each thing that modules show. */
 
 import { remembered } from "../ui/controls";
-import { chooseColor, chooseSize, LEAST, MOST, sizeOf } from "../ui/displays";
+import { chooseColor, chooseDecay, chooseSize, decayOf, LEAST, LONGEST_DECAY, MOST, sizeOf } from "../ui/displays";
 import { type Child, el } from "../ui/dom";
 import { icon } from "../ui/icons";
 import { Signal } from "../ui/signal";
 import { color, themeChanged } from "../ui/theme";
 import { word } from "../words/words";
 import type { Shown } from "./overlay";
+import { STAYING as STAYING_READINGS } from "./past";
 
 const LAYERS: [keyof Shown, string][] = [
   ["truth", word("run.truth")],
@@ -30,7 +31,9 @@ const TOKENS: Partial<Record<keyof Shown, string>> = {
   landmarks: "--seen",
   scans: "--scanned",
 };
-const SIZED: (keyof Shown)[] = ["trails", "scans"];
+const SIZED: (keyof Shown)[] = ["trails", "landmarks", "sightings", "scans", "ring"];
+/** Layers that stay for some seconds if that is wanted: paths stay whole otherwise, the rest until the next reading. */
+const STAYING: (keyof Shown)[] = ["trails", ...STAYING_READINGS];
 /** Layers that are off until somebody wants them. */
 const OFF: (keyof Shown)[] = ["ring"];
 /** So many things that modules show have switches of their own. */
@@ -122,7 +125,30 @@ function settings(key: keyof Shown, label: string): Child[] {
     "aria-label": word("run.sizeOf", { label }),
     oninput: () => chooseSize(key, Number(factor.value)),
   });
-  return [SIZED.includes(key) && factor, token !== undefined && colorField(token, word("run.colourOf", { label }))];
+  return [
+    SIZED.includes(key) && factor,
+    STAYING.includes(key) && decayField(key, label),
+    token !== undefined && colorField(token, word("run.colourOf", { label })),
+  ];
+}
+
+/** Seconds for which a layer stays; empty for as long as usual. */
+function decayField(key: keyof Shown, label: string): HTMLElement {
+  const name = word("run.decayOf", { label });
+  const field = el("input", {
+    type: "number",
+    min: 0,
+    max: LONGEST_DECAY,
+    step: "any",
+    value: decayOf(key) ?? "",
+    placeholder: key === "trails" ? word("run.decayNever") : "0 s",
+    title: name,
+    "aria-label": name,
+    oninput: () => {
+      if (field.checkValidity()) chooseDecay(key, field.value === "" ? null : Number(field.value));
+    },
+  });
+  return field;
 }
 
 /** A colour to choose; a double click takes that of the theme again. */

@@ -1,5 +1,6 @@
 /** The connection to the run: it comes back by itself when the server does. */
 
+import { heard } from "../words/words";
 import { splitFrame } from "./frames";
 import type { FrameHead, News, RunRequest } from "./protocol";
 
@@ -69,7 +70,7 @@ export class Link {
 
   private take(data: string | ArrayBuffer): void {
     if (typeof data === "string") {
-      this.listener.news(JSON.parse(data) as News);
+      this.listener.news(heard(JSON.parse(data) as News));
       return;
     }
     const { head, body } = splitFrame(data);

@@ -1,8 +1,8 @@
 /** What moves on the plan: robots, paths, ellipses, sightings; drawn in world metres on a plain canvas. */
 
-import { sizeOf } from "../ui/displays";
+import { decayOf, sizeOf } from "../ui/displays";
 import { faded, readTokens } from "../ui/ink";
-import type { Trail } from "./history";
+import type { Trail, TrailPoint } from "./history";
 import type { LandmarkRow, PlanarPose, RobotFacts, RobotTick } from "./protocol";
 
 /** Where the world is on the canvas: px = x + scale * east, py = y - scale * north. */
@@ -52,18 +52,18 @@ export class Overlay {
     context.lineCap = "round";
   }
 
-  /** Draw paths below everything else. */
-  trails(trails: Trails): void {
+  /** Draw paths below everything else, as long as they stay until now. */
+  trails(trails: Trails, now: number): void {
     if (!this.shown.trails) return;
     const { truth, estimate, odometry } = this.colors;
-    if (this.shown.odometry) this.trail(trails.odometry, odometry, 1.5);
-    if (this.shown.truth) this.trail(trails.truth, faded(truth, 0.55), 4.5);
-    if (this.shown.estimate) this.trail(trails.estimate, estimate, 1.5);
+    const from = now - (decayOf("trails") ?? Number.POSITIVE_INFINITY);
+    if (this.shown.odometry) this.trail(trails.odometry.since(from), odometry, 1.5);
+    if (this.shown.truth) this.trail(trails.truth.since(from), faded(truth, 0.55), 4.5);
+    if (this.shown.estimate) this.trail(trails.estimate.since(from), estimate, 1.5);
   }
 
   robot(robot: RobotFacts, tick: RobotTick, { named }: { named: boolean }): void {
     const { truth, estimate, odometry, seen } = this.colors;
-    if (this.shown.sightings) this.sightings(tick);
     if (this.shown.landmarks) {
       for (const [name, landmark] of Object.entries(tick.landmarks)) this.landmark(name, landmark, seen);
     }
@@ -98,11 +98,11 @@ export class Overlay {
     return [this.view.x + this.view.scale * x, this.view.y - this.view.scale * y];
   }
 
-  private trail(trail: Trail, color: string, width: number): void {
+  private trail(pieces: TrailPoint[][], color: string, width: number): void {
     this.context.strokeStyle = color;
     this.context.lineWidth = width * sizeOf("trails");
     this.context.beginPath();
-    for (const piece of trail.pieces) {
+    for (const piece of pieces) {
       piece.forEach(([x, y], k) => {
         const [px, py] = this.point(x, y);
         if (k) this.context.lineTo(px, py);
@@ -191,13 +191,14 @@ export class Overlay {
   private landmark(name: string, [x, y, cxx, cxy, cyy]: LandmarkRow, color: string): void {
     if (this.shown.ellipses) this.ellipse([x, y], [cxx, cxy, cyy], color);
     const [px, py] = this.point(x, y);
+    const arm = 4 * sizeOf("landmarks");
     this.context.strokeStyle = color;
     this.context.lineWidth = 1.75;
     this.context.beginPath();
-    this.context.moveTo(px - 4, py - 4);
-    this.context.lineTo(px + 4, py + 4);
-    this.context.moveTo(px - 4, py + 4);
-    this.context.lineTo(px + 4, py - 4);
+    this.context.moveTo(px - arm, py - arm);
+    this.context.lineTo(px + arm, py + arm);
+    this.context.moveTo(px - arm, py + arm);
+    this.context.lineTo(px + arm, py - arm);
     this.context.stroke();
     if (this.view.scale > 70 && !this.written.has(name)) this.letters(name, px + 7, py - 7);
   }
@@ -212,10 +213,10 @@ export class Overlay {
   }
 
   /** Rays from where the robot truly is, as long as was measured: they end beside what was seen. */
-  private sightings(tick: RobotTick): void {
+  sightings(tick: RobotTick): void {
     const [x, y, heading] = tick.truth;
     this.context.strokeStyle = faded(this.colors.seen, 0.75);
-    this.context.lineWidth = 1.25;
+    this.context.lineWidth = 1.25 * sizeOf("sightings");
     this.context.beginPath();
     for (const [, range, bearing] of tick.sightings) {
       this.context.moveTo(...this.point(x, y));

@@ -44,9 +44,9 @@ export class RunRecord {
     for (const [name, track] of Object.entries(tracks)) {
       const { history, trails } = this.of(name);
       history.fill(track);
-      trails.truth.fill(track.truth);
-      trails.estimate.fill(track.estimate);
-      trails.odometry.fill(track.odometry);
+      trails.truth.fill(track.truth, track.time);
+      trails.estimate.fill(track.estimate, track.time);
+      trails.odometry.fill(track.odometry, track.time);
       this.last = Math.max(this.last, track.time[track.time.length - 1] ?? this.last);
     }
   }
@@ -54,8 +54,8 @@ export class RunRecord {
   private addTick(name: string, time: number, tick: RobotTick): void {
     const { history, trails } = this.of(name);
     history.add(time, tick);
-    trails.truth.add(tick.truth);
-    trails.estimate.add(tick.estimate);
-    trails.odometry.add(tick.odometry);
+    trails.truth.add(tick.truth, time);
+    trails.estimate.add(tick.estimate, time);
+    trails.odometry.add(tick.odometry, time);
   }
 }

@@ -2,8 +2,10 @@
 
 import { DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, type Object3D } from "three";
 import type { Point } from "../api";
+import type { TrailPoint } from "../run/history";
 import type { Shown, Trails } from "../run/overlay";
 import type { LandmarkRow, PlanarPose, RobotFacts, RobotTick } from "../run/protocol";
+import { decayOf, sizeOf } from "../ui/displays";
 import { color } from "../ui/theme";
 import { columns, ellipsoid } from "./bodies";
 import { points } from "./marks";
@@ -31,15 +33,20 @@ const OUTLINE = 1.75;
 const CROSS = 0.06;
 const NOSE = 0.3;
 
-/** The paths of a robot until now: each a little above the one before, so that they do not mix. */
-export function trailsOf(trails: Trails, shown: Shown): Object3D[] {
+/** The paths of a robot until now, as long as they stay: each a little above the one before, so that they do not mix. */
+export function trailsOf(trails: Trails, shown: Shown, now: number): Object3D[] {
   if (!shown.trails) return [];
   const kinds = (Object.keys(TRAILS) as (keyof typeof TRAILS)[]).filter((kind) => shown[kind]);
+  const from = now - (decayOf("trails") ?? Number.POSITIVE_INFINITY);
   return kinds.flatMap((kind, k) =>
-    trails[kind].pieces
+    trails[kind]
+      .since(from)
       .filter((piece) => piece.length > 1)
       .map((piece) =>
-        ribbon(level(piece, (k + 2) * ABOVE_FLOOR), TRAILS[kind], { color: color(`--${kind}`), through: false }),
+        ribbon(level(piece, (k + 2) * ABOVE_FLOOR), TRAILS[kind] * sizeOf("trails"), {
+          color: color(`--${kind}`),
+          through: false,
+        }),
       ),
   );
 }
@@ -178,6 +185,6 @@ function veil(outlines: Point[][], height: number, rgb: string): Object3D {
   return new Mesh(points(triangles), material);
 }
 
-function level(corners: Point[], height: number): number[] {
+function level(corners: (Point | TrailPoint)[], height: number): number[] {
   return corners.flatMap(([x, y]) => [x, y, height]);
 }

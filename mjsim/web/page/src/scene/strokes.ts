@@ -3,7 +3,7 @@
 import { type BufferGeometry, Points, PointsMaterial } from "three";
 
 /** Across a point at least, of half the height of the view. */
-const LEAST = 0.009;
+export const LEAST = 0.009;
 /** By which points that lie on a surface are drawn before it, of the depth that there is. */
 const BEFORE = 1e-4;
 

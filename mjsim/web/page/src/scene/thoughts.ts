@@ -22,19 +22,25 @@ import {
 import { frameOf } from "../run/evidence";
 import type { Grids } from "../run/grids";
 import type { Shown, Trails } from "../run/overlay";
+import type { Staying } from "../run/past";
 import type { PlanarPose, RobotFacts, RobotTick, ShownNews } from "../run/protocol";
+import { sizeOf } from "../ui/displays";
 import { color } from "../ui/theme";
 import { ABOVE_FLOOR, EYE, landmarksOf, poseOf, trailsOf } from "./beliefs";
 import { points } from "./marks";
-import { dots } from "./strokes";
+import { dots, LEAST } from "./strokes";
 
 /** One moment of a run, and what of it is to be seen. */
 export interface Thoughts {
+  /** [s] */
+  time: number;
   robots: Record<string, RobotTick>;
   /** What does not change of them. */
   facts: RobotFacts[];
   /** Their paths until now. */
   trails: (robot: string) => Trails;
+  /** What of a robot a display has that stays for some time. */
+  past: (name: Staying, robot: string) => RobotTick[];
   shown: Shown;
   /** Names of what the person does not want to see. */
   hidden: ReadonlySet<string>;
@@ -50,15 +56,22 @@ export function thoughtsOf(thoughts: Thoughts, grids: Grids): Group {
   return group;
 }
 
-function* robotOf(name: string, { robots, facts, trails, shown, hidden }: Thoughts, grids: Grids): Generator<Object3D> {
+function* robotOf(name: string, thoughts: Thoughts, grids: Grids): Generator<Object3D> {
+  const { time, robots, facts, trails, past, shown, hidden } = thoughts;
   const tick = robots[name];
   if (!tick) return;
   const robot = facts.find((each) => each.name === name);
-  yield* trailsOf(trails(name), shown);
-  if (shown.scans)
-    for (const scan of Object.values(tick.scans ?? {})) yield dots(lifted(scan), 0, { color: color("--scanned") });
-  if (shown.ring && robot) yield ring(tick, robot);
-  if (shown.sightings) yield rays(tick);
+  yield* trailsOf(trails(name), shown, time);
+  if (shown.scans) {
+    const scans = past("scans", name).flatMap((each) => Object.values(each.scans ?? {}).flat());
+    yield dots(lifted(scans), 0, { color: color("--scanned") }, LEAST * sizeOf("scans"));
+  }
+  if (shown.ring && robot)
+    yield lines(
+      past("ring", name).flatMap((each) => ring(each, robot)),
+      "--accent",
+    );
+  if (shown.sightings) yield lines(past("sightings", name).flatMap(rays), "--seen");
   yield* landmarksOf(tick, shown);
   yield* poseOf(tick, robot, shown);
   for (const item of shown.show ? (tick.show ?? []) : []) {
@@ -108,24 +121,26 @@ function lifted(numbers: number[]): BufferGeometry {
 }
 
 /** Rays from where the robot truly is, as long as was measured. */
-function rays(tick: RobotTick): LineSegments {
+function rays(tick: RobotTick): number[] {
   const [x, y, heading] = tick.truth;
-  const ends = tick.sightings.flatMap(([, range, bearing]) => [
+  return tick.sightings.flatMap(([, range, bearing]) => [
     ...[x, y, EYE],
     ...[x + range * Math.cos(heading + bearing), y + range * Math.sin(heading + bearing), EYE],
   ]);
-  return new LineSegments(points(ends), new LineBasicMaterial({ color: color("--seen") }));
+}
+
+function lines(ends: number[], token: string): LineSegments {
+  return new LineSegments(points(ends), new LineBasicMaterial({ color: color(token) }));
 }
 
 /** The rays of the ring that met something, from the rim. */
-function ring({ truth: [x, y, heading], proximity = [] }: RobotTick, robot: RobotFacts): LineSegments {
-  const ends = proximity.flatMap((range, k) => {
+function ring({ truth: [x, y, heading], proximity = [] }: RobotTick, robot: RobotFacts): number[] {
+  return proximity.flatMap((range, k) => {
     if (range === null) return [];
     const angle = heading + (2 * Math.PI * k) / proximity.length;
     const rim = robot.rims[k] ?? robot.radius;
     return [rim, rim + range].flatMap((way) => [x + way * Math.cos(angle), y + way * Math.sin(angle), EYE]);
   });
-  return new LineSegments(points(ends), new LineBasicMaterial({ color: color("--accent") }));
 }
 
 function plate(item: ShownNews, grids: Grids): Object3D | null {

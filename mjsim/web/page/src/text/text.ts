@@ -29,7 +29,7 @@ import { withoutList } from "../edit/clipboard";
 import type { SchemaBook } from "../panel/schema";
 import type { WorldDocument } from "../shell/document";
 import type { Studio } from "../shell/view";
-import { word } from "../words/words";
+import { said, word } from "../words/words";
 import { completion } from "./completion";
 import { definitions } from "./definition";
 import { difference } from "./difference";
@@ -176,7 +176,7 @@ export class TextPane {
         from,
         to: Math.min(from + (word?.[0].length ?? 0), line.to),
         severity: problem.kind,
-        message: problem.message,
+        message: said(problem.message),
       };
     });
     this.view.dispatch(setDiagnostics(this.view.state, found));

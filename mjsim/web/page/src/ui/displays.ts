@@ -1,4 +1,4 @@
-/** Colours and sizes that a person has chosen for what is drawn of runs, everywhere alike; the browser keeps them. */
+/** Colours, sizes and decay that a person has chosen for what is drawn of runs, everywhere alike; the browser keeps them. */
 
 import { remembered } from "./controls";
 import { themeChanged } from "./theme";
@@ -7,11 +7,15 @@ import { themeChanged } from "./theme";
 interface Chosen {
   colors: Record<string, string>;
   sizes: Record<string, number>;
+  /** Seconds for which it stays. */
+  decays: Record<string, number>;
 }
 
 const KEY = "displays";
 /** Factors of sizes. */
 export const [LEAST, MOST] = [0.5, 4];
+/** [s] */
+export const LONGEST_DECAY = 600;
 const chosen = read();
 paint();
 
@@ -34,6 +38,18 @@ export function sizeOf(name: string): number {
   return chosen.sizes[name] ?? 1;
 }
 
+/** Let something stay for so many seconds; null for as long as usual. */
+export function chooseDecay(name: string, seconds: number | null): void {
+  if (seconds === null) delete chosen.decays[name];
+  else chosen.decays[name] = seconds;
+  keep();
+}
+
+/** For how many seconds something stays, if a person has chosen that. */
+export function decayOf(name: string): number | null {
+  return chosen.decays[name] ?? null;
+}
+
 function keep(): void {
   remembered(KEY, JSON.stringify(chosen));
   paint();
@@ -47,11 +63,16 @@ function paint(): void {
 /** What was kept; what cannot be read is as if nothing had been. */
 function read(): Chosen {
   try {
-    const { colors, sizes } = JSON.parse(remembered(KEY) ?? "{}") as Partial<Chosen>;
+    const { colors, sizes, decays } = JSON.parse(remembered(KEY) ?? "{}") as Partial<Chosen>;
     const rgb = Object.entries(colors ?? {}).filter(([, value]) => /^#[0-9a-f]{6}$/.test(value));
     const factors = Object.entries(sizes ?? {}).filter(([, value]) => value >= LEAST && value <= MOST);
-    return { colors: Object.fromEntries(rgb), sizes: Object.fromEntries(factors) };
+    const seconds = Object.entries(decays ?? {}).filter(([, value]) => value >= 0 && value <= LONGEST_DECAY);
+    return {
+      colors: Object.fromEntries(rgb),
+      sizes: Object.fromEntries(factors),
+      decays: Object.fromEntries(seconds),
+    };
   } catch {
-    return { colors: {}, sizes: {} };
+    return { colors: {}, sizes: {}, decays: {} };
   }
 }

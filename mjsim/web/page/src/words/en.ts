@@ -520,6 +520,8 @@ export const EN = {
   "run.simulatedSecondsASecond": "Simulated seconds per second",
   "run.simulatedTime": "Simulated time",
   "run.singleTick": "Single tick (.)",
+  "run.decayNever": "all",
+  "run.decayOf": "Decay of {label} [s]",
   "run.sizeOf": "Size of {label}",
   "run.speed": "Speed",
   "run.speedOfJoint": "Speed",

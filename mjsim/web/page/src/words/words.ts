@@ -2,11 +2,11 @@
 
 import { EN } from "./en";
 import { EN_FIELDS } from "./en_fields";
-import type { EN_SAID } from "./en_said";
 import { EN_SERVER } from "./en_server";
+import { filled, learn, type Sentences, spoken } from "./sentences";
 
 const ENGLISH_WORDS = { ...EN, ...EN_FIELDS, ...EN_SERVER };
-export type Key = keyof typeof ENGLISH_WORDS | keyof typeof EN_SAID;
+export type Key = keyof typeof ENGLISH_WORDS;
 export type Words = Record<Key, string>;
 
 const KEY = "mjsim-language";
@@ -30,7 +30,7 @@ document.documentElement.lang = language;
 
 /** Look up words; what stands in braces there, as {path}, is replaced by the value of that name. */
 export function word(key: Key, values: Record<string, string | number | null | undefined> = {}): string {
-  return (words[key] ?? key).replace(/\{(\w+)\}/g, (whole, name: string) => String(values[name] ?? whole));
+  return filled(words[key] ?? key, values);
 }
 
 /**
@@ -57,23 +57,18 @@ export function wordOr(kind: "figure" | "statistic" | "event", key: string, othe
   return known in words ? word(known as Key) : otherwise;
 }
 
-/** What the server said in English, in the language of the page; what is not in the table stays as it is. */
-export function said(english: string): string {
-  if (!others) return english;
-  for (const [key, sentence] of (sentences ??= others.sentences())) {
-    const found = sentence.exec(english);
-    if (!found) continue;
-    // A value may be a sentence as well; names have no spaces.
-    const values = Object.entries(found.groups ?? {}).map(([name, value]) => [
-      name,
-      value.includes(" ") ? said(value) : value,
-    ]);
-    return word(key as Key, Object.fromEntries(values) as Record<string, string>);
-  }
-  return english;
+/** Learn what the sentences in an answer of the server were made of, and return the answer. */
+export function heard<T>(answer: T): T {
+  if (others) learn(sentences, answer);
+  return answer;
 }
 
-let sentences: [string, RegExp][] | null = null;
+/** What the server said in English, in the language of the page; what is not in its table stays as it is. */
+export function said(english: string): string {
+  return others ? spoken(english, sentences, (template) => others.sentenceIn(language, template)) : english;
+}
+
+const sentences: Sentences = new Map();
 
 /** The meaning of a field in the language of the page; `english` is the sentence of the schema. */
 export function meaningOf(english: string): string {

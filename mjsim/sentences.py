@@ -1,0 +1,72 @@
+"""Sentences for people: English text that keeps the template and the values it was made from, for other languages."""
+
+import string
+from collections.abc import Iterator, Mapping
+from typing import Any, Self
+
+_FORMATTER = string.Formatter()
+
+
+class Sentence(str):
+    """A sentence with values: `Sentence("no robot '{robot}'{meant}", name, meant)`.
+
+    It is the English text as a string. The template is the code of the sentence, as the msgid of gettext: tables of
+    other languages are looked up by it. Values may be sentences too. A sentence without values is a plain string,
+    which is its own code.
+    """
+
+    __slots__ = ("_given", "template", "values")
+    template: str
+    """The braces hold only names of values."""
+    values: Mapping[str, str]
+    """Values as text, in the format that the sentence has them in."""
+    _given: tuple[Any, ...]
+
+    def __new__(cls, template: str, /, *given: Any) -> Self:
+        """Fill a template: its braces hold names, and formats as in `str.format`; values go by first occurrence."""
+        fields = [(name, form, as_) for _, name, form, as_ in _FORMATTER.parse(template) if name is not None]
+        by_name = dict(zip(dict.fromkeys(name for name, _, _ in fields), given, strict=True))
+        self = super().__new__(cls, template.format_map(by_name))
+        self.values = {name: _text(by_name[name], form, as_) for name, form, as_ in fields}
+        self.template = plain(template)
+        self._given = (template, *given)
+        return self
+
+    def __str__(self) -> str:
+        """Return the sentence itself: the text of an error made of one still is one."""
+        return self
+
+    def __getnewargs__(self) -> tuple[Any, ...]:
+        """Copy and pickle by template and values."""
+        return self._given
+
+
+def plain(template: str) -> str:
+    """Return a template without formats of values."""
+    parts = [(text.replace("{", "{{").replace("}", "}}"), name) for text, name, _, _ in _FORMATTER.parse(template)]
+    return "".join(text if name is None else f"{text}{{{name}}}" for text, name in parts)
+
+
+def _text(value: Any, form: str | None, as_: Any) -> str:
+    if isinstance(value, Sentence) and not form and as_ is None:
+        return value
+    return format(_FORMATTER.convert_field(value, as_), form or "")
+
+
+def with_sentences(answer: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return an answer in JSON that also has template and values of each sentence in it, by their English text."""
+    found = {str.__str__(each): [each.template, each.values] for each in sentences_in(answer)}
+    return {**answer, "sentences": found} if found else answer
+
+
+def sentences_in(value: Any) -> Iterator[Sentence]:
+    """Yield the sentences in a value of JSON, at any depth, and those in their values."""
+    if isinstance(value, Sentence):
+        yield value
+        yield from sentences_in(value.values)
+    elif isinstance(value, Mapping):
+        for item in value.values():
+            yield from sentences_in(item)
+    elif isinstance(value, (list, tuple)) and not (value and isinstance(value[0], (int, float))):  # no rows of numbers
+        for item in value:
+            yield from sentences_in(item)

@@ -1,0 +1,102 @@
+"""Sentences of mjsim are English text that keeps its template and values, for a page in another language."""
+
+import ast
+import copy
+import pickle
+import re
+import string
+from pathlib import Path
+
+import pytest
+
+import mjsim
+from mjsim.errors import UsageError, WorldError, did_you_mean
+from mjsim.sentences import Sentence, sentences_in, with_sentences
+
+ROOT = Path(mjsim.__file__).parent
+COUNT = "{count:.2f} of {all} in '{{}}'"
+
+
+def test_a_sentence_is_text_with_its_template_and_values():
+    made = Sentence(COUNT, 2 / 3, Sentence("{number} runs", 5))
+    assert made == "0.67 of 5 runs in '{}'"
+    assert made.template == "{count} of {all} in '{{}}'"
+    assert made.values == {"count": "0.67", "all": "5 runs"}
+    assert [each.template for each in sentences_in({"told": [made], "rows": [[1, 2]]})] == [
+        made.template,
+        "{number} runs",
+    ]
+
+
+@pytest.mark.parametrize("given", [(), (1,), (1, 2, 3)])
+def test_each_name_of_a_template_has_one_value(given):
+    with pytest.raises(ValueError, match="zip"):
+        Sentence(COUNT, *given)
+
+
+def test_copies_and_errors_keep_template_and_values():
+    made = Sentence("no robot '{robot}'{meant}", "rover", did_you_mean("rover", ["scout", "rover2"]))
+    for other in (copy.deepcopy(made), pickle.loads(pickle.dumps(made)), str(UsageError(made)), str(ValueError(made))):
+        assert other == "no robot 'rover'; did you mean 'rover2'?"
+        assert other.template == made.template
+        assert other.values == made.values
+
+
+def test_a_wrong_world_is_told_with_templates_and_values():
+    text = "mjsim: 1\nrobots:\n  - {name: r, preset: pioneer3dx, at: [1, 1], body: {height: -2}}\n"
+    with pytest.raises(WorldError) as caught:
+        mjsim.parse_world(text, file="room.yaml")
+    told = with_sentences({"error": str(caught.value)})
+    assert told["error"] == str(caught.value) == str(caught.value.problems[0])
+    template, values = told["sentences"][caught.value.problems[0].message]
+    assert template == "{name} is {value}; {right}"
+    assert values == {"name": "height", "value": "-2 m", "right": "it must be above 0"}
+    assert told["sentences"]["it must be above 0"] == ["it must be {word} {bound}", {"word": "above", "bound": "0"}]
+
+
+def of_errors(tree):
+    """Yield what the errors, problems and events that a module makes are given."""
+    for node in ast.walk(tree):
+        called = getattr(node, "func", None)
+        name = getattr(called, "id", getattr(called, "attr", ""))
+        if isinstance(node, ast.Call) and re.search(r"(Error|Fault|Event|Problem|Defect|Unfit)$|^fault$", name):
+            yield from (*node.args, *(keyword.value for keyword in node.keywords))
+
+
+def test_what_the_server_and_a_world_are_refused_with_are_sentences_and_no_finished_text():
+    parts = ("web", "world", "session")
+    files = [path for part in parts for path in (ROOT / part).rglob("*.py")]
+    finished = [
+        f"{path.relative_to(ROOT)}:{text.lineno}"
+        for path in files
+        for text in of_errors(ast.parse(path.read_text("utf-8")))
+        if isinstance(text, ast.JoinedStr) and " " in ast.unparse(text)
+    ]
+    assert [place for place in finished if not place.startswith(NOT_ON_THE_PAGE)] == []
+
+
+NOT_ON_THE_PAGE = (
+    *("web/run/requests.py", "web/server/answers.py"),  # requests that the page never makes, in pydantic's words
+    *("web/server/local.py", "web/server/session_keys.py", "web/studio.py"),  # on the terminal, before there is a page
+)
+
+
+@pytest.mark.slow
+def test_each_template_of_the_source_names_as_many_values_as_it_is_given():
+    calls = [
+        (path, node)
+        for path in ROOT.rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text("utf-8")))
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "Sentence" and node.args
+    ]
+    assert len(calls) > 400
+    for path, call in calls:
+        template, *given = call.args
+        if isinstance(template, ast.Constant):
+            names = {name for _, name, _, _ in string.Formatter().parse(template.value) if name is not None}
+            assert all(name.isidentifier() for name in names), f"{path}:{call.lineno}"
+            while any(packed := [isinstance(each, ast.Starred) and hasattr(each.value, "elts") for each in given]):
+                place = packed.index(True)
+                given[place : place + 1] = given[place].value.elts
+            if not any(isinstance(each, ast.Starred) for each in given):
+                assert len(names) == len(given), f"{path}:{call.lineno}"
