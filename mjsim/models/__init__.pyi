@@ -7,6 +7,7 @@ from .colours import color_of as color_of
 from .colours import hex_of as hex_of
 from .content_notes import note as note
 from .content_notes import noted as noted
+from .inertia_repair import gyrations as gyrations
 from .mesh_files import MeshPart as MeshPart
 from .mesh_files import gazebo_triangles as gazebo_triangles
 from .mesh_files import mesh_parts as mesh_parts

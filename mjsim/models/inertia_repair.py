@@ -3,6 +3,7 @@
 import copy
 import math
 from collections.abc import Collection, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +27,10 @@ MIN_MOMENT = 2e-14
 DIGITS = ".9g"
 FEATHER_MASS = 1e-6
 """Mass of a link that weighs nothing, as MuJoCo takes nothing for unknown [kg]."""
+LIGHT = 0.01
+"""Bodies with less mass may have any inertia [kg]."""
+IMPOSSIBLE, USUAL_SHARE = 2.0, 0.5
+"""Radius of gyration, as a share of the reach of the shapes of a body, beyond which it is mended, and to which."""
 MIN_STATED = 1e-9
 """A smaller mass is a placeholder of an exporter for none [kg]."""
 FEATHER_SIZE = 1e-4
@@ -83,6 +88,41 @@ def mended(inertia: Array) -> tuple[Array, str] | None:
         spare = MOMENT_TOLERANCE * values[2] * np.array([1.0, 1.0, -1.0])
         return vectors @ np.diag(nearest_moments(values) + spare) @ vectors.T, reason
     return None
+
+
+def gyrations(model: Any) -> Iterator[tuple[str, float, float]]:
+    """Yield the name, the largest radius of gyration, and the reach of the shapes of each body that has both [m]."""
+    for body in range(1, model.nbody):
+        geoms = np.flatnonzero(model.geom_bodyid == body)
+        mass, moment = float(model.body_mass[body]), float(model.body_inertia[body].max())
+        away = np.linalg.norm(model.geom_pos[geoms] - model.body_ipos[body], axis=1) + model.geom_rbound[geoms]
+        if mass > LIGHT and (reach := float(away.max(initial=0.0))) > 0.0:
+            yield model.body(body).name, float(np.sqrt(moment / mass)), reach
+
+
+def mend_impossible(root: Element, path: str, model: Any) -> Iterator[str]:
+    """Reduce inertias that are far beyond what the shapes of a body can have, and yield notes on what was done.
+
+    Args:
+        root: The tree of the file, which is changed.
+        path: The file.
+        model: What MuJoCo makes of it.
+    """
+    found = {name: (gyration, reach) for name, gyration, reach in gyrations(model) if gyration > IMPOSSIBLE * reach}
+    for item in [*root.iter("link"), *root.iter("body")]:
+        gyration, reach = found.get(item.get("name", ""), (0.0, 0.0))
+        tensor = item.find("inertial/inertia") if item.tag == "link" else item.find("inertial")
+        if tensor is None or not gyration:
+            continue
+        factor = (USUAL_SHARE * reach / gyration) ** 2
+        for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz", "diaginertia", "fullinertia"):
+            numbers = [number_of(word) for word in tensor.get(key, "").split()]
+            if numbers and None not in numbers:
+                tensor.set(key, " ".join(format(factor * (value or 0.0), DIGITS) for value in numbers))
+        yield (
+            f"{path}: the inertia of {item.tag} '{item.get('name')}' is as if all its mass were {gyration:.2f} m away,"
+            f" its shapes reach {reach:.2f} m; made that of its size"
+        )
 
 
 def _mend_urdf(root: Element, path: str, feather: float) -> Iterator[str]:

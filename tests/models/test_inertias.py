@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from mjsim.models import gather_robot
 from mjsim.models.inertia_repair import mend_inertias
 
 LINK = """<robot name="r"><link name="base"/><link name="part"><inertial><mass value="0.003"/>
@@ -27,3 +28,16 @@ def test_inertias_that_mujoco_refuses_are_repaired_and_reported(moments):
     *small, large = np.sort(model.body_inertia[-1])
     assert "link 'part'" in said
     assert 0.0 < large <= sum(small) * (1.0 + 1e-9)
+
+
+def test_an_inertia_far_beyond_the_size_of_a_body_is_made_that_of_its_size():
+    text = b"""<robot name="r"><link name="b"><inertial><mass value="2"/>
+    <inertia ixx="8" iyy="8" izz="8" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><geometry><sphere radius="0.2"/></geometry></collision></link></robot>"""
+    files = gather_robot("r.urdf", lambda _: text)
+    # Half of the reach of 0.2 m is the radius of gyration.
+    assert files.model.body_inertia[1] == pytest.approx([2.0 * 0.1**2] * 3)
+    note = (
+        "the inertia of link 'b' is as if all its mass were 2.00 m away, its shapes reach 0.20 m; made that of its size"
+    )
+    assert f"r.urdf: {note}" in files.notes

@@ -1,10 +1,7 @@
 """What was kept, guessed, mended, added and left out of a robot's file."""
 
-import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-
-import numpy as np
 
 from mjsim.exchange.robots.driven_wheels import Gear
 from mjsim.exchange.robots.mounts import SensorMount
@@ -12,7 +9,7 @@ from mjsim.exchange.robots.preset import Plan, max_speed, preset_turn, speed_sou
 from mjsim.exchange.robots.robot_frame import Stand
 from mjsim.exchange.robots.robot_source import RobotSource
 from mjsim.inventory import Fate, FileItem
-from mjsim.models import Anatomy, RobotFiles
+from mjsim.models import Anatomy, RobotFiles, gyrations
 
 KINDS = {
     "differential": "a differential drive",
@@ -24,8 +21,6 @@ KINDS = {
 }
 SIZES = {"mecanum": "track and wheelbase together", "omni3": "a ring of wheels with a diameter"}
 """Names of the dimension that determines how far a robot turns."""
-LIGHT = 0.01
-"""Bodies below this mass are placeholders, whose inertia does not matter [kg]."""
 BEYOND = 1.2
 """A radius of gyration that exceeds the reach of the shapes by this factor cannot be."""
 SIZE_TOLERANCE = 0.02
@@ -129,14 +124,9 @@ def amiss(source: RobotSource, robot: RobotFiles, anatomy: Anatomy, stand: Stand
 
 def sluggish(robot: RobotFiles) -> Iterator[FileItem]:
     """Yield the bodies whose inertia no distribution of their mass over their shapes can have."""
-    model = robot.model
-    for body in range(1, model.nbody):
-        geoms = np.flatnonzero(model.geom_bodyid == body)
-        mass, moment = float(model.body_mass[body]), float(model.body_inertia[body].max())
-        away = np.linalg.norm(model.geom_pos[geoms] - model.body_ipos[body], axis=1) + model.geom_rbound[geoms]
-        reach, gyration = float(away.max(initial=0.0)), math.sqrt(moment / max(mass, 1e-12))
-        if mass > LIGHT and 0.0 < BEYOND * reach < gyration:
+    for name, gyration, reach in gyrations(robot.model):
+        if gyration > BEYOND * reach:
             why = (
                 f"as if all its mass were {gyration:.2f} m away, its shapes reach {reach:.2f} m; it may turn too slowly"
             )
-            yield FileItem(Fate.KEPT, "implausible inertia", model.body(body).name, why)
+            yield FileItem(Fate.KEPT, "implausible inertia", name, why)

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from mjsim.inventory import Fate, FileItem
-from mjsim.models.inertia_repair import mend_inertias, mend_weightless
+from mjsim.models.inertia_repair import mend_impossible, mend_inertias, mend_weightless
 from mjsim.models.mesh_files import is_small_stl, whole_mesh
 from mjsim.models.model_reader import compiled
 from mjsim.models.model_sources import ROBOT, Element, Gatherer, ModelFiles, Read
@@ -88,6 +88,9 @@ def gather_robot(path: str, read: Read, *, up_axis: bool = True) -> RobotFiles:
     ElementTree.indent(root)
     files = ModelFiles(root, gatherer.assets, tuple(gatherer.paths), frozenset(gatherer.sums))
     model = _compiled(files, gatherer)
+    if beyond := [*mend_impossible(root, path, model)]:
+        mended += beyond
+        model = _compiled(files, gatherer)
     _check_finite(model, path)
     speeds |= dict(_servo_speeds(model))
     return RobotFiles(
