@@ -66,7 +66,7 @@ def _google_style(app: Sphinx, what: str, name: str, obj: object, options: objec
 def _examples() -> dict[str, tuple[str, str]]:
     """Return the code of each class in `site/examples.py`, after the first class of its heading, which shows it."""
     text = (Path(__file__).parent / "site" / "examples.py").read_text(encoding="utf-8")
-    found = re.findall(r"^# %% (.+)\n(.*?)(?=^# %% |\Z)", text, re.MULTILINE | re.DOTALL)
+    found = re.findall(r"^# %% ([^\n]+)\n(.*?)(?=^# %% |\Z)", text, re.MULTILINE | re.DOTALL)
     return {name: (names.split(", ")[0], code.strip()) for names, code in found for name in names.split(", ")}
 
 
@@ -76,7 +76,7 @@ EXAMPLES = _examples()
 def _with_example(app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
     """Add the example of a class of `mjsim`; classes that share one refer to the first of them."""
     first, code = EXAMPLES.get(name.removeprefix("mjsim."), ("", ""))
-    if what != "class" or not first:
+    if what not in ("class", "exception") or not first:
         return
     if name != f"mjsim.{first}":
         lines += ["", f"Example: see :class:`mjsim.{first}`."]

@@ -141,7 +141,9 @@ def test_the_site_builds_without_a_warning(tmp_path):
     loaded = [re.findall(r'<(?:script|link|img)[^>]* (?:src|href)="https?:', page.read_text("utf-8")) for page in pages]
     assert len(loaded) > 40
     assert not any(loaded)
-    assert "mjsim.Estimate.joint_covariance" in (tmp_path / "site" / "reference" / "python.html").read_text("utf-8")
+    reference = (tmp_path / "site" / "reference" / "python.html").read_text("utf-8")
+    assert "mjsim.Estimate.joint_covariance" in reference
+    assert reference.count(">Example<") == (ROOT / "docs" / "site" / "examples.py").read_text("utf-8").count("# %% ")
 
 
 def test_every_script_that_a_page_names_is_there():

@@ -3,7 +3,7 @@
 `seen` is an `Observation`, `robot` a `RobotInfo`.
 """
 
-# %% World, Simulation, Observation
+# %% Simulation, Observation, World
 import mjsim
 
 world = mjsim.load_world("sensors")
