@@ -47,9 +47,8 @@ def lock(spec: mujoco.MjSpec, name: str, *, held: bool) -> None:
         held: Whether it is locked at the start.
     """
     added = spec.add_equality(name=name, type=mujoco.mjtEq.mjEQ_JOINT, name1=name, active=held)
-    # The equality is relative to the joint's reference.
+    # The equality is relative to the joint's reference; its default coefficients hold the joint there.
     added.objtype = mujoco.mjtObj.mjOBJ_JOINT
-    added.data[:5] = [0.0, 1.0, 0.0, 0.0, 0.0]
 
 
 def _spec_value(joint: MotorJoint, value: float) -> float:
