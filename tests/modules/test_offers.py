@@ -85,3 +85,18 @@ def test_classes_are_called_as_people_write_them():
     names = ("EkfSlam", "TextbookFastSlam", "GraphSlam", "LidarSlam", "UkfLocalization", "Lqr", "GoToGoal", "my_slam")
     titles = ["EKF-SLAM", "Textbook FastSLAM", "GraphSLAM", "Lidar SLAM", "UKF Localization", "LQR", "Go To Goal"]
     assert [title_of(name) for name in names] == [*titles, "my_slam"]
+
+
+def test_a_class_that_starts_as_modules_do_and_lacks_the_method_of_a_role_is_told_of(tmp_path):
+    (tmp_path / "mine.py").write_text(
+        "class Slam:\n    def start(self, robot, catalogue, rng): ...\n    def step(self, seen): ...\n"
+        "class Whole:\n    def start(self, robot, catalogue, rng): ...\n    def update(self, seen): ...\n"
+        "class Motor:\n    def start(self): ...\n"
+    )
+    (place, reason), *others = faults_in([(tmp_path / "mine.py", "mine.py")])
+    assert place == "mine.py:Slam"
+    assert (
+        reason
+        == "it has start(), and none of adjust(), command(), observe(), torques(), update(); add that of its role"
+    )
+    assert others == []

@@ -42,10 +42,12 @@ def offers_in(files: Sequence[tuple[Path, str]]) -> Iterator[Offer]:
 
 
 def faults_in(files: Sequence[tuple[Path, str]]) -> Iterator[tuple[str, str]]:
-    """Yield the files that cannot be imported, each by its place, with the line that says why; nothing is run."""
+    """Yield why files cannot be imported, or classes in them that begin as a module are none; nothing is run."""
     for path, place in files:
         try:
-            wanted = _missing_import(path, tree_of(path).body)
+            body = tree_of(path).body
+            wanted = _missing_import(path, body)
+            yield from _unfinished(body, place)
         except UnreadableError as error:
             yield place, str(error)
             continue
@@ -56,6 +58,21 @@ def faults_in(files: Sequence[tuple[Path, str]]) -> Iterator[tuple[str, str]]:
                     "{name}:{line}: no module '{module}' is installed or beside it", path.name, wanted[1], wanted[0]
                 ),
             )
+
+
+def _unfinished(body: Sequence[ast.stmt], place: str) -> Iterator[tuple[str, str]]:
+    """Yield classes that start as modules do, and lack the method of a role."""
+    own = sorted({name for needed in ROLES.values() if needed[0] == "start" for name in needed[1:]})
+    for item in body:
+        if isinstance(item, ast.ClassDef) and not item.bases and not _is_protocol(item):
+            methods = {each.name: each for each in item.body if isinstance(each, ast.FunctionDef)}
+            start = methods.get("start")
+            if start is not None and len(start.args.args) == 4 and methods.keys().isdisjoint(own):
+                listed = ", ".join(f"{name}()" for name in own)
+                yield (
+                    f"{place}:{item.name}",
+                    Sentence("it has start(), and none of {methods}; add that of its role", listed),
+                )
 
 
 def _missing_import(path: Path, body: Sequence[ast.stmt]) -> tuple[str, int] | None:
