@@ -1,4 +1,4 @@
-"""Draw the figures of docs/control-lab.md: one plot of the laboratory for each of its worlds.
+"""Draw the figures of docs/tutorials/control-lessons.md: one plot of the laboratory for each of its worlds.
 
 python scripts/make/lab_pictures.py
 """
