@@ -97,22 +97,6 @@ def test_its_ekf_slam_agrees_with_the_standard_filter_over_30_s():
     assert figures["nis"]["mean"] == pytest.approx(2.0, abs=0.2)  # two degrees of freedom
 
 
-@pytest.mark.slow
-@needs_octave
-def test_the_function_of_the_page_runs_in_the_world_of_the_page(tmp_path):
-    page = (ROOT / "docs" / "matlab.md").read_text(encoding="utf-8")
-    function, _, head, *_ = re.findall(r"```matlab\n(.*?)```", page, re.DOTALL)
-    (tmp_path / "my_slam.m").write_text(function)
-    (tmp_path / "first.yaml").write_text(re.search(r"```yaml\n(.*?)```", page, re.DOTALL)[1])
-    world = load_runnable(tmp_path / "first.yaml")
-    assert check_modules(world) == []
-    with mjsim.Simulation(world) as sim:
-        track = mjsim.run(sim, seconds=2.0).robots["scout"]
-    np.testing.assert_allclose(track.estimate, track.odometry, atol=1e-12)  # it is dead reckoning
-    np.testing.assert_allclose(track.covariance, track.odometry_covariance, atol=1e-12)
-    assert head.startswith("function [est, state] = my_slam(obs, robot, state) ")
-
-
 def test_the_files_of_worlds_hold_no_syntax_of_octaves_own():
     own = r"(^|\s)(end_?(if|for|while|function|switch)\b|until\b|unwind_protect)|\+=|-=|\+\+|!=|!|#|printf|\*\*"
     driver = ROOT / "mjsim" / "modules" / "octave" / "driver"

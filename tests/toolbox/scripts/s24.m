@@ -25,5 +25,6 @@ mdl_puma560
 p560.qlim = repmat([-3 3], 6, 1);
 q = p560.ikcon(p560.fkine(qn));
 miss = p560.fkine(q) - p560.fkine(qn);
-[t, qs] = p560.nofriction().fdyn(0.01, [], qz);
+mdl_twolink
+[t, qs] = twolink.nofriction().fdyn(0.01, [], [0 0]);
 save('-v7', 's24.mat');
