@@ -74,6 +74,10 @@ def draw_bounds(panels: Sequence[Axes], track: Track, name: str) -> None:
         axes.plot(track.time, error, color=ESTIMATE, lw=1.0, label=f"{name} - truth")
         axes.axhline(0.0, color=NEUTRAL, lw=0.5)
         axes.set_ylabel(label)
+        # A few ticks of doubt, as after a robot seemed lost, leave the scale to the others.
+        top = 1.1 * max(float(np.abs(error).max()), float(np.percentile(bound, 99.0)))
+        if top > 0.0 and float(bound.max()) > 3.0 * top:
+            axes.set_ylim(-top, top)
     panels[0].legend(loc="upper left", frameon=False, ncols=2)
 
 
