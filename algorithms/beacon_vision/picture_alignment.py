@@ -18,15 +18,16 @@ from mjsim.geometry import Array
 
 from ..estimation.inverses import inverse_of
 from .picture_templates import (
+    BLOCK,
     LEVELS,
     TILES,
     Gray,
     ImagePyramid,
     PictureTemplate,
     apply_homography,
-    block_sums,
     corners_by_correction,
     quadrilateral_area,
+    shift,
 )
 
 Mask = NDArray[np.bool_]
@@ -45,6 +46,7 @@ STRIDE = 0.8
 """Damping factor of Gauss-Newton steps: gradients of the smoothed picture are a fifth too small, steps too large."""
 LEVEL_FROM_IMAGE = [np.array([[0.5**level], [0.5**level], [1.0]]) for level in range(LEVELS)]
 """Factors that bring a homography into the image to a level of its pyramid."""
+BEFORE = shift(-REACH, -REACH)
 SETTLED = 1e-3
 """Correction at convergence, relative to half the picture's size; the remaining error is a tenth of it."""
 
@@ -94,11 +96,12 @@ def search_near(templates: tuple[PictureTemplate, ...], image: ImagePyramid, hom
     template = templates[0]
     rows, columns = template.gray.shape
     from_pixel = homography @ template.plane_from_pixel
-    around = _sample(image, from_pixel @ _shift(-REACH, -REACH), (columns + 2 * REACH, rows + 2 * REACH))
+    from_around, size = from_pixel @ BEFORE, (columns + 2 * REACH, rows + 2 * REACH)
+    around = _sample(image, _level(image, from_around, size), from_around, size)
     fit = cv2.matchTemplate(around, template.gray, cv2.TM_CCOEFF_NORMED)
     _, _, _, (x, y) = cv2.minMaxLoc(fit)
     dx, dy = _peak(fit[y, max(x - 1, 0) : x + 2].tolist()), _peak(fit[max(y - 1, 0) : y + 2, x].tolist())
-    return np.asarray(from_pixel @ _shift(x + dx - REACH, y + dy - REACH) @ template.pixel_from_plane)
+    return np.asarray(from_pixel @ shift(x + dx - REACH, y + dy - REACH) @ template.pixel_from_plane)
 
 
 def align(
@@ -149,24 +152,24 @@ def _peak(values: list[float]) -> float:
     return 0.0 if bend >= 0.0 else 0.5 * (before - after) / bend
 
 
-def _shift(x: float, y: float) -> Array:
-    return np.array([[1.0, 0.0, x], [0.0, 1.0, y], [0.0, 0.0, 1.0]])
-
-
 def _fitting(templates: tuple[PictureTemplate, ...], homography: Array) -> int:
     """Return the index of the template nearest in size to the picture in the image."""
     corners = templates[0].corners
     area = max(quadrilateral_area(apply_homography(homography, corners)), 1.0)
     side = math.sqrt(area / quadrilateral_area(corners)) * 2.0 / templates[0].unit
-    return min(range(len(templates)), key=lambda index: abs(math.log(max(templates[index].gray.shape) / side)))
+    return min(range(len(templates)), key=lambda index: abs(math.log(templates[index].side / side)))
 
 
-def _sample(image: ImagePyramid, image_from_pixel: Array, size: tuple[int, int]) -> Gray:
-    """Return the image sampled at the pixels of a template, from the pyramid level with the same detail."""
+def _level(image: ImagePyramid, image_from_pixel: Array, size: tuple[int, int]) -> int:
+    """Return the level of the image with the same detail as a template of a size [px]."""
     # At the middle a pixel covers an area of det H / w^3: the determinant of the homography's derivative.
     g, h, i = image_from_pixel[2].tolist()
     w = g * size[0] / 2.0 + h * size[1] / 2.0 + i
-    level = image.level(abs(cv2.determinant(image_from_pixel)) / w**3)
+    return image.level(abs(cv2.determinant(image_from_pixel)) / w**3)
+
+
+def _sample(image: ImagePyramid, level: int, image_from_pixel: Array, size: tuple[int, int]) -> Gray:
+    """Return a level of the image sampled at the pixels of a template of a size [px]."""
     mapping = image_from_pixel * LEVEL_FROM_IMAGE[level]
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     sampled = cv2.warpPerspective(image.image(level), mapping, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
@@ -175,10 +178,11 @@ def _sample(image: ImagePyramid, image_from_pixel: Array, size: tuple[int, int])
 
 def _refine(template: PictureTemplate, image: ImagePyramid, homography: Array, *, hidden: Mask | None) -> _Fit | None:
     """Return the last step of the iteration; None if the picture is lost."""
-    plane_from_inner = template.plane_from_pixel @ _shift(template.rim, template.rim)
+    plane_from_inner = template.plane_from_inner
+    level = _level(image, homography @ plane_from_inner, template.inner_size)
     for _ in range(STEPS):
         image_from_inner = homography @ plane_from_inner
-        values = _sample(image, image_from_inner, template.inner_size).reshape(-1).astype(np.float32)
+        values = _sample(image, level, image_from_inner, template.inner_size).reshape(-1).astype(np.float32)
         seen = _seen(template, image.size, image_from_inner, hidden)
         found = _solved(template, values, seen)
         if found is None:
@@ -220,23 +224,23 @@ def _seen(
 ) -> Mask | None:
     """Return which inner pixels are inside the image and not occluded; None if all are."""
     columns, rows = template.inner_size
-    corners = np.array([[0.0, 0.0], [columns, 0.0], [columns, rows], [0.0, rows]])
-    right, bottom = size[0] - 2.0, size[1] - 2.0
     shown = None if hidden is None else ~hidden[template.tiles]
-    places = apply_homography(image_from_inner, corners).tolist()
-    if all(1.0 <= x <= right and 1.0 <= y <= bottom for x, y in places):
+    # Distances from the edges of the image, times the depth, are linear in the pixels of the template.
+    x, y, w = image_from_inner * np.sign(image_from_inner[2] @ (columns / 2.0, rows / 2.0, 1.0))
+    edges = [edge.tolist() for edge in (x - w, y - w, (size[0] - 2.0) * w - x, (size[1] - 2.0) * w - y)]
+    if min(min(c, c + a * columns) + min(0.0, b * rows) for a, b, c in edges) >= 0.0:
         return shown
-    row, column = np.divmod(np.arange(rows * columns), columns)
-    pixels = apply_homography(image_from_inner, np.stack([column, row], axis=1).astype(float))
-    inside: Mask = np.all((pixels >= 1.0) & (pixels <= (right, bottom)), axis=1)
-    return inside if shown is None else inside & shown
+    inside: Mask = np.ones((rows, columns), dtype=bool)
+    for a, b, c in edges:
+        inside &= np.add.outer(np.arange(rows) * b + c, np.arange(columns) * a) >= 0.0
+    return inside.ravel() if shown is None else inside.ravel() & shown
 
 
 def _hidden_tiles(template: PictureTemplate, fit: _Fit) -> Mask:
     """Return for each tile whether it is occluded, shape (TILES^2,)."""
     left = fit.left
     limit = TILE_MISFIT * fit.solution[8] ** 2 * template.contrast
-    if float(left @ left) < limit * np.min(template.tile_pixels):
+    if float(left @ left) < limit * template.least_pixels:
         return np.zeros(TILES**2, dtype=bool)
     return np.asarray(np.bincount(template.tiles, weights=left**2, minlength=TILES**2) > limit * template.tile_pixels)
 
@@ -250,11 +254,10 @@ def _judge(template: PictureTemplate, fit: _Fit) -> Alignment:
     values, own = fit.values, template.own
     if fit.seen is not None:
         values, own = values[fit.seen], own[fit.seen]
-    columns, rows = template.inner_size
-    scores = (template.design * fit.left).reshape(-1, rows, columns)
-    # Summed by block first: large products of thin matrices would wake all threads of the linear algebra.
-    sums = block_sums(rows).T @ (scores @ block_sums(columns))
-    pulls = fit.inverse[:8] @ sums.reshape(len(sums), -1)
+    left = np.zeros((len(template.blocks), BLOCK**2, 1), dtype=np.float32)
+    left.ravel()[template.places] = fit.left
+    # Block by block: large products of thin matrices would wake all threads of the linear algebra.
+    pulls = fit.inverse[:8] @ np.matmul(template.blocks, left)[..., 0].T
     correction = pulls @ pulls.T / fit.solution[8] ** 2
     D = corners_by_correction(template, fit.homography)
     seen_area = quadrilateral_area(apply_homography(fit.homography, template.corners))

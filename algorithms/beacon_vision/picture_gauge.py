@@ -74,8 +74,11 @@ class PictureGauge:
         homography = image_from_plane(rotation, position, view.intrinsics)
         if not self._plausible(homography, view.intrinsics):
             return None
-        refined = search_near(self.templates, view.pyramid, homography)
-        return self._measured(refined, view, guess=(rotation, position))
+        guess = rotation, position
+        found = self._measured(homography, view, guess=guess)
+        if found is None:
+            found = self._measured(search_near(self.templates, view.pyramid, homography), view, guess=guess)
+        return found
 
     def at(self, homography: Array, view: PreparedImage) -> FoundPicture | None:
         """Return the picture with its pose when it lies in the image near a homography, else None.

@@ -1,6 +1,5 @@
 """Pictures at several sizes, ready to be compared with a camera's image, and that image at several sizes."""
 
-import functools
 import math
 from dataclasses import dataclass
 
@@ -48,26 +47,30 @@ class PictureTemplate:
     """Factor from [m] to coordinates of -1 to 1, in which corrections are small numbers [1/m]."""
     corners: Array
     """In the plane of the picture, from its top left clockwise, shape (4, 2) [m]."""
-    rim: int
-    """Width of the rim [px]."""
+    side: int
+    """Long side [px]."""
+    plane_from_inner: Array
+    """As `plane_from_pixel`, from pixels counted within the rim, shape (3, 3)."""
+    inner_size: tuple[int, int]
+    """Columns and rows without the rim."""
     own: NDArray[np.float32]
     """Value of each pixel minus their mean, shape (n,)."""
     tiles: NDArray[np.intp]
     """Tile of each pixel, shape (n,)."""
     tile_pixels: NDArray[np.intp]
     """Number of pixels of each tile, shape (TILES^2,)."""
+    least_pixels: int
+    """The smallest of them."""
     design: NDArray[np.float32]
     """Derivatives by the eight parameters of a homography, gain, offset and two slopes, shape (12, n)."""
+    places: NDArray[np.intp]
+    """Place of each pixel in `blocks`, counted through blocks and their pixels, shape (n,)."""
+    blocks: NDArray[np.float32]
+    """The design again, block by block; 0 where one is short; shape (blocks, 12, BLOCK^2)."""
     inverse: Array
     """Of design @ design.T, shape (12, 12)."""
     contrast: float
     """Variance of `own`."""
-
-    @property
-    def inner_size(self) -> tuple[int, int]:
-        """Columns and rows without the rim."""
-        rows, columns = self.gray.shape
-        return columns - 2 * self.rim, rows - 2 * self.rim
 
     def is_measurable(self, inverse: Array) -> bool:
         """Return whether noise of a camera leaves the corners accurate: not those of a plain or striped picture.
@@ -110,22 +113,29 @@ def _make_template(gray: Gray, width: float, side: int) -> PictureTemplate | Non
     tiles = (row * TILES // rows * TILES + column * TILES // columns)[inner.ravel()]
     slopes = warp_slopes(small, (x0 * unit, y0 * unit), (dx * unit, dy * unit))
     design = np.ascontiguousarray(slopes[inner.ravel()].T)
+    places = _block_places(rows - 2 * rim, columns - 2 * rim)
     normal = (design @ design.T).astype(float)
     inverse = inverse_of(normal)
     if inverse is None:
         return None
     w, h = width / 2.0, height / 2.0
+    tile_pixels = np.bincount(tiles, minlength=TILES**2)
     template = PictureTemplate(
         gray=np.rint(small).astype(np.uint8),
         plane_from_pixel=plane_from_pixel,
         pixel_from_plane=np.linalg.inv(plane_from_pixel),
         unit=unit,
         corners=np.array([[-w, -h], [w, -h], [w, h], [-w, h]]),
-        rim=rim,
+        side=max(rows, columns),
+        plane_from_inner=plane_from_pixel @ shift(rim, rim),
+        inner_size=(columns - 2 * rim, rows - 2 * rim),
         own=own - own.mean(),
         tiles=tiles,
-        tile_pixels=np.bincount(tiles, minlength=TILES**2),
+        tile_pixels=tile_pixels,
+        least_pixels=int(tile_pixels.min()),
         design=design,
+        places=places,
+        blocks=_by_blocks(design, places),
         inverse=inverse,
         contrast=float(np.var(own)),
     )
@@ -151,11 +161,18 @@ def warp_slopes(
     return np.stack([*warps, small, np.ones_like(small), x, y], axis=-1).reshape(-1, 12).astype(np.float32)
 
 
-@functools.cache
-def block_sums(extent: int) -> NDArray[np.float32]:
-    """Return the matrix that sums a row of pixels by blocks of BLOCK, shape (extent, blocks); the last may be short."""
-    pixels = np.arange(extent)
-    return np.asarray(pixels[:, None] // BLOCK == np.arange(-(-extent // BLOCK)), dtype=np.float32)
+def _block_places(rows: int, columns: int) -> NDArray[np.intp]:
+    """Return where each pixel stands when blocks of BLOCK by BLOCK follow each other, shape (rows * columns,)."""
+    row, column = np.divmod(np.arange(rows * columns), columns)
+    block = row // BLOCK * -(-columns // BLOCK) + column // BLOCK
+    return block * BLOCK**2 + row % BLOCK * BLOCK + column % BLOCK
+
+
+def _by_blocks(design: NDArray[np.float32], places: NDArray[np.intp]) -> NDArray[np.float32]:
+    """Return a design, shape (12, n), as shape (blocks, 12, BLOCK^2)."""
+    blocks = np.zeros((len(design), (int(places[-1]) // BLOCK**2 + 1) * BLOCK**2), dtype=np.float32)
+    blocks[:, places] = design
+    return np.ascontiguousarray(blocks.reshape(len(design), -1, BLOCK**2).transpose(1, 0, 2))
 
 
 class ImagePyramid:
@@ -179,6 +196,11 @@ class ImagePyramid:
         while len(self._levels) <= level:
             self._levels.append(np.asarray(cv2.pyrDown(self._levels[-1]), dtype=np.uint8))
         return self._levels[level]
+
+
+def shift(x: float, y: float) -> Array:
+    """Return the homography that adds (x, y), shape (3, 3)."""
+    return np.array([[1.0, 0.0, x], [0.0, 1.0, y], [0.0, 0.0, 1.0]])
 
 
 def quadrilateral_area(corners: Array) -> float:

@@ -154,9 +154,10 @@ def _refine(
 ) -> PlanarPose | None:
     """Return the pose after Gauss-Newton steps from an initial guess; None if they lead behind the camera."""
     for _ in range(STEPS):
-        if not min((points @ rotation[2] + position[2]).tolist()) > 0.0:
+        turned = points @ rotation.T
+        if not min(turned[:, 2].tolist()) > -position[2]:
             return None
-        error, H = corner_error(rotation, position, points, corners, intrinsics)
+        error, H = corner_error(turned, position, corners, intrinsics)
         weighted = H.T @ information
         normal, pull = weighted @ H, weighted @ error
         solvable, solution = cv2.solve(normal, pull[:, None], flags=cv2.DECOMP_CHOLESKY)
@@ -174,11 +175,16 @@ def _refine(
     return PlanarPose(rotation, position, covariance, float(error @ information @ error - pull @ step))
 
 
-def corner_error(
-    rotation: Array, position: Array, points: Array, corners: Array, intrinsics: Intrinsics
-) -> tuple[Array, Array]:
-    """Return measured minus predicted corners, shape (8,) [px], and the derivative of the prediction, shape (8, 6)."""
-    turned, (fx, fy) = points @ rotation.T, (intrinsics.fx, intrinsics.fy)
+def corner_error(turned: Array, position: Array, corners: Array, intrinsics: Intrinsics) -> tuple[Array, Array]:
+    """Return measured minus predicted corners, shape (8,) [px], and the derivative of the prediction, shape (8, 6).
+
+    Args:
+        turned: Corners relative to the picture's center, in the camera's frame, shape (4, 3) [m].
+        position: Of the center, shape (3,) [m].
+        corners: As measured, shape (4, 2) [px].
+        intrinsics: Of the camera.
+    """
+    fx, fy = intrinsics.fx, intrinsics.fy
     left, rows = [], []
     # Four points: plain numbers are several times faster than arrays.
     for (a, b, c), (x, y, z), seen in zip(turned.tolist(), (turned + position).tolist(), corners.tolist(), strict=True):

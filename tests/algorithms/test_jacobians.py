@@ -98,10 +98,10 @@ def test_of_a_pictures_corners_by_its_pose():
     points, corners = picture_corners(0.6, 0.8), np.zeros((4, 2))
     for _ in range(10):
         R, t = rotation_of(rng.uniform(-0.6, 0.6, 3)), np.array([*rng.uniform(-0.5, 0.5, 2), rng.uniform(2, 4)])
-        _, H = corner_error(R, t, points, corners, lens)
+        _, H = corner_error(points @ R.T, t, corners, lens)
 
         def predicted(v, R=R, t=t):
-            return -corner_error(rotation_of(v[3:]) @ R, t + v[:3], points, corners, lens)[0]
+            return -corner_error(points @ (rotation_of(v[3:]) @ R).T, t + v[:3], corners, lens)[0]
 
         # Corners lie hundreds of pixels away: rounding alone makes 1e-7 of them.
         np.testing.assert_allclose(H, slopes(predicted, np.zeros(6)), atol=1e-4)
