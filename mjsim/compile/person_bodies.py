@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 
 from mjsim.compile.geom_groups import DARK, MATERIAL, SEEN, make_decor
+from mjsim.compile.room import TILES, Finishes
 from mjsim.compile.textures import color_of
 from mjsim.geometry import Array
 from mjsim.mechanics import inverted
@@ -27,6 +28,8 @@ EYE_RADIUS = 0.012
 """Radius of the visual shape of an eye [m]."""
 EYE_AXES = (0.0, -1.0, 0.0, 0.0, 0.0, 1.0)
 """Right and up axis of a camera that looks along x."""
+CLOTH = "fabric"
+"""Texture of clothes in worlds with a style."""
 FRICTION = (0.5, 0.005, 0.0001)
 """Friction of clothes; assumed."""
 TOOLS = ("thumb_tip", "fingertip", "grip")
@@ -39,11 +42,12 @@ def add_people(spec: mujoco.MjSpec, world: World) -> None:
         return
     from mjsim.posture import poses_of
 
+    finishes = None if world.style == "plain" else Finishes(spec, world)
     for person in world.people:
-        _add_person(spec, person, poses_of(world, person))
+        _add_person(spec, person, poses_of(world, person), finishes)
 
 
-def _add_person(spec: mujoco.MjSpec, person: Person, poses: Mapping[str, Array]) -> None:
+def _add_person(spec: mujoco.MjSpec, person: Person, poses: Mapping[str, Array], finishes: Finishes | None) -> None:
     figure, skins = person.figure, person.skins
     bodies: dict[str, mujoco.MjsBody] = {}
     for name, segment in figure.segments.items():
@@ -53,7 +57,14 @@ def _add_person(spec: mujoco.MjSpec, person: Person, poses: Mapping[str, Array])
         body = parent.add_body(name=f"{person.name}/{name}", **pose_keys(within))
         _set_mass(body, segment)
         for number, mesh in enumerate(skins[name], start=1):
-            _add_skin(spec, body, mesh, f"{person.name}/{name}" + (f"-{number}" if number > 1 else ""), person, name)
+            named = f"{person.name}/{name}" + (f"-{number}" if number > 1 else "")
+            geom = _add_skin(spec, body, mesh, named, color_of(person.color_of(name)))
+            if finishes is not None and person.is_dressed(name):
+                finish = finishes.made_of(CLOTH, geom.rgba.tolist())
+                geom.material, geom.rgba = finish.name, finish.tint
+                # Along the limb and around it: no seam, and nowhere stretched much.
+                x, y, z = mesh.vertices.T
+                spec.mesh(named).usertexcoord = (np.stack([x + y, z], axis=1) / TILES[CLOTH]).ravel()
         bodies[name] = body
     _add_face(spec, bodies["head"], person)
     for side in ("left", "right"):
@@ -69,16 +80,16 @@ def _set_mass(body: mujoco.MjsBody, segment: "Segment") -> None:
     body.inertia = solid.inertia[:3]
 
 
-def _add_skin(spec: mujoco.MjSpec, body: mujoco.MjsBody, mesh: "Mesh", name: str, person: Person, segment: str) -> None:
+def _add_skin(spec: mujoco.MjSpec, body: mujoco.MjsBody, mesh: "Mesh", name: str, rgba: list[float]) -> mujoco.MjsGeom:
     _add_mesh(spec, mesh, name)
-    body.add_geom(
+    return body.add_geom(
         name=name,
         type=mujoco.mjtGeom.mjGEOM_MESH,
         meshname=name,
         group=SEEN,
         mass=0.0,
         material=MATERIAL,
-        rgba=color_of(person.color_of(segment)),
+        rgba=rgba,
         friction=list(FRICTION),
     )
 

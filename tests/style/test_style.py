@@ -291,3 +291,22 @@ def test_the_faces_of_a_door_leaf_lie_within_the_leaf():
         assert np.abs(y) == pytest.approx(0.02, abs=0.002)
         assert len(set(np.sign(y))) == 1
     assert np.sign(faces[0].corners[0, 1]) != np.sign(faces[1].corners[0, 1])
+
+
+@pytest.mark.slow
+def test_clothes_are_woven_in_a_world_with_a_style_in_the_colour_that_they_have_without():
+    person = "\npeople: [{name: ann, at: [2, 2], sex: female, colors: {top: '#203040'}}]\n"
+    plain, styled = (compile_world(world(style, ROOMS + person)).compile() for style in ("plain", "office"))
+    for name, woven in {"ann/thorax": True, "ann/head": False}.items():
+        before, after = plain.geom(name), styled.geom(name)
+        texture = styled.mat_texid[after.matid[0], mujoco.mjtTextureRole.mjTEXROLE_RGB]
+        assert (texture >= 0) == woven, name
+        assert (styled.mesh_texcoordadr[after.dataid[0]] >= 0) == woven, name
+        mean = texels(styled, texture).mean(axis=(0, 1)) / 255 if woven else 1.0
+        np.testing.assert_allclose(after.rgba[:3] * mean, before.rgba[:3], atol=0.002)
+
+
+def texels(model: mujoco.MjModel, texture: int) -> np.ndarray:
+    """Return the picture of a texture, shape (height, width, 3)."""
+    start, height, width = (int(each[texture]) for each in (model.tex_adr, model.tex_height, model.tex_width))
+    return model.tex_data[start : start + height * width * 3].reshape(height, width, 3)

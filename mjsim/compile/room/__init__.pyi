@@ -10,6 +10,8 @@ from .doors import add_doors as add_doors
 from .floor import add_floor as add_floor
 from .floor import add_patches as add_patches
 from .furniture import DRAWN_MERGED as DRAWN_MERGED
+from .furniture import TILES as TILES
+from .furniture import Finishes as Finishes
 from .furniture import merge_furniture as merge_furniture
 from .furniture import merged_into as merged_into
 from .triangles import Triangles as Triangles

@@ -58,11 +58,14 @@ class Finishes:
     def of(self, rgba: Sequence[float]) -> Finish | None:
         """Return the finish of a colour; None for one that stays plain."""
         kind = _kind(*rgba[:3])
-        if kind is None:
-            return None
+        return None if kind is None else self.made_of(kind, rgba)
+
+    def made_of(self, kind: str, rgba: Sequence[float]) -> Finish:
+        """Return the finish of a texture in a colour."""
         if kind not in self._means:
             picture = bounded(self._world.read_picture(f"materials/{kind}.jpg"), MAX_TILE_SIDE)
-            add_material(self._spec, f"style/{kind}", picture)
+            if self._spec.material(f"style/{kind}") is None:
+                add_material(self._spec, f"style/{kind}", picture)
             self._means[kind] = picture.mean(axis=(0, 1)) / 255
         tint = np.minimum(np.array(rgba[:3]) / self._means[kind], 1.0)
         return Finish(f"style/{kind}", (*tint.round(3).tolist(), 1.0))

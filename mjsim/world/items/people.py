@@ -171,6 +171,10 @@ class Person(Model):
         """Return the colour of a segment, '#rrggbb'."""
         return str(getattr(self.colors, WORN.get(segment.removeprefix("left_").removeprefix("right_"), "skin")))
 
+    def is_dressed(self, segment: str) -> bool:
+        """Return whether a segment shows clothes, not skin."""
+        return segment.removeprefix("left_").removeprefix("right_") in WORN
+
     def posture(self) -> "Array":
         """Return the joint values of the figure, in order, shape (n,) [rad]."""
         figure = self.figure
