@@ -268,7 +268,9 @@ class Imager:
             self._tabulate(settings.gain)
         factors = np.sqrt(settings.factors)
         if not np.allclose(factors, 1.0, rtol=1e-6):
-            cv2.multiply(self._roots, np.append(factors, 1.0), dst=self._roots)
+            # A diagonal matrix takes less than half the time of a product with numbers.
+            matrix = np.diag(factors[: self._roots[0, 0].size]).astype(np.float32)
+            cv2.transform(self._roots, matrix, dst=self._roots)
 
     def _tabulate(self, gain: float) -> None:
         """Make the tables of noise and response for a gain."""
