@@ -18,7 +18,7 @@ from mjsim.exchange.scenes.scene_meshes import MeshFiles, MeshName
 from mjsim.exchange.scenes.scene_solids import Light, Scene, SceneSkin, SceneSolid, SceneThing
 from mjsim.exchange.scenes.sdf_files import Folders
 from mjsim.exchange.scenes.sdf_joints import SdfLink, trees_of
-from mjsim.exchange.scenes.sdf_looks import MAX_PICTURE, Looks
+from mjsim.exchange.scenes.sdf_looks import MAX_PICTURE, SdfLooks
 from mjsim.geometry import Array
 from mjsim.inventory import Fate
 from mjsim.models import SdfFrames, color_of, floats, has_joint_frames, is_robot, mesh_of, sizes_of
@@ -76,7 +76,7 @@ class _Reader:
     def __init__(self, path: Path, folders: Folders) -> None:
         self.scene, self._path, self._folders = Scene(), path, folders
         self._meshes = MeshFiles(self.scene)
-        self._looks = Looks(self.scene, folders)
+        self._looks = SdfLooks(self.scene, folders)
         self._in_joint = has_joint_frames(folders.read(path))
 
     def world(self, world: Element) -> None:

@@ -33,7 +33,7 @@ Look = tuple[str | None, SceneTexture | None]
 """Colour, '#rrggbb', and picture."""
 
 
-class Looks:
+class SdfLooks:
     """Finds what visuals look like."""
 
     def __init__(self, scene: Scene, folders: Folders) -> None:

@@ -13,7 +13,7 @@ from mjsim.exchange.bounded_file import read_bounded
 from mjsim.exchange.scenes.scene_meshes import MeshFiles, MeshName, boxed, parts_of
 from mjsim.exchange.scenes.scene_solids import Light, Scene, ScenePart, SceneSolid, SceneThing
 from mjsim.exchange.scenes.sdf_files import Folders
-from mjsim.exchange.scenes.wbt_text import Node, Parser, filled, turned
+from mjsim.exchange.scenes.wbt_text import Parser, WbtNode, filled, turned
 from mjsim.exchange.scenes.webots_protos import LAMPS, guessed_size, plain_node
 from mjsim.geometry import Array
 from mjsim.inventory import Fate
@@ -55,7 +55,7 @@ def read_wbt(path: Path) -> Scene:
         raise UsageError(f"'{path}' does not begin with #VRML_SIM; name a world of Webots")
     parser = Parser(text, str(path))
     nodes = list(parser.nodes())
-    info = next((node for node in nodes if node.kind == "WorldInfo"), Node("WorldInfo"))
+    info = next((node for node in nodes if node.kind == "WorldInfo"), WbtNode("WorldInfo"))
     version = re.match(r"#VRML_SIM\s+R(\d{4})", text.lstrip())
     recent = version is not None and int(version[1]) >= ENU_YEAR
     axes = info.text("coordinateSystem", "ENU" if recent else "NUE")
@@ -80,7 +80,7 @@ class _Reader:
         self._folders, self._meshes = Folders(path, []), MeshFiles(self.scene)
         self._protos = {Path(address).stem: address for address in protos}
 
-    def top(self, node: Node, world_from_outer: Array, depth: int = 0) -> None:
+    def top(self, node: WbtNode, world_from_outer: Array, depth: int = 0) -> None:
         """Take a node of the world, or of a group in it."""
         if node.kind in GROUPS:
             pose = world_from_outer @ _pose(node)
@@ -97,7 +97,7 @@ class _Reader:
         elif (found := self._of_proto(node, depth)) is not None:
             self.top(found, world_from_outer, depth + 1)
 
-    def _of_proto(self, node: Node, depth: int) -> Node | None:
+    def _of_proto(self, node: WbtNode, depth: int) -> WbtNode | None:
         """Return what a PROTO node consists of; None for a robot or one that is not known, which is told."""
         if depth > MAX_PROTOS:
             raise UsageError(f"'{self._path}' nests PROTO nodes more than {MAX_PROTOS} deep; is it a loop?")
@@ -106,7 +106,7 @@ class _Reader:
         if own is not None:
             return own
         if "controller" in node.fields:
-            return Node("Robot", node.fields)
+            return WbtNode("Robot", node.fields)
         size = guessed_size(node)
         if size is not None:
             shape = " x ".join(f"{value:g}" for value in size)
@@ -119,7 +119,7 @@ class _Reader:
             self.scene.tell(Fate.LEFT_OUT, "node", node.kind, why)
         return found
 
-    def _from_file(self, node: Node) -> Node | None:
+    def _from_file(self, node: WbtNode) -> WbtNode | None:
         """Return what a PROTO file beside the world says that a node consists of."""
         above = self._path.absolute().parent
         address = self._protos.get(node.kind, "")
@@ -138,19 +138,19 @@ class _Reader:
         made = filled(body, {**fields, **node.fields})
         if self._turns and "controller" not in made.fields:
             # Values of the world are turned already, those of the file are not.
-            turned(made, {id(item) for items in node.fields.values() for item in items if isinstance(item, Node)})
+            turned(made, {id(item) for items in node.fields.values() for item in items if isinstance(item, WbtNode)})
             for key in ("translation", "rotation"):
                 if key in node.fields:
                     made.fields[key] = node.fields[key]
         return made
 
-    def _robot(self, node: Node, world_from_outer: Array) -> None:
+    def _robot(self, node: WbtNode, world_from_outer: Array) -> None:
         pose = world_from_outer @ _pose(node)
         self.scene.starts.append((float(pose[0, 3]), float(pose[1, 3]), math.atan2(pose[1, 0], pose[0, 0])))
         why = "its start is kept; bring it in by mjsim new --robot-from, from its URDF"
         self.scene.tell(Fate.LEFT_OUT, "robot", node.text("name") or node.kind, why)
 
-    def _light(self, node: Node, world_from_outer: Array) -> None:
+    def _light(self, node: WbtNode, world_from_outer: Array) -> None:
         name = node.text("name") or node.kind
         if node.kind == "DirectionalLight":
             self.scene.tell(Fate.LEFT_OUT, "directional light", name, "a world has ambient light and lamps")
@@ -162,7 +162,7 @@ class _Reader:
         color = hex_of(node.numbers(LAMPS.get(node.kind, "color"), (1.0, 1.0, 1.0)))
         self.scene.lights.append(Light(name, at, color, node.number("radius", LAMP_REACH)))
 
-    def _solid(self, node: Node, world_from_outer: Array) -> None:
+    def _solid(self, node: WbtNode, world_from_outer: Array) -> None:
         """Take a solid with all in it as one thing."""
         name, body = node.text("name") or node.kind.lower(), _Body()
         world_from_solid = world_from_outer @ _pose(node)
@@ -172,7 +172,7 @@ class _Reader:
             mass = max(body.mass, 1e-3) if moves else None
             self.scene.add(SceneThing(name, body.solids, world_from_solid, mass, body.parts))
 
-    def _fill(self, body: _Body, node: Node, world_from_solid: Array, name: str, depth: int = 0) -> None:
+    def _fill(self, body: _Body, node: WbtNode, world_from_solid: Array, name: str, depth: int = 0) -> None:
         """Add a solid, and the solids and joints in it, to a body."""
         bound, color = node.node("boundingObject"), _color(node)
         before = len(body.solids)
@@ -185,7 +185,7 @@ class _Reader:
             body.mass += _mass(physics, body.solids[before:])
         self._children(body, node, world_from_solid, name, depth)
 
-    def _children(self, body: _Body, node: Node, world_from_node: Array, name: str, depth: int) -> None:
+    def _children(self, body: _Body, node: WbtNode, world_from_node: Array, name: str, depth: int) -> None:
         for child in node.nodes("children"):
             if child.kind in GROUPS:
                 self._children(body, child, world_from_node @ _pose(child), name, depth)
@@ -204,12 +204,12 @@ class _Reader:
                 if found.kind == "Robot":
                     self._robot(found, world_from_node)
                 else:
-                    wrapped = Node("Group", {"children": [found]})
+                    wrapped = WbtNode("Group", {"children": [found]})
                     self._children(body, wrapped, world_from_node, name, depth + 1)
 
-    def _joint(self, body: _Body, node: Node, world_from_node: Array, name: str, depth: int) -> None:
+    def _joint(self, body: _Body, node: WbtNode, world_from_node: Array, name: str, depth: int) -> None:
         """Add what a hinge or a slide moves."""
-        end, given = node.node("endPoint"), node.node("jointParameters") or Node("JointParameters")
+        end, given = node.node("endPoint"), node.node("jointParameters") or WbtNode("JointParameters")
         if end is not None and end.kind not in ("Solid", "SolidReference"):
             end = self._of_proto(end, depth)
         if end is None or end.kind != "Solid":
@@ -236,7 +236,7 @@ class _Reader:
         if part.solids or part.parts:
             body.parts.append(ScenePart(f"{name}-{label}", [joint], part.solids, part.mass, part.parts))
 
-    def _shapes(self, node: Node, pose: Array, color: str | None, name: str) -> Iterator[SceneSolid]:
+    def _shapes(self, node: WbtNode, pose: Array, color: str | None, name: str) -> Iterator[SceneSolid]:
         """Yield the solids of a bounding object."""
         if node.kind in GROUPS:
             inner = pose @ _pose(node)
@@ -265,7 +265,7 @@ class _Reader:
         elif node.kind != "Plane":
             self.scene.tell(Fate.LEFT_OUT, node.kind, name, "mjsim has no such shape; the floor is level")
 
-    def _mesh(self, node: Node, pose: Array, color: str | None, name: str) -> Iterator[SceneSolid]:
+    def _mesh(self, node: WbtNode, pose: Array, color: str | None, name: str) -> Iterator[SceneSolid]:
         uri = node.text("url")
         place = self._folders.find(uri, self._path.absolute().parent)
         if place is None or not place.is_file():
@@ -274,7 +274,7 @@ class _Reader:
         yield from self._meshes.solids(MeshName(place, node.text("name")), np.ones(3), pose, color)
 
 
-def _pose(node: Node) -> Array:
+def _pose(node: WbtNode) -> Array:
     """Return translation and rotation of a node, shape (4, 4) [m]."""
     from scipy.spatial.transform import Rotation
 
@@ -310,9 +310,9 @@ def _scaled(solid: SceneSolid, scale: Array) -> SceneSolid:
     return replace(solid, pose=pose, size=size, vertices=solid.vertices * turned_by)
 
 
-def _faces(node: Node, pose: Array, color: str | None) -> Iterator[SceneSolid]:
+def _faces(node: WbtNode, pose: Array, color: str | None) -> Iterator[SceneSolid]:
     """Yield the connected parts of an IndexedFaceSet; its polygons become fans of triangles."""
-    coordinate = node.node("coord") or Node("Coordinate")
+    coordinate = node.node("coord") or WbtNode("Coordinate")
     numbers = [item for item in coordinate.fields.get("point", []) if isinstance(item, float)]
     points = np.array(numbers[: len(numbers) // 3 * 3]).reshape(-1, 3)
     indices = [int(item) for item in node.fields.get("coordIndex", []) if isinstance(item, float)]
@@ -330,7 +330,7 @@ def _faces(node: Node, pose: Array, color: str | None) -> Iterator[SceneSolid]:
         yield boxed(SceneSolid("mesh", (), pose, color, vertices, faces))
 
 
-def _color(node: Node) -> str | None:
+def _color(node: WbtNode) -> str | None:
     """Return the colour of a solid: of its own appearance, or of the first shape in it."""
     for child in [*node.nodes("appearance"), *node.nodes("children")]:
         if child.kind in ("Shape", *GROUPS):
@@ -350,13 +350,13 @@ def _color(node: Node) -> str | None:
     return None
 
 
-def _is_flat(node: Node) -> bool:
+def _is_flat(node: WbtNode) -> bool:
     """Return whether all that is visible of a solid is planes, as of a floor."""
     shapes = [child.node("geometry") for child in node.nodes("children") if child.kind == "Shape"]
     return all(shape is None or shape.kind == "Plane" for shape in shapes)
 
 
-def _mass(physics: Node, solids: Sequence[SceneSolid]) -> float:
+def _mass(physics: WbtNode, solids: Sequence[SceneSolid]) -> float:
     """Return the mass that physics give some solids [kg]."""
     mass = physics.number("mass", -1.0)
     density = physics.number("density", DENSITY)

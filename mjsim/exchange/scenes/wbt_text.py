@@ -19,7 +19,7 @@ _WORD = re.compile(r"[A-Za-z_][\w:.-]*$")
 
 
 @dataclass(slots=True, eq=False)
-class Node:
+class WbtNode:
     """A node: numbers, texts and other nodes by field."""
 
     kind: str
@@ -42,30 +42,30 @@ class Node:
 
     def text(self, name: str, usual: str = "") -> str:
         """Return the first text of a field."""
-        return next((item.text for item in self.fields.get(name, []) if isinstance(item, Text)), usual)
+        return next((item.text for item in self.fields.get(name, []) if isinstance(item, WbtText)), usual)
 
     def said(self, name: str, *, usual: bool) -> bool:
         """Return the truth value of a field."""
         return next((item for item in self.fields.get(name, []) if isinstance(item, bool)), usual)
 
-    def nodes(self, name: str) -> "list[Node]":
+    def nodes(self, name: str) -> "list[WbtNode]":
         """Return the nodes of a field."""
-        return [item for item in self.fields.get(name, []) if isinstance(item, Node)]
+        return [item for item in self.fields.get(name, []) if isinstance(item, WbtNode)]
 
-    def node(self, name: str) -> "Node | None":
+    def node(self, name: str) -> "WbtNode | None":
         """Return the first node of a field."""
         return next(iter(self.nodes(name)), None)
 
 
 @dataclass(frozen=True, slots=True)
-class Text:
+class WbtText:
     """A text in quotes, or the name of a field of a PROTO after IS."""
 
     text: str
     is_field: bool = False
 
 
-Item = float | bool | Text | Node
+Item = float | bool | WbtText | WbtNode
 
 
 class Parser:
@@ -80,11 +80,11 @@ class Parser:
         """
         self._where, self._tokens = where, _TOKEN.findall(_COMMENT.sub(lambda match: match[1] or " ", text))
         self._place, self._count = 0, 0
-        self._defined: dict[str, Node] = {}
+        self._defined: dict[str, WbtNode] = {}
         self.protos: list[str] = []
         """Addresses of the PROTO files that it names."""
 
-    def nodes(self) -> Iterator[Node]:
+    def nodes(self) -> Iterator[WbtNode]:
         """Yield the nodes of a world.
 
         Raises:
@@ -100,7 +100,7 @@ class Parser:
             else:
                 yield self._node(0)
 
-    def proto(self) -> tuple[dict[str, "list[Item]"], Node]:
+    def proto(self) -> tuple[dict[str, "list[Item]"], WbtNode]:
         """Return the fields of a PROTO with their usual values, and its node.
 
         Raises:
@@ -142,7 +142,7 @@ class Parser:
             f"'{self._where}' has '{' '.join(self._peek().split())[:40]}' where '{wanted}' should be; correct it"
         )
 
-    def _node(self, depth: int) -> Node:
+    def _node(self, depth: int) -> WbtNode:
         """Return the node at the place, which may be named by DEF or be one that was (USE)."""
         self._count += 1
         if depth > MAX_DEPTH or self._count > MAX_NODES:
@@ -160,7 +160,7 @@ class Parser:
         kind = self._peek()
         if not _WORD.match(kind) or self._next(1) != "{":
             raise self._wrong("NODE {")
-        node = Node(kind)
+        node = WbtNode(kind)
         if name:
             self._defined[name] = node
         self._place += 1
@@ -194,11 +194,11 @@ class Parser:
         if token == "IS":
             name = self._next(1)
             self._place += 1
-            return [Text(name, is_field=True)]
+            return [WbtText(name, is_field=True)]
         if token.startswith('"'):
             self._place += 1
             # A name with a line break would be two lines of a report.
-            return [Text(" ".join(token[1:-1].replace('\\"', '"').replace("\\\\", "\\").split()))]
+            return [WbtText(" ".join(token[1:-1].replace('\\"', '"').replace("\\\\", "\\").split()))]
         numbers: list[Item] = []
         while self._place < len(self._tokens) and (number := _number(self._tokens[self._place])) is not None:
             numbers.append(number)
@@ -215,22 +215,22 @@ def _number(token: str) -> float | None:
         return None
 
 
-def filled(node: Node, values: "Mapping[str, list[Item]]") -> Node:
+def filled(node: WbtNode, values: "Mapping[str, list[Item]]") -> WbtNode:
     """Return the node of a PROTO with values in place of the names of its fields."""
 
     def value(items: "list[Item]") -> "list[Item]":
         found: list[Item] = []
         for item in items:
-            if isinstance(item, Text) and item.is_field:
+            if isinstance(item, WbtText) and item.is_field:
                 found += values.get(item.text, [])
             else:
-                found.append(filled(item, values) if isinstance(item, Node) else item)
+                found.append(filled(item, values) if isinstance(item, WbtNode) else item)
         return found
 
-    return Node(node.kind, {name: value(items) for name, items in node.fields.items()})
+    return WbtNode(node.kind, {name: value(items) for name, items in node.fields.items()})
 
 
-def turned(node: Node, done: "set[int]") -> None:
+def turned(node: WbtNode, done: "set[int]") -> None:
     """Turn a node and those in it from axes x north, y up, z east (NUE) to x east, y north, z up."""
     if id(node) in done:
         return
@@ -244,7 +244,7 @@ def turned(node: Node, done: "set[int]") -> None:
         elif name in ("size", "floorSize") and len(items) == 2:
             items.reverse()
         for item in items:
-            if isinstance(item, Node):
+            if isinstance(item, WbtNode):
                 turned(item, done)
 
 

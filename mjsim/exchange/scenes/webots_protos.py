@@ -7,7 +7,7 @@ import math
 import re
 from collections.abc import Callable, Mapping
 
-from mjsim.exchange.scenes.wbt_text import Node, Parser, Text
+from mjsim.exchange.scenes.wbt_text import Parser, WbtNode, WbtText
 
 FURNITURE: Mapping[str, tuple[float, float, float]] = {
     "Armchair": (0.8, 0.9, 0.8),
@@ -49,7 +49,7 @@ ARC_SIDES = 24
 Sizes = tuple[float, ...]
 
 
-def plain_node(node: Node) -> Node | None:
+def plain_node(node: WbtNode) -> WbtNode | None:
     """Return the nodes that a PROTO of the library consists of; None for one that is not known."""
     made = _MAKERS.get(node.kind)
     if made is None:
@@ -58,16 +58,16 @@ def plain_node(node: Node) -> Node | None:
     for key in ("translation", "rotation", "name", "physics"):
         if key in node.fields:
             found.fields[key] = node.fields[key]
-    found.fields.setdefault("name", [Text(re.sub(r"(?<!^)(?=[A-Z])", " ", node.kind).lower())])
+    found.fields.setdefault("name", [WbtText(re.sub(r"(?<!^)(?=[A-Z])", " ", node.kind).lower())])
     if (mass := node.number("mass", 0.0)) > 0.0:
-        found.fields["physics"] = [Node("Physics", {"density": [-1.0], "mass": [mass]})]
+        found.fields["physics"] = [WbtNode("Physics", {"density": [-1.0], "mass": [mass]})]
     for key in ("appearance", "wallAppearance", "trayAppearance", "primaryAppearance"):
         if node.nodes(key):
             found.fields.setdefault("appearance", list(node.nodes(key)))
     return found
 
 
-def guessed_size(node: Node) -> tuple[float, float, float] | None:
+def guessed_size(node: WbtNode) -> tuple[float, float, float] | None:
     """Return the size of furniture that has none in its fields [m]; None for all else."""
     return FURNITURE.get(node.kind) if "size" not in node.fields else None
 
@@ -83,11 +83,11 @@ def _solid(*shapes: str, more: str = "") -> str:
     return f"Solid {{ boundingObject Group {{ children [ {' '.join(shapes)} ] }} {more} }}"
 
 
-def _wall(node: Node) -> str:
+def _wall(node: WbtNode) -> str:
     return _solid(_box(node.numbers("size", (0.2, 1.0, 2.4))))
 
 
-def _window(node: Node) -> str:
+def _window(node: WbtNode) -> str:
     deep, wide, high = node.numbers("size", (0.2, 0.8, 2.4))
     sill, pane = node.number("bottomWallHeight", 0.7), node.number("windowHeight", 1.4)
     top = high - sill - pane
@@ -95,7 +95,7 @@ def _window(node: Node) -> str:
     return _solid(*shapes, *([_box((deep, wide, top), z=high - top / 2)] if top > 0.0 else []))
 
 
-def _door(node: Node) -> str:
+def _door(node: WbtNode) -> str:
     """Return the wall above a door, and its leaf on a hinge; the frame belongs to the doorway."""
     deep, wide, high = node.numbers("size", (0.2, 1.0, 2.4))
     tall, thick = min(node.number("frameHeight", 2.0), high), node.number("doorThickness", 0.05)
@@ -114,7 +114,7 @@ def _door(node: Node) -> str:
     return _solid(*top, more=f"children [ {moves} ]")
 
 
-def _arena(node: Node) -> str:
+def _arena(node: WbtNode) -> str:
     deep, wide = node.numbers("floorSize", (1.0, 1.0))
     high, thick = node.number("wallHeight", 0.1), node.number("wallThickness", 0.01)
     return _solid(
@@ -123,7 +123,7 @@ def _arena(node: Node) -> str:
     )
 
 
-def _round_arena(node: Node) -> str:
+def _round_arena(node: WbtNode) -> str:
     radius, high, thick = node.number("radius", 1.0), node.number("wallHeight", 0.1), node.number("wallThickness", 0.01)
     long = 2.0 * (radius + thick) * math.tan(math.pi / ARC_SIDES)
     angles = [2.0 * math.pi * side / ARC_SIDES for side in range(ARC_SIDES)]
@@ -135,11 +135,11 @@ def _round_arena(node: Node) -> str:
     )
 
 
-def _solid_box(node: Node) -> str:
+def _solid_box(node: WbtNode) -> str:
     return _solid(_box(node.numbers("size", (1.0, 1.0, 1.0)), z=0.0))
 
 
-def _table(node: Node) -> str:
+def _table(node: WbtNode) -> str:
     """Return a slab on four legs."""
     deep, wide, high = node.numbers("size", (1.0, 1.8, 0.74))
     foot = min(*node.numbers("feetSize", (0.1, 0.1)), deep / 2, wide / 2)
@@ -150,7 +150,7 @@ def _table(node: Node) -> str:
     return _solid(_box((deep, wide, thick), z=high - thick / 2), *legs)
 
 
-def _cabinet(node: Node) -> str:
+def _cabinet(node: WbtNode) -> str:
     """Return the box of a cabinet, whose back is at its origin; its doors are closed."""
     deep, thick = node.number("depth", 0.5), node.number("outerThickness", 0.02)
     wide, high = (
@@ -160,21 +160,21 @@ def _cabinet(node: Node) -> str:
     return _solid(_box((deep, wide + 2 * thick, high + 2 * thick), x=deep / 2))
 
 
-def _barrel(node: Node) -> str:
+def _barrel(node: WbtNode) -> str:
     return _solid(f"Cylinder {{ radius {node.number('radius', 0.305):.9g} height {node.number('height', 0.88):.9g} }}")
 
 
-def _furniture(node: Node) -> str:
+def _furniture(node: WbtNode) -> str:
     sizes = node.numbers("size", FURNITURE[node.kind])
     centred = node.kind in ("CardboardBox", "WoodenBox")
     return _solid(_box(sizes, z=0.0 if centred else None))
 
 
-def _floor(node: Node) -> str:
+def _floor(node: WbtNode) -> str:
     return "Group { }"
 
 
-_MAKERS: Mapping[str, Callable[[Node], str]] = {
+_MAKERS: Mapping[str, Callable[[WbtNode], str]] = {
     **dict.fromkeys(FURNITURE, _furniture),
     "Cabinet": _cabinet,
     "CircleArena": _round_arena,
