@@ -132,7 +132,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     words = sorted(filter(str.isprintable, known))[:MAX_WORDS]
     matches = difflib.get_close_matches(word, words, n=1)
     if matches:
-        return Sentence("; did you mean '{matches}'?", matches[0])
+        return Sentence("; did you mean '{word}'?", matches[0])
     return Sentence("; there are {words}", ", ".join(words)) if words else "; there are none"
 
 

@@ -15,21 +15,19 @@ class Sentence(str):
     which is its own code.
     """
 
-    __slots__ = ("_given", "template", "values")
+    __slots__ = ("template", "values")
     template: str
     """The braces hold only names of values."""
     values: Mapping[str, str]
     """Values as text, in the format that the sentence has them in."""
-    _given: tuple[Any, ...]
 
     def __new__(cls, template: str, /, *given: Any) -> Self:
         """Fill a template: its braces hold names, and formats as in `str.format`; values go by first occurrence."""
         fields = [(name, form, as_) for _, name, form, as_ in _FORMATTER.parse(template) if name is not None]
         by_name = dict(zip(dict.fromkeys(name for name, _, _ in fields), given, strict=True))
-        self = super().__new__(cls, template.format_map(by_name))
-        self.values = {name: _text(by_name[name], form, as_) for name, form, as_ in fields}
-        self.template = plain(template)
-        self._given = (template, *given)
+        values = {name: _text(by_name[name], form, as_) for name, form, as_ in fields}
+        self = super().__new__(cls, plain(template).format_map(values))
+        self.template, self.values = plain(template), values
         return self
 
     def __str__(self) -> str:
@@ -38,7 +36,7 @@ class Sentence(str):
 
     def __getnewargs__(self) -> tuple[Any, ...]:
         """Copy and pickle by template and values."""
-        return self._given
+        return (self.template, *self.values.values())
 
 
 def plain(template: str) -> str:
@@ -48,14 +46,13 @@ def plain(template: str) -> str:
 
 
 def _text(value: Any, form: str | None, as_: Any) -> str:
-    if isinstance(value, Sentence) and not form and as_ is None:
-        return value
-    return format(_FORMATTER.convert_field(value, as_), form or "")
+    """Return a value as text; a sentence, or an error that holds one, stays a sentence."""
+    return format(_FORMATTER.convert_field(value, as_), form or "") if form or as_ else str(value)
 
 
 def with_sentences(answer: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return an answer in JSON that also has template and values of each sentence in it, by their English text."""
-    found = {str.__str__(each): [each.template, each.values] for each in sentences_in(answer)}
+    found = {each: [each.template, each.values] for each in sentences_in(answer)}
     return {**answer, "sentences": found} if found else answer
 
 

@@ -36,7 +36,8 @@ def test_each_name_of_a_template_has_one_value(given):
 
 def test_copies_and_errors_keep_template_and_values():
     made = Sentence("no robot '{robot}'{meant}", "rover", did_you_mean("rover", ["scout", "rover2"]))
-    for other in (copy.deepcopy(made), pickle.loads(pickle.dumps(made)), str(UsageError(made)), str(ValueError(made))):
+    within = Sentence("--set {problem}", UsageError(made)).values["problem"]
+    for other in (copy.deepcopy(made), pickle.loads(pickle.dumps(made)), str(ValueError(made)), within):
         assert other == "no robot 'rover'; did you mean 'rover2'?"
         assert other.template == made.template
         assert other.values == made.values
@@ -63,6 +64,7 @@ def of_errors(tree):
             yield from (*node.args, *(keyword.value for keyword in node.keywords))
 
 
+@pytest.mark.slow
 def test_what_the_server_and_a_world_are_refused_with_are_sentences_and_no_finished_text():
     parts = ("web", "world", "session")
     files = [path for part in parts for path in (ROOT / part).rglob("*.py")]
@@ -93,8 +95,10 @@ def test_each_template_of_the_source_names_as_many_values_as_it_is_given():
     for path, call in calls:
         template, *given = call.args
         if isinstance(template, ast.Constant):
-            names = {name for _, name, _, _ in string.Formatter().parse(template.value) if name is not None}
+            fields = {field[1:] for field in string.Formatter().parse(template.value) if field[1] is not None}
+            names = {name for name, _, _ in fields}
             assert all(name.isidentifier() for name in names), f"{path}:{call.lineno}"
+            assert len(fields) == len(names), f"{path}:{call.lineno}: a name with two formats"
             while any(packed := [isinstance(each, ast.Starred) and hasattr(each.value, "elts") for each in given]):
                 place = packed.index(True)
                 given[place : place + 1] = given[place].value.elts

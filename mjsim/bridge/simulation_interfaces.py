@@ -1,9 +1,7 @@
-"""The services of the ROS package `simulation_interfaces` 2.1: entities and time of a running world.
+"""The services of the ROS package `simulation_interfaces` 2.1: robots, obstacles, beacons and time of a running world.
 
 References:
     https://github.com/ros-simulation/simulation_interfaces, tag 2.1.0, for result codes and their meaning.
-
-The robots, obstacles and beacons of a running world, and where they are.
 """
 
 import math

@@ -1,7 +1,4 @@
-"""Episodes of a task: the loop of a run, with actions in place of the navigators.
-
-Random starts: places where a robot touches nothing and that it could reach from its start in the world.
-"""
+"""Episodes of a task: the loop of a run with actions in place of the navigators, from fixed or random starts."""
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence

@@ -1,8 +1,7 @@
 """The page of a workplace: posture, reach, sight and clearance in one HTML file that opens offline.
 
-Pictures from a person's eyes, and of the person from outside, as PNG.
-
-Plots of a study: posture from the side and from above, reach as surfaces, and the visual fields as angles.
+It has pictures from a person's eyes and from outside, and plots: the posture from the side and from above, reach as
+surfaces, and the visual fields as angles.
 """
 
 import json

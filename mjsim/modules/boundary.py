@@ -168,7 +168,7 @@ def error_text(error: BaseException, module: object = None, method: str = "") ->
     """Return 'raised ...' with the place in the user's own code, on one line."""
     if isinstance(module, Hosted) and isinstance(error, (Failed, Unfit)):
         return str(error) if isinstance(error, Failed) else f"{error}{_method_place(module, method)}"
-    return Sentence("raised {text}{value}", _text(error), _place(error, module) or _method_place(module, method))
+    return Sentence("raised {text}{place}", _text(error), _place(error, module) or _method_place(module, method))
 
 
 def is_of_users(error: BaseException) -> bool:

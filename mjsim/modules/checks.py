@@ -204,7 +204,7 @@ def _several(label: str, values: Any, count: int, right: str) -> Any:
     if not hasattr(type(values), "__len__") or isinstance(values, (str, bytes)):
         raise Unfit(Sentence("returned {label} that are {values}; {right}", label, kind_of(values), right))
     if len(values) != count:
-        raise Unfit(Sentence("returned {values} {label}; {right}", len(values), label, right))
+        raise Unfit(Sentence("returned {count} {label}; {right}", len(values), label, right))
     return values
 
 
@@ -290,10 +290,10 @@ def _is_plain_gaussian(mean: Any, P: Any) -> bool:
 def _checked_landmarks(landmarks: Mapping[Hashable, tuple[Array, Array]]) -> dict[Hashable, tuple[Array, Array]]:
     fit = {}
     for name, pair in landmarks.items():
-        mean, P = _parts(Sentence("landmark {short}", _short(name)), pair, ("mean", "covariance"))
+        mean, P = _parts(Sentence("landmark {name}", _short(name)), pair, ("mean", "covariance"))
         fit[name] = (
-            real_array(Sentence("the mean of landmark {short}", _short(name)), mean, (2,)),
-            covariance(Sentence("the covariance of landmark {short}", _short(name)), P, 2),
+            real_array(Sentence("the mean of landmark {name}", _short(name)), mean, (2,)),
+            covariance(Sentence("the covariance of landmark {name}", _short(name)), P, 2),
         )
     return fit
 
@@ -316,7 +316,7 @@ def _checked_innovations(innovations: object) -> tuple[tuple[Hashable, Array, Ar
                 )
             )
         hash(name)
-        about = Sentence("the innovation of {short}", _short(name))
+        about = Sentence("the innovation of {name}", _short(name))
         fit.append((name, real_array(about, nu, (2,)), covariance(Sentence("the covariance of {about}", about), S, 2)))
     return tuple(fit)
 
@@ -330,10 +330,10 @@ def _checked_joint(joint: Any, size: int, *, whole: bool) -> Array:
 def _parts(label: str, item: object, names: Sequence[str]) -> Sequence[Any]:
     """Check that a value is a tuple of the right length; return its parts."""
     if not isinstance(item, (tuple, list)) or len(item) != len(names):
-        count = Sentence(" of {item}", len(item)) if isinstance(item, (tuple, list)) else ""
+        count = Sentence(" of {count}", len(item)) if isinstance(item, (tuple, list)) else ""
         raise Unfit(
             Sentence(
-                "returned {label} that is {item}{count}; it must be ({names})",
+                "returned {label} that is {kind}{count}; it must be ({names})",
                 *(label, kind_of(item), count, ", ".join(names)),
             )
         )
@@ -361,7 +361,9 @@ def _number(label: str, value: Any) -> float:
     if array.dtype.kind == "c":
         raise Unfit(Sentence("returned {label} that is complex; it must be real", label))
     if array.dtype.kind not in "biuf":
-        raise Unfit(Sentence("returned {label} that holds something other than numbers: {short}", label, _short(value)))
+        raise Unfit(
+            Sentence("returned {label} that holds something other than numbers: {sample}", label, _short(value))
+        )
     return float(array)
 
 

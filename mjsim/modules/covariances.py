@@ -48,7 +48,7 @@ def real_array(label: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
         raise Unfit(Sentence("returned {label} of shape {shape}; it must be {right}", label, given.shape, shape))
     array = _as_doubles(label, given)
     if not np.isfinite(array).all():
-        raise Unfit(Sentence("returned {label} that is not finite: {first_bad}", label, _first_bad(array)))
+        raise Unfit(Sentence("returned {label} that is not finite: {entry}", label, _first_bad(array)))
     return array
 
 

@@ -1,6 +1,7 @@
-"""Restores the process after modules have run in it; for commands, which own their process.
+"""Guards the process of a command in which modules run.
 
-Threads that modules start: their exceptions end the run, like those of the modules themselves.
+An exception in a thread that a module starts ends the run, like one of the module itself; afterwards the process is
+restored.
 """
 
 import _thread

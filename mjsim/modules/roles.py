@@ -39,12 +39,12 @@ def unfit_instance(role: str, module: object) -> str | None:
 
 def unmade(role: str, kind: str) -> str:
     """Return the message for an object that is no class."""
-    return Sentence("is {kind}; {a} is a class with {listed}", kind, _a(role), _listed(role))
+    return Sentence("is {kind}; {role} is a class with {methods}", kind, a_role(role), _listed(role))
 
 
 def lacking(role: str, missing: Sequence[str]) -> str:
     """Return the message for missing methods."""
-    return Sentence("has no {methods}; {a} needs {listed}", _methods(missing), _a(role), _listed(role))
+    return Sentence("has no {missing}; {role} needs {methods}", _methods(missing), a_role(role), _listed(role))
 
 
 def awaited(method: str) -> str:
@@ -61,11 +61,12 @@ def _amiss(role: str, found: Mapping[str, object]) -> str | None:
         if inspect.iscoroutinefunction(function) or inspect.isasyncgenfunction(function):
             return awaited(name)
         if not callable(function) and not hasattr(type(function), "__get__"):
-            return Sentence("has {name} = {short}; it must be a method", name, _short(function))
+            return Sentence("has {name} = {value}; it must be a method", name, _short(function))
     return None
 
 
-def _a(role: str) -> str:
+def a_role(role: str) -> str:
+    """Return the name of a role with its article."""
     return Sentence("an {role}", role) if role[0] in "aeiou" else Sentence("a {role}", role)
 
 
@@ -75,7 +76,9 @@ def _listed(role: str) -> str:
 
 
 def _methods(names: Sequence[str]) -> str:
-    return Sentence("method{value} {names}", "s" if len(names) > 1 else "", " and ".join(f"{name}()" for name in names))
+    if len(names) == 1:
+        return Sentence("method {name}()", names[0])
+    return Sentence("methods {names}", " and ".join(f"{name}()" for name in names))
 
 
 def _short(value: object) -> str:

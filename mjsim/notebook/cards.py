@@ -1,7 +1,4 @@
-"""What notebooks show of a value: a small plan and a few numbers, as HTML of a few kilobytes beside the picture.
-
-A small plan as SVG, for notebooks: of a world, with the paths of a run.
-"""
+"""What notebooks show of a value: a few numbers as HTML of a few kilobytes, beside a small plan as SVG."""
 
 import re
 from collections.abc import Iterable, Iterator, Sequence

@@ -1,7 +1,4 @@
-"""A figure: segments of a body with given measures, connected by joints.
-
-Masses, centres of mass and inertias of the segments of a body, from de Leva's tables.
-"""
+"""A figure: segments of a body with given measures, connected by joints; their inertias are from de Leva's tables."""
 
 import math
 from collections.abc import Mapping

@@ -1,7 +1,4 @@
-"""Reads a recording's file into arrays.
-
-Checks the metadata of a recording.
-"""
+"""Reads a recording's file into arrays, after checking its metadata."""
 
 import math
 from array import array

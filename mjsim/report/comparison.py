@@ -153,7 +153,7 @@ class Comparison(Viewed):
         """Return its groups, and how many differences are significant."""
         labels = ", ".join(group.label for group in self.groups)
         return Sentence(
-            "<Comparison of {one_line}: {verdicts} significant differences>", one_line(labels), len(self.verdicts)
+            "<Comparison of {labels}: {count} significant differences>", one_line(labels), len(self.verdicts)
         )
 
     @property
@@ -354,10 +354,10 @@ def _remarks(
             )
         elif 1 < both < fewest_pairs(confidence):
             yield Sentence(
-                "{first} and {second} have {both} seeds in common; {fewest_pairs} or more are needed",
+                "{first} and {second} have {count} seeds in common; {needed} or more are needed",
                 *(a.label, b.label, both, fewest_pairs(confidence)),
             )
         elif seeds_a != seeds_b:
             yield Sentence(
-                "{first} and {second} have {both} seeds in common; the others are not compared", a.label, b.label, both
+                "{first} and {second} have {count} seeds in common; the others are not compared", a.label, b.label, both
             )

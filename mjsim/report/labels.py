@@ -145,7 +145,7 @@ def _label_parts(own: Mapping[str, str], keys: Sequence[str], settings: Sequence
 def _class_name(use: str | None, key: str, uses: Sequence[str]) -> str:
     """Return a class without its module, if that is unique."""
     if use is None:
-        return "odometry" if key.endswith(".estimator.use") else Sentence("no {split}", key.split(".")[-2])
+        return "odometry" if key.endswith(".estimator.use") else Sentence("no {key}", key.split(".")[-2])
     return use if len({_class(each) for each in uses}) < len(set(uses)) else _class(use)
 
 

@@ -1,9 +1,4 @@
-"""Computes the statistics of a recording for `statistics.json`; docs/statistics.md describes each.
-
-Localisation error over time: the transient, and the recovery after a robot was lifted (kidnapped).
-
-Area of the floor that the footprint of a robot has swept.
-"""
+"""Computes the statistics of a recording for `statistics.json`; docs/statistics.md describes each."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,4 @@
-"""The control loop as a generator of ticks; `run` records them.
-
-Detection of falls.
-"""
+"""The control loop as a generator of ticks, with the events of robots that fall; `run` records them."""
 
 import json
 import math

@@ -130,7 +130,7 @@ def require_takes_goals(drivers: Mapping[str, Driver], robot: str) -> None:
     if isinstance(navigator, Hosted) or not Boundary(robot).offers("navigator", navigator, "take_goal"):
         raise UsageError(
             Sentence(
-                "{name_of}, the navigator of robot '{robot}', takes no goals; choose one with take_goal(),"
+                "{navigator}, the navigator of robot '{robot}', takes no goals; choose one with take_goal(),"
                 " such as GoToGoal",
                 name_of(navigator),
                 robot,

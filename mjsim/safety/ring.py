@@ -1,7 +1,4 @@
-"""The built-in obstacle avoidance, based on the ring of proximity rays.
-
-Recent places of a robot, so that it can prefer new directions.
-"""
+"""The built-in obstacle avoidance, based on the ring of proximity rays; it prefers directions that are new."""
 
 import math
 from dataclasses import replace

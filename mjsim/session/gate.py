@@ -1,7 +1,4 @@
-"""Synchronises the thread of a run between two ticks: waits for the clock, pauses and requests.
-
-Pacing: when the next tick is due in real time.
-"""
+"""Synchronises the thread of a run between two ticks: its pace in real time, pauses and requests."""
 
 import threading
 import time

@@ -54,7 +54,7 @@ def joints_keys(world: World, robot: str, arm: str, positions: Sequence[float] |
         return {"release": robot, "arm": arm}
     links = item.arm.links
     if len(positions) != len(links) or not all(map(math.isfinite, positions)):
-        raise UsageError(Sentence("arm '{arm}' has {links} joints; give as many finite numbers", arm, len(links)))
+        raise UsageError(Sentence("arm '{arm}' has {count} joints; give as many finite numbers", arm, len(links)))
     values = [value if link.slide else math.degrees(value) for link, value in zip(links, positions, strict=True)]
     return {"reach": robot, "arm": arm, "joints_deg": values}
 

@@ -1,7 +1,4 @@
-"""A robot in a simulation: its drive, wheels and sensors.
-
-Contacts of a robot, from MuJoCo's contact list.
-"""
+"""A robot in a simulation: its drive, wheels, sensors and contacts."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence

@@ -1,9 +1,4 @@
-"""Furnishes a world in its style.
-
-Frames of doorways and windows, and what is seen through a window.
-
-Things on a side of a room: each where nothing else is.
-"""
+"""Furnishes a world in its style: frames of doorways and windows, what is seen through them, and things along walls."""
 
 import math
 from collections import Counter, defaultdict

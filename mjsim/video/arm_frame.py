@@ -1,7 +1,4 @@
-"""The composed picture of arms that stand: an oblique view, and their joints and tools over time beside it.
-
-A chart of values over a whole run that are known beforehand; each frame shows them up to its time.
-"""
+"""The composed picture of arms that stand: an oblique view, and charts of their joints and tools beside it."""
 
 from collections.abc import Iterator, Sequence
 

@@ -1,7 +1,4 @@
-"""The composed picture of a run: the plan, a close-up, the onboard camera, and the error so far.
-
-The paths of one robot in a film, drawn incrementally.
-"""
+"""The composed picture of a run: the plan with paths, a close-up, the onboard camera, and the error so far."""
 
 from collections.abc import Sequence
 

@@ -1,7 +1,4 @@
-"""The plan of a world as a sheet of paper, as drawn by `mjsim show`, for printing at a round scale.
-
-The legend of a plan: a symbol for each kind of item on it, and its meaning.
-"""
+"""The plan of a world with its legend as a sheet of paper, as drawn by `mjsim show`, for printing at a round scale."""
 
 import math
 from collections.abc import Iterator

@@ -1,7 +1,4 @@
-"""The display list of a run at an instant: what stands, what moves, and what one robot believes.
-
-What modules show, such as a planned path or a grid, on the plan of a film.
-"""
+"""The display list of a run at an instant: what stands, what moves, what one robot believes, and what modules show."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace

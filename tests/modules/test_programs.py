@@ -195,7 +195,11 @@ def test_a_second_answer_that_comes_late_is_told(tmp_path, capfd):
     [
         ("mine", "#!/no/such/python", "names the interpreter '/no/such/python' in its first line, which is not there"),
         ("mine", "#!", "names the interpreter '' in its first line, which is not there; correct the line"),
-        ("mine", "#!/bin/sh\r", "has the line ends of Windows, with which its first line starts no interpreter; save"),
+        (
+            "mine",
+            "#!/bin/sh\r",
+            "has Windows line endings, so its first line starts no interpreter; save it with those of Linux",
+        ),
         ("mine", "#!/usr/bin/env -S nosuchtongue -u", "needs the interpreter 'nosuchtongue', which is not installed"),
         ("mine.py", "import sys", "does not name its interpreter; begin it with '#!/usr/bin/env python3', or write"),
         ("mine.sh", "read line", ""),

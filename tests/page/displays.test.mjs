@@ -47,11 +47,24 @@ test("readings stay for the decay of their display, without one only the newest"
   assert.deepEqual(xs("scans"), [4.5]);
 });
 
+test("only what stays is kept beside the newest: long decays of few sightings do not keep scans", () => {
+  const past = new Past();
+  chooseDecay("sightings", 600);
+  const scan = Array(3 * 20_000).fill(0);
+  for (let k = 0; k < 500; k += 1) past.add(k, { r: { ...tick(k), scans: { scan } } });
+  assert.equal(past.of("sightings", "r").length, 500);
+  assert.deepEqual(past.of("scans", "r").map((each) => each.truth[0]), [499]);
+  const [newest, ...before] = past.of("sightings", "r");
+  assert.equal(newest.scans.scan.length, scan.length);
+  assert.ok(before.every((each) => Object.keys(each.scans).length === 0));
+  chooseDecay("sightings", null);
+});
+
 test("many points are kept for a time only up to a bound", () => {
   const past = new Past();
   chooseDecay("scans", 100);
   const scan = Array(3 * 20_000).fill(0);
   for (let k = 0; k < 50; k += 1) past.add(k, { r: { ...tick(0), scans: { scan } } });
-  assert.equal(past.of("scans", "r").length, 3); // the third makes more than 50,000
+  assert.equal(past.of("scans", "r").length, 3); // with the newest; one more would make more than 50,000
   chooseDecay("scans", null);
 });

@@ -28,11 +28,25 @@ test("a sentence is looked up by its template, and so are the sentences in it", 
   assert.equal(spoken("something new", known, lookup), "something new");
 });
 
-test("sentences that came long ago are forgotten, an answer without any is none", () => {
+test("what a value holds is taken for no template, name, brace or pattern", () => {
+  const hostile = ["{robot}", "{{x}}", "}}{{", "$&", "$1", "%s", "<b>x</b>", "a\nb", "\u202eb", "__proto__", "constructor"];
+  for (const robot of [...hostile, "x".repeat(10_000)]) {
+    const known = new Map();
+    const english = `no robot '${robot}'`;
+    learn(known, JSON.parse(JSON.stringify({ sentences: { [english]: ["no robot '{robot}'{meant}", { robot, meant: "" }] } })));
+    assert.equal(spoken(english, known, lookup), `kein Roboter „${robot}“`);
+  }
+});
+
+test("sentences that came longest ago are forgotten, an answer without any is none", () => {
   const known = new Map();
-  for (let k = 0; k < 6000; k += 1) learn(known, { sentences: { [`a ${k}`]: ["a {k}", { k: String(k) }] } });
+  const answer = (k) => ({ sentences: { [`a ${k}`]: ["a {k}", { k: String(k) }] } });
+  for (let k = 0; k < 6000; k += 1) {
+    learn(known, answer(0));
+    learn(known, answer(k));
+  }
   assert.equal(known.size, 5000);
-  assert.ok(known.has("a 5999"));
+  assert.ok(known.has("a 0") && known.has("a 5999") && !known.has("a 1"));
   for (const answer of [null, undefined, "text", [1], {}]) learn(known, answer);
   assert.equal(known.size, 5000);
 });

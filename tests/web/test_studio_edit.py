@@ -96,6 +96,25 @@ def item(parsed, *path):
     return next(item for item in parsed["items"] if item["path"] == list(path))
 
 
+HOSTILE = ("{x}", "{{name}}", "%s", "<img src=x onerror=alert(1)>", "line\nbreak", "\u202eright to left", "x" * 10_000)
+
+
+@pytest.mark.parametrize("value", HOSTILE, ids=lambda value: ascii(value)[:20])
+def test_what_a_hostile_world_holds_is_in_values_and_never_in_a_template(client, value):
+    def sentences(value):
+        robot = f"{{name: r, preset: {json.dumps(value)}, at: [1, 1]}}"
+        wall = f"{{points: [[0, 0], [1, 1]], height: {json.dumps(value)}}}"
+        parsed = parse(client, f"mjsim: 1\nwalls: [{wall}]\nrobots: [{robot}]\n")
+        messages = [problem["message"] for problem in parsed["problems"]]
+        assert len(messages) == 2
+        assert all(message.isprintable() and len(message) < 410 for message in messages)
+        return parsed["sentences"]
+
+    found = sentences(value)
+    assert all(template.format_map(values) == english for english, (template, values) in found.items())
+    assert {template for template, _ in found.values()} <= {template for template, _ in sentences("odd").values()}
+
+
 def test_the_folder_tells_what_there_is(client, folder):
     found = client.get("/api/folder").json()
     assert found["folder"] == str(folder)

@@ -1,8 +1,7 @@
 """Robots as MuJoCo bodies: collision shape, wheels and motors, sensors.
 
 The robot's frame has x ahead and y to the left, its origin on the floor at its drive's center of rotation.
-
-Robots from MJCF files, for user-defined drives.
+A robot with a user-defined drive comes from an MJCF file.
 """
 
 import math

@@ -4,9 +4,7 @@ A picture costs about 20 microseconds for each geom in view, and a table has nin
 merged by room and look, those of a moving body by look. (One texture with a block of texels for each colour would make
 one mesh of all colours, but textured pixels cost more than it saves.) The merged geoms remain in the scene for lidars,
 contacts, instances and names, in groups that cameras do not draw; their user number is that of their mesh, whose own
-is the negative of it.
-
-What furniture of one colour is made of in a style: wood, fabric or metal, in that colour.
+is the negative of it. In a world with a style, furniture of one colour is of wood, fabric or metal in that colour.
 """
 
 import colorsys

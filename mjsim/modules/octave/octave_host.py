@@ -16,6 +16,7 @@ from mjsim.modules.foreign import (
 from mjsim.modules.hosts import Defect, Host, Key, Offer, Provenance, beside, folder_of
 from mjsim.modules.octave.installed import find_octave
 from mjsim.modules.octave.m_files import MAX_BYTES, FunctionFile, fields_read, is_name, read_function
+from mjsim.modules.roles import a_role
 from mjsim.sentences import Sentence
 from mjsim.world import Source, Use, holds_file
 
@@ -141,7 +142,7 @@ def _misfit(found: FunctionFile, role: str) -> str | None:
     """Return why a function cannot fill a role; more arguments than needed are allowed."""
     first, inputs = HEADS[role]
     head = Sentence(
-        "{a} is: function [{first}, state] = {name}({inputs})", _a(role), first, found.name, ", ".join(inputs)
+        "{role} is: function [{first}, state] = {name}({inputs})", a_role(role), first, found.name, ", ".join(inputs)
     )
     if len(found.inputs) < len(inputs) and "varargin" not in found.inputs:
         return Sentence(
@@ -152,10 +153,6 @@ def _misfit(found: FunctionFile, role: str) -> str | None:
             "{place}: {name} returns {counted}; {head}", found.place, found.name, _counted(found.outputs, "value"), head
         )
     return None
-
-
-def _a(role: str) -> str:
-    return Sentence("an {role}", role) if role[0] in "aeiou" else Sentence("a {role}", role)
 
 
 def _counted(names: Sequence[str], noun: str) -> str:

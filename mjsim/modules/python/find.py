@@ -37,7 +37,7 @@ def class_defects(use: Use, role: str, source: Source) -> Iterator[Defect]:
         classes = [word for word in outline.classes() or outline.names if not word.startswith("_")]
         yield Defect(Sentence("no class '{name}' in {place}{meant}", name, place, did_you_mean(name, classes)))
     elif isinstance(item, (ast.FunctionDef, ast.AsyncFunctionDef)):
-        yield Defect(Sentence("{name} in {place} {unmade}", name, place, unmade(role, "a function")), missing=False)
+        yield Defect(Sentence("{name} in {place} {problem}", name, place, unmade(role, "a function")), missing=False)
     elif isinstance(item, ast.ClassDef):
         methods = methods_of(item, outline.classes())
         yield from _wrong_keys(item, methods, use)
@@ -130,7 +130,7 @@ def _wrong_keys(item: ast.ClassDef, methods: Methods, use: Use) -> Iterator[Defe
         listed = " and ".join(f"'{key}'" for key in missing)
         yield Defect(
             Sentence(
-                "{name} needs {listed}; write {value} beside use",
+                "{name} needs {listed}; write {them} beside use",
                 *(item.name, listed, "it" if len(missing) == 1 else "them"),
             )
         )

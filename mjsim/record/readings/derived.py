@@ -1,6 +1,4 @@
-"""Derives the codec of a kind of reading from its declared forms: JSON, a table for each sensor, and arrays.
-
-JSON of readings and its schemas, derived from the forms that `mjsim.interface` declares beside the fields.
+"""Derives the codec of a kind of reading from the forms beside its fields: JSON, its schema, tables and arrays.
 
 Encoders copy every number out of the arrays, so that a module that changes its arrays later does not change the
 recording.

@@ -1,7 +1,4 @@
-"""The way from the light of a scene to the picture that a camera gives.
-
-Exposure, gain and white balance of a camera, fixed or automatic.
-"""
+"""The way from the light of a scene to the picture of a camera, with exposure, gain and white balance."""
 
 import math
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
 """Joints of a mechanism that are led: by their motion, through loops by the motion of another, or by a hand.
 
-Motions that loops of a mechanism do not permit, and where they stop.
+A motion that the loops do not permit stops where they do.
 """
 
 import math

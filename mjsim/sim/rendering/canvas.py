@@ -1,6 +1,6 @@
 """A model on the graphics processor: its meshes and textures, and the buffer for images.
 
-Checks that MuJoCo draws the way on which baked light relies, which a new version may change.
+Whether MuJoCo draws as baked light needs it is checked, as a new version may change that.
 """
 
 import functools

@@ -1,10 +1,9 @@
 """Visibility: geoms outside the view of a camera, or behind walls, are not rendered.
 
-Occlusion by walls: in a world of many rooms a camera sees few of them.
-
-From below the top of a wall that stands on the floor, nothing behind it is visible unless it is higher. A plan is
-therefore sufficient: one depth per column of the picture, that of the nearest wall; whatever is farther in all its
-columns is hidden. A level camera sees along each column in one direction of the plan, so no pixel changes.
+In a world of many rooms a camera sees few of them. From below the top of a wall that stands on the floor, nothing
+behind it is visible unless it is higher. A plan is therefore sufficient: one depth per column of the picture, that of
+the nearest wall; whatever is farther in all its columns is hidden. A level camera sees along each column in one
+direction of the plan, so no pixel changes.
 
 References:
     Teller, Sequin, Visibility preprocessing for interactive walkthroughs, SIGGRAPH 1991: walls of buildings as

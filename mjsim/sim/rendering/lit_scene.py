@@ -3,9 +3,8 @@
 MuJoCo draws a mesh by calling the display list `baseMesh + dataid`. Geoms with a light map are therefore handed to it
 as meshes with the number of a list of ours; its own lists, and all it draws by them, stay as they are.
 
-Light on what moves: that of the probes where it is.
-
-The light map that is drawn: maps of groups of lights, each times a weight, added up and encoded in 8 bits.
+What moves has the light of the probes where it is. The light map that is drawn is the sum of the maps of groups of
+lights, each times a weight, encoded in 8 bits.
 """
 
 import mujoco

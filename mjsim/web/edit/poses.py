@@ -66,7 +66,7 @@ def pose_json(world: World, ask: PoseAsk) -> Json:
     things: Sequence[Mechanism | Person] = getattr(world, kind)
     if not 0 <= index < len(things):
         raise RefusedError(
-            404, Sentence("no {kind}[{index}] in this text; there are {things}", kind, index, len(things))
+            404, Sentence("no {kind}[{index}] in this text; there are {count}", kind, index, len(things))
         )
     try:
         found = _posed(things[index], ask)

@@ -47,7 +47,7 @@ def compared(folder: Folder, names: Sequence[str]) -> Comparison:
     """
     if not 1 <= len(names) <= MAX_RECORDINGS:
         raise RefusedError(
-            400, Sentence("{names} recordings are chosen; choose 1 to {max_recordings}", len(names), MAX_RECORDINGS)
+            400, Sentence("{count} recordings are chosen; choose 1 to {max_recordings}", len(names), MAX_RECORDINGS)
         )
     paths = [folder.path(name) for name in dict.fromkeys(names)]
     for name, path in zip(dict.fromkeys(names), paths, strict=True):

@@ -182,7 +182,7 @@ class ReviewApi:
                         raise RefusedError(
                             413,
                             Sentence(
-                                "this is larger than {max_upload_bytes:.0f} GB; copy it into the folder",
+                                "this is larger than {limit:.0f} GB; copy it into the folder",
                                 MAX_UPLOAD_BYTES / 1e9,
                             ),
                         )

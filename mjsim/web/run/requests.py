@@ -150,7 +150,7 @@ def with_drivers(world: World, chosen: Drivers) -> World:
     for name, modules in chosen.items():
         if name not in names:
             raise UsageError(
-                Sentence("no robot '{name}' to drive in this world{meant}", name, did_you_mean(name, names))
+                Sentence("no robot '{robot}' to drive in this world{meant}", name, did_you_mean(name, names))
             )
         drivers[name] = {**drivers.get(name, {}), **modules}
     return with_values(world, {"run.drivers": drivers})

@@ -232,5 +232,5 @@ def _reserved(folder: Folder, name: str) -> NewFile:
 def _one_line(error: MjsimError) -> str:
     if isinstance(error, WorldError):
         first, *rest = error.problems
-        return Sentence("{first} (and {more} more)", str(first), len(rest)) if rest else str(first)
+        return Sentence("{first} (and {more} more)", first, len(rest)) if rest else str(first)
     return str(error) or type(error).__name__

@@ -119,7 +119,7 @@ class Drafts:
         """
         data = text.encode("utf-8", "surrogatepass")
         if len(data) > MAX_BYTES:
-            raise RefusedError(413, Sentence("unsaved changes cannot be kept: {too_large}", too_large(len(data))))
+            raise RefusedError(413, Sentence("unsaved changes cannot be kept: {reason}", too_large(len(data))))
         steps = json.dumps(past).encode()
         file = path if path.startswith(SHIPPED) else str(self._folder.path(path))
         root = str(self._folder.root)

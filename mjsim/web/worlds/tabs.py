@@ -48,7 +48,7 @@ class PastAsk(Ask):
     @model_validator(mode="after")
     def _within(self) -> "PastAsk":
         if self.at > len(self.steps):
-            raise ValueError(Sentence("{at} steps lead to the text, but there are {steps}", self.at, len(self.steps)))
+            raise ValueError(Sentence("{at} steps lead to the text, but there are {count}", self.at, len(self.steps)))
         if sum(len(step.old) + len(step.fresh) for step in self.steps) > MAX_LETTERS:
             raise ValueError(Sentence("the steps have more than {max_letters} letters", MAX_LETTERS))
         return self

@@ -83,7 +83,7 @@ def read_world(folder: Folder, path: str) -> tuple[str, str | None]:
         return (worlds_folder() / f"{name}.yaml").read_text(encoding="utf-8"), None
     place = _world_path(folder, path)
     if not place.is_file():
-        raise RefusedError(404, Sentence("no file '{path:.80}'; it may have been moved or removed", path))
+        raise RefusedError(404, Sentence("no file '{name:.80}'; it may have been moved or removed", path))
     return read_file(place), stamp_of(place)
 
 

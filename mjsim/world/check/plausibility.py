@@ -1,7 +1,4 @@
-"""Checks for implausible values: robots in walls, hidden beacons, openings that do not fit, tags without an anchor.
-
-Lamps whose baked light reaches nothing: above the ceiling, or inside a wall or an object.
-"""
+"""Checks for implausible values: robots in walls, hidden beacons, misfitting openings, lamps that light nothing."""
 
 import itertools
 import math

@@ -204,15 +204,14 @@ class _Editor:
     def _take_out(self, path: Path, op: str) -> None:
         place = self.draft.place(path)
         if isinstance(path[-1], int) != (op == "remove"):
-            right = "an item; remove it" if isinstance(path[-1], int) else "a key; unset it"
-            raise UnwritableError(path, Sentence("is {right}", right))
+            raise UnwritableError(path, "is an item; remove it" if isinstance(path[-1], int) else "is a key; unset it")
         while op == "unset" and not place.rest and _is_default_when_empty(place.path[:-1]):
             outer = self.draft.place(place.path[:-1])
             if outer.count > 1:
                 break
             place = outer
         if place.elsewhere is not None:
-            raise UnwritableError(path, Sentence("is written in {elsewhere}; change it there", place.elsewhere))
+            raise UnwritableError(path, Sentence("is written in {file}; change it there", place.elsewhere))
         if not place.rest:
             self.draft.take_out(place)
 

@@ -168,7 +168,7 @@ class EditedText:
             here = (
                 absent
                 if place.elsewhere is None
-                else Sentence("is written in {elsewhere}; change it there", place.elsewhere)
+                else Sentence("is written in {file}; change it there", place.elsewhere)
             )
             raise UnwritableError(place.path, here)
         first, *deeper = map(str, place.rest)
@@ -184,7 +184,7 @@ class EditedText:
         if span.kind != "map":
             raise UnwritableError(
                 place.path,
-                Sentence("cannot be set; {shown_path} has no keys", shown_path(place.path[: len(place.own)])),
+                Sentence("cannot be set; {path} has no keys", shown_path(place.path[: len(place.own)])),
             )
         names = [str(entry.name) for entry in span.entries]
         ranks = key_ranks([*names, first], place.path[: len(place.own)])
@@ -276,14 +276,12 @@ class EditedText:
             # Nested aliases may expand to more than fits in memory.
             raw, problems = read_text(self._text, file=self.source.file)
             if raw is None or problems:
-                raise UnwritableError(
-                    (), Sentence("the text cannot be read, correct it first: {problems}", problems[0])
-                )
+                raise UnwritableError((), Sentence("the text cannot be read, correct it first: {problem}", problems[0]))
         try:
             self._root = read_spans(self._text)
         except UnknownTextError as unknown:
             raise UnwritableError(
-                (), Sentence("the text is not changed from here: {unknown}; correct it first", unknown)
+                (), Sentence("the text is not changed from here: {reason}; correct it first", unknown)
             ) from None
         if self._root.kind != "map":
             raise UnwritableError((), "the text is not a world; a world begins with 'mjsim: 1'")

@@ -43,7 +43,7 @@ def world_path(place: str | Path) -> Path:
         raise UsageError(Sentence("no shipped world '{word}'; to name the file here, type '{word}.yaml'", word))
     if Path(word).is_dir():
         raise UsageError(
-            Sentence("no shipped world '{word}'; for a world in the folder, type '{word:.60}/WORLD.yaml'", word)
+            Sentence("no shipped world '{word:.60}'; for a world in the folder, type '{word:.60}/WORLD.yaml'", word)
         )
     raise UsageError(Sentence("no shipped world '{word:.60}'{meant}", word, did_you_mean(word, shipped)))
 

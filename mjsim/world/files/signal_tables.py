@@ -31,7 +31,7 @@ def read_columns(data: bytes, name: str, columns: Sequence[str | int]) -> Array:
     if len(data) > MAX_BYTES:
         raise ValueError(
             Sentence(
-                "'{name}' has {data:.0f} MB; a table has at most {max_bytes} MB",
+                "'{name}' has {size:.0f} MB; a table has at most {max_bytes} MB",
                 *(name, len(data) / 1e6, MAX_BYTES // 1_000_000),
             )
         )
@@ -89,8 +89,8 @@ def _is_number(cell: str) -> bool:
 def _number(cells: Sequence[str], place: int, line: str) -> float:
     if place >= len(cells):
         raise ValueError(
-            Sentence("{line}: the line has {cells} columns; it must have {place} or more", line, len(cells), place + 1)
+            Sentence("{line}: the line has {count} columns; it must have {needed} or more", line, len(cells), place + 1)
         )
     if not _is_number(cells[place]) or not math.isfinite(value := float(cells[place])):
-        raise ValueError(Sentence("{line}: '{cells:.20}' is not a finite number", line, cells[place]))
+        raise ValueError(Sentence("{line}: '{cell:.20}' is not a finite number", line, cells[place]))
     return value

@@ -71,7 +71,7 @@ def read_regular(path: Path, *, limit: int) -> bytes:
         if not stat.S_ISREG(status.st_mode):
             raise OSError(errno.EINVAL, "it is a pipe or a device, not a file", str(path))
         if status.st_size > limit:
-            size = Sentence("it has {st_size:.0f} MB, more than {limit:.0f} MB", status.st_size / 1e6, limit / 1e6)
+            size = Sentence("it has {size:.0f} MB, more than {limit:.0f} MB", status.st_size / 1e6, limit / 1e6)
             raise OSError(errno.EFBIG, size, str(path))
         return file.read(limit)
 

@@ -93,7 +93,7 @@ def check_picture(name: str, source: Source) -> None:
         picture_size(data)
         require_picture(data, name)
     except ValueError as error:
-        raise ValueError(Sentence("'{name}' {problem}", name, str(error))) from None
+        raise ValueError(Sentence("'{name}' {problem}", name, error)) from None
 
 
 def _beside(name: str, source: Source) -> Path | None:
@@ -153,7 +153,7 @@ def _suggestion(name: str, source: Source) -> str:
         if shipped.is_dir():
             known += [str(folder / item.name) for item in shipped.iterdir() if item.is_file()]
     matches = difflib.get_close_matches(name, filter(str.isprintable, known), n=1) or _namesakes(name)
-    return Sentence("; did you mean '{matches}'?", matches[0]) if matches else ""
+    return Sentence("; did you mean '{word}'?", matches[0]) if matches else ""
 
 
 def _namesakes(name: str) -> list[str]:

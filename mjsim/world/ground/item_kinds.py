@@ -81,7 +81,7 @@ class Shaped:
             {f"<{shape}>": choice for shape, choice in zip(self.shapes, choices, strict=True)},
             self._tag,
             custom_error_type="shape",
-            custom_error_message=Sentence("it must be {either}", _either(named)),
+            custom_error_message=Sentence("it must be {right}", _either(named)),
         )
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:

@@ -77,15 +77,15 @@ def sentence(error: ErrorDetails, path: Path, model: type[BaseModel]) -> str:
     kind, context, value = error["type"], error.get("ctx", {}), error["input"]
     name = _name(path)
     if kind == "extra_forbidden":
-        return Sentence("unknown key '{path}'{meant}", path[-1], did_you_mean(str(path[-1]), keys_at(model, path[:-1])))
+        return Sentence("unknown key '{key}'{meant}", path[-1], did_you_mean(str(path[-1]), keys_at(model, path[:-1])))
     if kind == "missing":
-        return Sentence("key '{path}' is missing; add it{described}", path[-1], _described(model, path))
+        return Sentence("key '{key}' is missing; add it{described}", path[-1], _described(model, path))
     if kind == "mjsim" or "error" in context:
         return str(context.get("text", context.get("error")))
     if path and path[-1] == KEY:
         return Sentence("key {value} is not right; it must be {right}", shown(value), _PATTERNS[NAME_PATTERN])
     shape = _shape(model, path) if kind in ("too_short", "too_long", "tuple_type") else ""
-    right = Sentence("it must be {shape}", shape) if shape else _right(kind, context, value, error["msg"])
+    right = Sentence("it must be {right}", shape) if shape else _right(kind, context, value, error["msg"])
     return Sentence("{name} is {value}; {right}", name, shown(value, unit=_unit(model, path)), right)
 
 
@@ -126,7 +126,7 @@ def shown(value: Any, *, unit: str = "") -> str:
         return f"{value!r} {unit}".rstrip() if math.isfinite(value) else str(value)
     if isinstance(value, Mapping):
         return (
-            f"{{{', '.join(map(str, value))}}}" if len(value) < 4 else Sentence("a mapping of {value} keys", len(value))
+            f"{{{', '.join(map(str, value))}}}" if len(value) < 4 else Sentence("a mapping of {count} keys", len(value))
         )
     if isinstance(value, (list, tuple)):
         text = repr(list(value))

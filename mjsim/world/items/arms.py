@@ -1,7 +1,4 @@
-"""Arms as described in a world file: table of joints, mounting and tool.
-
-Arms read from files, as `mjsim.mechanics` represents them.
-"""
+"""Arms of a world file, from a table of joints or a file: mounting, tool, and their form in `mjsim.mechanics`."""
 
 import math
 from collections.abc import Mapping
@@ -114,7 +111,7 @@ class DhRow(Model):
         for name in ("range", "velocity"):
             if getattr(self, key := wrong.format(name)) is not None:
                 raise fault(
-                    Sentence("{key} is not for a joint that {moves}; give {name}", key, moves, right.format(name)), key
+                    Sentence("{key} is not for a joint that {moves}; give {other}", key, moves, right.format(name)), key
                 )
         try:
             Arm.from_dh([self.as_row()])
@@ -275,7 +272,7 @@ class RobotArm(Model):
         if self.start_deg and len(self.start_deg) != len(links):
             raise fault(
                 Sentence(
-                    "start_deg holds {start_deg} values; the arm has {links} joints", len(self.start_deg), len(links)
+                    "start_deg holds {given} values; the arm has {joints} joints", len(self.start_deg), len(links)
                 ),
                 "start_deg",
             )

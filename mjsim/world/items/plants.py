@@ -209,7 +209,7 @@ class Plant(Model):
         if len(given) != 1:
             raise fault(
                 Sentence(
-                    "a plant has one of 'of', 'tf', 'zpk' and 'ss'; this one has {value}", " and ".join(given) or "none"
+                    "a plant has one of 'of', 'tf', 'zpk' and 'ss'; this one has {given}", " and ".join(given) or "none"
                 )
             )
         if self.of is None:

@@ -189,10 +189,8 @@ def _model_misfit(body: ModelBody, drive: AnyDrive) -> str | None:
         ("steering", body.steering, list(drive.steering)),
     ):
         if sorted(given) != sorted(expected):
-            joints_listed = (
-                Sentence("{key} are {given}", key, ", ".join(given)) if given else Sentence("it has no {key}", key)
-            )
-            return Sentence("{joints_listed}; this drive has {value}", joints_listed, ", ".join(expected) or "none")
+            found = Sentence("{key} are {given}", key, ", ".join(given)) if given else Sentence("it has no {key}", key)
+            return Sentence("{found}; this drive has {expected}", found, ", ".join(expected) or "none")
     return None
 
 

@@ -109,7 +109,7 @@ class Wall(Model):
         for index, opening in enumerate(self.openings):
             if opening.segment >= len(self.segments()):
                 message = Sentence(
-                    "segment is {segment}; this wall has segments 0 to {segments}",
+                    "segment is {segment}; this wall has segments 0 to {last}",
                     opening.segment,
                     len(self.segments()) - 1,
                 )

@@ -1,7 +1,4 @@
-"""Inconsistencies of a world: duplicate names, missing objects and robots, invalid rates.
-
-Inconsistencies of the seats and targets of people.
-"""
+"""Inconsistencies of a world: duplicate names, missing objects, invalid rates, seats and targets of people."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
@@ -276,9 +273,9 @@ def sitting_misfits(keys: Mapping[str, Any]) -> Iterator[Misfit]:
 def _wrong_seat(seat: str, things: Mapping[str, Mapping[str, Any]], taken: Mapping[str, str]) -> Iterator[str]:
     seats = [name for name, item in things.items() if item.get("seat") is not None]
     if seat not in things:
-        yield Sentence("no thing '{seat}' in this world{meant}", seat, did_you_mean(seat, seats))
+        yield Sentence("no thing '{thing}' in this world{meant}", seat, did_you_mean(seat, seats))
     elif seat not in seats:
-        yield Sentence("'{seat}' is not a seat; give it seat: {{at: [x, y, z]}}", seat)
+        yield Sentence("'{name}' is not a seat; give it seat: {{at: [x, y, z]}}", seat)
     elif seat in taken:
         yield Sentence("'{taken}' sits on '{seat}' already; name another seat", taken[seat], seat)
 

@@ -70,7 +70,7 @@ class Expression:
         if len(text) > MAX_CHARACTERS:
             raise ValueError(
                 Sentence(
-                    "an expression of {text} characters; write at most {max_characters}", len(text), MAX_CHARACTERS
+                    "an expression of {count} characters; write at most {max_characters}", len(text), MAX_CHARACTERS
                 )
             )
         parser = _Parser(text)
@@ -212,7 +212,7 @@ class _Parser:
                 if fewest == max_arguments
                 else Sentence("{fewest} to {max_arguments}", fewest, max_arguments)
             )
-            raise ValueError(Sentence("{name}() got {inner} values; it takes {expected}", name, len(inner), expected))
+            raise ValueError(Sentence("{name}() got {count} values; it takes {expected}", name, len(inner), expected))
         return _application(name, function, inner)
 
 

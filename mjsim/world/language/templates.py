@@ -218,7 +218,7 @@ class Template:
         def make(names: Names) -> Node:
             steps = self._steps(spec, spec.value if count is None else count(names))
             if len(steps) > len(letters):
-                self._report(spec, Sentence("repeats are nested more than {indices} deep; nest fewer", len(INDICES)))
+                self._report(spec, Sentence("repeats are nested more than {max_depth} deep; nest fewer", len(INDICES)))
             if not letters or len(steps) != len(letters):
                 return Node([item.value], node.line, node.column, {0: item})
             copies, faults = math.prod(step.times for step in steps), len(self._budget.problems)
@@ -258,7 +258,7 @@ class Template:
             self._report(
                 node,
                 Sentence(
-                    "repeat is a list of {parts}; it must be one repeat or 2 to {max_repeats}", len(parts), MAX_REPEATS
+                    "repeat is a list of {count}; it must be one repeat or 2 to {max_repeats}", len(parts), MAX_REPEATS
                 ),
             )
             return []
@@ -333,7 +333,7 @@ def _pieces(text: str) -> list[str | Expression]:
     if len(text) > MAX_SOURCE:
         raise ValueError(
             Sentence(
-                "a text of {text} characters with expressions in it; write at most {max_source}", len(text), MAX_SOURCE
+                "a text of {count} characters with expressions in it; write at most {max_source}", len(text), MAX_SOURCE
             )
         )
     found: list[str | Expression] = []

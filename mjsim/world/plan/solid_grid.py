@@ -79,7 +79,7 @@ def grid_of(world: World, *, resolution: float = 0.05, height: float = SLICE, mo
     columns, rows = (last - first).astype(int).tolist()
     if rows * columns > MAX_PIXELS:
         raise UsageError(
-            Sentence("the map would have {rows:.0f} million cells; make the resolution coarser", rows * columns / 1e6)
+            Sentence("the map would have {count:.0f} million cells; make the resolution coarser", rows * columns / 1e6)
         )
     corner = first * resolution
 

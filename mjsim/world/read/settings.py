@@ -35,7 +35,7 @@ def with_settings(world: World, settings: Settings) -> World:
     given = [_parts(setting) for setting in settings]
     world = _with_variables(world, [part for part in given if part[0][0] == _VARIABLES])
     changed = with_parts(
-        world, [part for part in given if part[0][0] != _VARIABLES], Sentence("--set {settings}", ", ".join(settings))
+        world, [part for part in given if part[0][0] != _VARIABLES], Sentence("--set {setting}", ", ".join(settings))
     )
     if problems := check_world(changed):
         known = {problem.message for problem in check_world(world)}
@@ -121,6 +121,6 @@ def _with_variables(world: World, given: Sequence[tuple[list[str], Any, str]]) -
         return world
     if parse_world(source.text, source=source) != world:
         raise UsageError(
-            Sentence("{given}: this world was changed after it was read; change its values in Python", given[0][2])
+            Sentence("{setting}: this world was changed after it was read; change its values in Python", given[0][2])
         )
     return parse_world(source.text, source=source, variables={path[1]: value for path, value, _ in given})

@@ -64,7 +64,7 @@ def _problem(node: Node | None, file: str, fault: Fault, origin: Origin, repetit
     path, message = fault
     details = repetition or origin.how
     if repetition and origin.how:
-        details = Sentence("{repetition}, {how}", repetition, origin.how)
+        details = Sentence("{first}, {then}", repetition, origin.how)
     said = Sentence("{problem} ({details})", message(), details) if details else message()
     return Problem(origin.file or file, *place_of(node, path), said)
 

@@ -186,7 +186,7 @@ def plain_value(text: str) -> Any:
         return text
     if _INT.fullmatch(text):
         if len(text) > _MAX_DIGITS:
-            raise ValueError(Sentence("a number of {text} digits; write at most {max_digits}", len(text), _MAX_DIGITS))
+            raise ValueError(Sentence("a number of {count} digits; write at most {max_digits}", len(text), _MAX_DIGITS))
         base = {"0o": 8, "0x": 16}.get(text[:2], 10)
         return int(text, base)
     if _FLOAT.fullmatch(text):

@@ -51,7 +51,7 @@ Drive = Annotated[
     OneOf(
         {**KINDS, "use": UserDrive, "fixed": FixedDrive},
         Sentence(
-            'a drive has a type: {value} or {value2}; or a class of your own, {{use: "my_drive.py:MyDrive"}}',
+            'a drive has a type: {kinds} or {last}; or a class of your own, {{use: "my_drive.py:MyDrive"}}',
             ", ".join([*KINDS][:-1]),
             [*KINDS][-1],
         ),

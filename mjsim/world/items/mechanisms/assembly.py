@@ -196,7 +196,7 @@ class Assembly:
                 worst, far = name, float(np.abs(missed).max())
                 turned = math.degrees(float(np.linalg.norm(missed[3:])))
                 how = f"{np.linalg.norm(missed[:3]):.4g} m" + (
-                    Sentence(" and {turned:.4g} degrees", turned) if turned > TURNED else ""
+                    Sentence(" and {degrees:.4g} degrees", turned) if turned > TURNED else ""
                 )
         for track in self.tracks:
             missed = Meet(track.ghost, track.spot).residual(self.linkage, placement, values)

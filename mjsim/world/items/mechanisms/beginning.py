@@ -1,9 +1,4 @@
-"""Assembling a mechanism, with its values and speeds at the start.
-
-Checks that the parts that sensors of a mechanism measure exist.
-
-Points of mechanisms that slide along curves of bodies.
-"""
+"""Assembling a mechanism, with its values and speeds at the start, and its points that slide along curves."""
 
 import dataclasses
 import math
@@ -225,7 +220,7 @@ def _check_drives(mechanism: MechanismParts, found: Assembly, values: Array) -> 
         if grown == rank:
             raise fault(
                 Sentence(
-                    "'{target}' cannot be driven independently: the mechanism has {free} {value}, which"
+                    "'{target}' cannot be driven independently: the mechanism has {free} {freedoms}, which"
                     " other motions already drive; give a torque or a force, or leave it out",
                     *(mechanism.actuators[drive.number].target, free, "freedom" if free == 1 else "freedoms"),
                 ),
@@ -317,7 +312,7 @@ def _spot(item: CurveConstraint, bodies: tuple[str, ...], points: Points, path: 
         raise fault(str(error), *path, "curve") from None
     if item.on not in points:
         raise fault(
-            Sentence("no body '{on}' in this mechanism{meant}", item.on, did_you_mean(item.on, points)), *path, "on"
+            Sentence("no body '{name}' in this mechanism{meant}", item.on, did_you_mean(item.on, points)), *path, "on"
         )
     if place.body == item.on:
         raise fault(Sentence("the point and the curve are both on '{on}'; name two bodies", item.on), *path, "curve")

@@ -127,7 +127,7 @@ class CurveConstraint(_Constraint):
         if self.axis is not None:
             raise fault("points say where the curve is; leave out axis", "axis")
         if self.closed and len(points) < 3:
-            raise fault(Sentence("a closed curve has {points} points; give at least 3", len(points)), "points")
+            raise fault(Sentence("a closed curve has {count} points; give at least 3", len(points)), "points")
         pairs = list(zip(points, points[1:] + points[:1] * self.closed, strict=False))
         longest = max(math.dist(one, other) for one, other in pairs)
         for number, (one, other) in enumerate(pairs, start=1):

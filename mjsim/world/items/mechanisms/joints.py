@@ -103,7 +103,7 @@ class MechanismJoint(Model):
                 )
             if key not in ("range", "range_deg") and len(value) != expected:
                 raise fault(
-                    Sentence("{key} has {value} numbers; this joint needs {expected}", key, len(value), expected), key
+                    Sentence("{key} has {count} numbers; this joint needs {expected}", key, len(value), expected), key
                 )
         for key in ("stiffness", "damping", "friction"):
             value = getattr(self, key)
@@ -111,7 +111,7 @@ class MechanismJoint(Model):
                 raise fault(Sentence("a weld does not move; leave out {key}", key), key)
             if value is not None and len(value) not in (1, slides + turns):
                 raise fault(
-                    Sentence("{key} has {value} numbers; give 1 or {slides}", key, len(value), slides + turns), key
+                    Sentence("{key} has {count} numbers; give 1 or {expected}", key, len(value), slides + turns), key
                 )
         for key in ("range", "range_deg"):
             pair = getattr(self, key)

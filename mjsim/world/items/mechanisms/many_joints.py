@@ -26,7 +26,7 @@ class _TurnAxes(MechanismJoint):
             return self
         count = len(self._usual())
         if len(self.axes) != count:
-            raise fault(Sentence("axes holds {axes}; this joint turns about {count}", len(self.axes), count), "axes")
+            raise fault(Sentence("axes holds {given}; this joint turns about {count}", len(self.axes), count), "axes")
         for place, (one, other) in enumerate(zip(self.axes, self.axes[1:], strict=False), start=1):
             cosine = sum(a * b for a, b in zip(unit(one), unit(other), strict=True))
             if 1.0 - cosine**2 < MIN_SINE**2:

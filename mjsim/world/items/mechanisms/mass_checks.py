@@ -61,8 +61,7 @@ def _refuse(mechanism: MechanismParts, found: Assembly, column: int) -> None:
     tree = next(k for k, tree in enumerate(found.linkage.joints, start=1) if tree.name == name)
     raise fault(
         Sentence(
-            "joint '{name}' moves no mass and no inertia, so its motion is undetermined; give body"
-            " '{bodies}' an inertia",
+            "joint '{name}' moves no mass and no inertia, so its motion is undetermined; give body '{body}' an inertia",
             name,
             found.bodies[tree],
         ),

@@ -1,7 +1,4 @@
-"""The parts of a mechanism.
-
-Features of SimMechanics that mechanisms here lack: what to use instead.
-"""
+"""The parts of a mechanism, and what to use instead of those that are not simulated."""
 
 from collections.abc import Mapping
 from functools import cached_property

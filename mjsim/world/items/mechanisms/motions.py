@@ -107,7 +107,7 @@ def _actuated(
         right = {"angle": "position", "torque": "force", "position": "angle", "force": "torque"}[kind]
         raise fault(
             Sentence(
-                "joint '{target}' {value}; write {right}: {target}", target, "slides" if slides else "turns", right
+                "joint '{target}' {moves}; write {right}: {target}", target, "slides" if slides else "turns", right
             ),
             *path,
         )

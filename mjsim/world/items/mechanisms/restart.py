@@ -160,7 +160,7 @@ def _followed(mechanism: Mechanism, targets: Mapping[int, float]) -> Array:
     for column in targets:
         if column not in free:
             raise ValueError(
-                Sentence("'{names}' has a start prescribed by the actuators; change those", found.names[column])
+                Sentence("'{name}' has a start prescribed by the actuators; change those", found.names[column])
             )
     begin = found.start.copy()
     begin[list(targets)] = list(targets.values())
@@ -171,7 +171,7 @@ def _followed(mechanism: Mechanism, targets: Mapping[int, float]) -> Array:
             return closed.values
     worst, how = found.gap(closed.values)
     problem = Sentence("the loop at '{worst}' does not close", worst) if worst else "the constraints do not hold"
-    raise ValueError(Sentence("{problem} there: it misses by {value}", problem, how or f"{closed.miss:.4g}"))
+    raise ValueError(Sentence("{problem} there: it misses by {miss}", problem, how or f"{closed.miss:.4g}"))
 
 
 def _given(mechanism: Mechanism) -> Iterator[int]:

@@ -35,8 +35,8 @@ def check_sensors(mechanism: MechanismParts, found: Assembly, points: Points) ->
                 except ValueError as error:
                     raise fault(str(error), *path, "joint") from None
             case ReactionSensor(reaction=name) if name not in found.columns:
-                known = did_you_mean(name, found.columns)
-                raise fault(Sentence("no joint '{name}' in this mechanism{known}", name, known), *path, "reaction")
+                meant = did_you_mean(name, found.columns)
+                raise fault(Sentence("no joint '{name}' in this mechanism{meant}", name, meant), *path, "reaction")
             case ActuatorSensor(actuator=name):
                 _check_actuator(mechanism, found, name, path)
             case BodySensor(body=end):

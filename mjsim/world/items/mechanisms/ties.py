@@ -54,7 +54,7 @@ def _columns(
             raise fault(Sentence("joint '{name}' {does}; name one that {should}", name, does, should), *path, place)
         columns.append(column)
     if columns[0] == columns[1]:
-        raise fault(Sentence("joint '{names}' is tied to itself; name two joints", names[0]), *path)
+        raise fault(Sentence("joint '{name}' is tied to itself; name two joints", names[0]), *path)
     return columns[0], columns[1]
 
 

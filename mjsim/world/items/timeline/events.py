@@ -199,13 +199,13 @@ def _check_rows(rows: tuple[tuple[float, ...], ...] | None, size: int) -> None:
         if len(row) != 1 + size:
             target = "the value" if size == 1 else Sentence("the {size} numbers of the target", size)
             raise fault(
-                Sentence("this row has {row} numbers; give the time after the event, and {target}", len(row), target),
+                Sentence("this row has {count} numbers; give the time after the event, and {target}", len(row), target),
                 "then",
                 number,
             )
         if row[0] <= last:
             raise fault(
-                Sentence("time {row:g} s is not after {last:g} s; put the rows in order of time", row[0], last),
+                Sentence("time {time:g} s is not after {last:g} s; put the rows in order of time", row[0], last),
                 "then",
                 number,
             )

@@ -114,7 +114,7 @@ def signal_of(keys: Mapping[str, Any], *, angle: bool = False, rng: "Generator |
     """
     if not isinstance(keys, Mapping):
         raise ValueError(
-            Sentence("a signal is {keys}; it must be a mapping, such as {{'constant': 0.3}}", str(keys)[:60])
+            Sentence("a signal is {given}; it must be a mapping, such as {{'constant': 0.3}}", str(keys)[:60])
         )
     try:
         signal = Signal.model_validate(keys)

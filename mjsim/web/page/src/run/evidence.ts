@@ -5,6 +5,7 @@ import { faded, readTokens } from "../ui/ink";
 import { color } from "../ui/theme";
 import type { Grids } from "./grids";
 import type { View } from "./overlay";
+import type { Sensed } from "./past";
 import type { PlanarPose, RobotFacts, RobotTick, ShownNews } from "./protocol";
 
 /** Least size of a point, and least width of a line, on the page [px]. */
@@ -40,13 +41,13 @@ export class Evidence {
   }
 
   /** Where the beams of lidars ended. */
-  scans(tick: RobotTick): void {
+  scans(tick: Sensed): void {
     const { scanned } = readTokens();
     for (const points of Object.values(tick.scans ?? {})) this.points(points, [0, 0, 0], scanned, 0, sizeOf("scans"));
   }
 
   /** The rays of the ring that met something, from the rim. */
-  ring(robot: RobotFacts, tick: RobotTick): void {
+  ring(robot: RobotFacts, tick: Sensed): void {
     const { context } = this;
     const [x, y, heading] = tick.truth;
     const ranges = tick.proximity ?? [];

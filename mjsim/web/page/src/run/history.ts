@@ -145,18 +145,8 @@ export class Trail {
 
   /** The pieces from a time on. */
   since(time: number): TrailPoint[][] {
-    const begin = this.pieces.findIndex((piece) => (piece[piece.length - 1]?.[2] ?? time) >= time);
-    if (begin < 0) return [];
-    const [first = [], ...rest] = this.pieces.slice(begin);
-    return [
-      first.slice(
-        Math.max(
-          first.findIndex((point) => point[2] >= time),
-          0,
-        ),
-      ),
-      ...rest,
-    ];
+    const since = this.pieces.map((piece) => piece.filter((point) => point[2] >= time));
+    return since.filter((piece) => piece.length > 0);
   }
 
   add(pose: PlanarPose, time: number): void {

@@ -3,6 +3,7 @@
 import { decayOf, sizeOf } from "../ui/displays";
 import { faded, readTokens } from "../ui/ink";
 import type { Trail, TrailPoint } from "./history";
+import type { Sensed } from "./past";
 import type { LandmarkRow, PlanarPose, RobotFacts, RobotTick } from "./protocol";
 
 /** Where the world is on the canvas: px = x + scale * east, py = y - scale * north. */
@@ -213,7 +214,7 @@ export class Overlay {
   }
 
   /** Rays from where the robot truly is, as long as was measured: they end beside what was seen. */
-  sightings(tick: RobotTick): void {
+  sightings(tick: Sensed): void {
     const [x, y, heading] = tick.truth;
     this.context.strokeStyle = faded(this.colors.seen, 0.75);
     this.context.lineWidth = 1.25 * sizeOf("sightings");

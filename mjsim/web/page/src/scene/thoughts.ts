@@ -22,7 +22,7 @@ import {
 import { frameOf } from "../run/evidence";
 import type { Grids } from "../run/grids";
 import type { Shown, Trails } from "../run/overlay";
-import type { Staying } from "../run/past";
+import type { Sensed, Staying } from "../run/past";
 import type { PlanarPose, RobotFacts, RobotTick, ShownNews } from "../run/protocol";
 import { sizeOf } from "../ui/displays";
 import { color } from "../ui/theme";
@@ -40,7 +40,7 @@ export interface Thoughts {
   /** Their paths until now. */
   trails: (robot: string) => Trails;
   /** What of a robot a display has that stays for some time. */
-  past: (name: Staying, robot: string) => RobotTick[];
+  past: (name: Staying, robot: string) => Sensed[];
   shown: Shown;
   /** Names of what the person does not want to see. */
   hidden: ReadonlySet<string>;
@@ -121,7 +121,7 @@ function lifted(numbers: number[]): BufferGeometry {
 }
 
 /** Rays from where the robot truly is, as long as was measured. */
-function rays(tick: RobotTick): number[] {
+function rays(tick: Sensed): number[] {
   const [x, y, heading] = tick.truth;
   return tick.sightings.flatMap(([, range, bearing]) => [
     ...[x, y, EYE],
@@ -134,7 +134,7 @@ function lines(ends: number[], token: string): LineSegments {
 }
 
 /** The rays of the ring that met something, from the rim. */
-function ring({ truth: [x, y, heading], proximity = [] }: RobotTick, robot: RobotFacts): number[] {
+function ring({ truth: [x, y, heading], proximity = [] }: Sensed, robot: RobotFacts): number[] {
   return proximity.flatMap((range, k) => {
     if (range === null) return [];
     const angle = heading + (2 * Math.PI * k) / proximity.length;

@@ -15,12 +15,17 @@ export function tableOf(tag: string, english: Table): Table {
 
 /** The meaning of a field, by its English sentence; undefined where a language lacks it. */
 export function meaningIn(tag: string, english: string): string | undefined {
-  return tag === ACCENTED ? accent(english) : TABLES[tag]?.meanings[english];
+  return tag === ACCENTED ? accent(english) : own(TABLES[tag]?.meanings, english);
 }
 
 /** A sentence of the server, by its English template; undefined where a language lacks it. */
 export function sentenceIn(tag: string, template: string): string | undefined {
-  return tag === ACCENTED ? accent(template) : TABLES[tag]?.sentences[template];
+  return tag === ACCENTED ? accent(template) : own(TABLES[tag]?.sentences, template);
+}
+
+/** What a table itself has: any text is looked up, "constructor" too. */
+function own(table: Table | undefined, text: string): string | undefined {
+  return table && Object.hasOwn(table, text) ? table[text] : undefined;
 }
 
 /** English with accents, in brackets and longer: what stays plain is in no table, what is cut off has no room. */

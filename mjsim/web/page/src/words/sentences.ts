@@ -3,34 +3,39 @@
 /** Templates and values by the English text. */
 export type Sentences = Map<string, [template: string, values: Record<string, string>]>;
 
-/** So many are known at a time: more than the largest answer has. */
-const MOST = 5000;
+/** More than the largest answer has. */
+const MAX_KNOWN = 5000;
 
-/** Put values for their names in braces. */
+/** Put values for their names in braces; doubled braces are braces. */
 export function filled(template: string, values: Record<string, string | number | null | undefined>): string {
-  return template.replace(/\{(\w+)\}/g, (whole, name: string) => String(values[name] ?? whole));
+  return template.replace(/\{\{|\}\}|\{(\w+)\}/g, (found, name?: string) =>
+    name === undefined ? found.charAt(0) : String(values[name] ?? found),
+  );
 }
 
-/** Keep the sentences that stand beside what an answer says; the oldest are forgotten. */
+/** Keep the sentences beside what an answer says; those that came longest ago are forgotten. */
 export function learn(sentences: Sentences, answer: unknown): void {
   const { sentences: told } = (answer ?? {}) as { sentences?: Record<string, [string, Record<string, string>]> };
-  for (const [english, sentence] of Object.entries(told ?? {})) sentences.set(english, sentence);
+  for (const [english, sentence] of Object.entries(told ?? {})) {
+    sentences.delete(english);
+    sentences.set(english, sentence);
+  }
   for (const oldest of sentences.keys()) {
-    if (sentences.size <= MOST) return;
+    if (sentences.size <= MAX_KNOWN) return;
     sentences.delete(oldest);
   }
 }
 
 /** An English sentence in another language: its template is looked up, and its values, which may be sentences. */
 export function spoken(english: string, known: Sentences, lookup: (template: string) => string | undefined): string {
-  const [template, values] = known.get(english) ?? [null, {}];
-  const words = lookup(template ?? english);
+  const sentence = known.get(english);
+  // A sentence without values is its own template, in which braces are braces.
+  if (!sentence) return lookup(english) ?? english;
+  const [template, values] = sentence;
+  const words = lookup(template);
   if (words === undefined) return english;
   const names = Object.entries(values).map(([name, value]) => [name, spokenValue(value, known, lookup)]);
-  // A sentence without values is its own template, in which braces are braces.
-  return template === null
-    ? words
-    : filled(words, Object.fromEntries(names)).replaceAll("{{", "{").replaceAll("}}", "}");
+  return filled(words, Object.fromEntries(names));
 }
 
 /** Names and numbers are the same in every language. */
