@@ -17,18 +17,7 @@ from tests.children import completed
 ROOT = Path(mjsim.__file__).parent
 
 GROUND = {
-    *(
-        "closing",
-        "errors",
-        "faces",
-        "geometry",
-        "gl_request",
-        "guarded",
-        "inventory",
-        "output",
-        "progress",
-        "sentences",
-    ),
+    *("closing", "errors", "faces", "geometry", "gl_request", "guarded", "inventory", "output", "progress"),
     *("sentences", "spelling", "syntax", "traces", "views"),
 }
 WORLD = GROUND | {"mechanics", "models", "people", "world"}
