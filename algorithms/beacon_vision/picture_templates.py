@@ -165,7 +165,7 @@ def _block_places(rows: int, columns: int) -> NDArray[np.intp]:
     """Return where each pixel stands when blocks of BLOCK by BLOCK follow each other, shape (rows * columns,)."""
     row, column = np.divmod(np.arange(rows * columns), columns)
     block = row // BLOCK * -(-columns // BLOCK) + column // BLOCK
-    return block * BLOCK**2 + row % BLOCK * BLOCK + column % BLOCK
+    return np.asarray(block * BLOCK**2 + row % BLOCK * BLOCK + column % BLOCK)
 
 
 def _by_blocks(design: NDArray[np.float32], places: NDArray[np.intp]) -> NDArray[np.float32]:

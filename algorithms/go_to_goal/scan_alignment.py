@@ -18,9 +18,9 @@ SLIPS = 4.0
 DEVIATION = 0.04
 """Standard deviation of the distance of a point: errors of cells and neighbouring beams are shared [m]."""
 ROUNDS = 6
-FEWEST, KNOWN = 12, 0.8
-"""Fewer points say nothing, nor do those of which a smaller share meets what was seen before: in BARN worlds such scans
-only made headings worse."""
+FEWEST, MATCHED = 12, 0.75
+"""Fewer points near obstacles say nothing. If a smaller share of these then counts in full, they are others seen near
+by, such as the far sides of posts: in BARN worlds and rooms such alignments only made headings worse."""
 
 
 class ScanAlignment:
@@ -53,10 +53,10 @@ class ScanAlignment:
         if len(points) < FEWEST:
             return
         weight = np.asarray(np.linalg.inv(self._covariance + np.diag([1e-6, 1e-6, 1e-6])), dtype=float)
-        start, best, pose = self.pose, math.inf, self.pose
+        start, spread, best, pose = self.pose, self._covariance, math.inf, self.pose
         for _ in range(ROUNDS):
             distance, slope = map.slope(pose.transform(points))
-            if np.count_nonzero(distance < FAR) < KNOWN * len(points):
+            if np.count_nonzero(distance < FAR) < FEWEST:
                 break
             moved = (start.inverse() @ pose).as_array()
             # On a thin wall the slope vanishes: a step may lead away again.
@@ -69,6 +69,10 @@ class ScanAlignment:
             if pose is start:
                 self._covariance = np.asarray(np.linalg.inv(H), dtype=float)
             pose = pose @ Pose.from_array(step)
+        x, y = self.pose.transform(points).T
+        apart = map.at(x, y)
+        if np.count_nonzero(apart < NEAR) < MATCHED * np.count_nonzero(apart < FAR):
+            self.pose, self._covariance = start, spread
 
 
 def _step(

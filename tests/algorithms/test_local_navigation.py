@@ -126,14 +126,14 @@ def test_dead_reckoning_is_corrected_by_a_scan_of_known_walls():
     assert math.hypot(error.x, error.y) < 0.02
 
 
-def test_a_scan_of_which_a_third_meets_nothing_known_corrects_nothing():
+def test_a_scan_of_other_things_near_known_ones_corrects_nothing():
     wall = np.stack([np.linspace(-2.0, 2.0, 200), np.full(200, 1.5)], axis=-1)
-    new = np.stack([np.full(100, 1.0), np.linspace(-1.5, 0.9, 100)], axis=-1)
-    known = ObstacleMap(np.zeros(2), wall, cell=0.025, half=3.0)
-    for seen, error in ((wall, 0.0), (np.concatenate([wall, new]), 1.0)):
+    elsewhere = np.stack([np.full(100, 1.0), np.linspace(-1.5, 0.9, 100)], axis=-1)
+    known, behind = ObstacleMap(np.zeros(2), wall, cell=0.025, half=3.0), wall + np.array([0.0, 0.2])
+    for seen, error in ((wall, 0.0), ([*wall, *elsewhere], 0.0), ([*wall, *behind], 1.0)):
         alignment = ScanAlignment(ORIGIN)
         alignment.move(Odometry(0.0, 0.05, 0.02, np.diag([1e-3, 1e-3, 1e-3])))
-        alignment.align(seen, known)
+        alignment.align(np.array(seen), known)
         np.testing.assert_allclose(alignment.pose.as_array()[1:], error * np.array([0.05, 0.02]), atol=0.01)
 
 

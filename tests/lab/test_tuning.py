@@ -49,9 +49,8 @@ PERIOD = 2 * np.pi / np.sqrt(11.0)
         ("simc", THREE, (1.25 / (7 / 6), 1.25, 0.0)),
         # An integrator with a dead time: gain 1 / (2 theta), integral time 8 theta.
         ("simc", "num: [2], den: [1, 0], delay: 0.5", (0.5, 4.0, 0.0)),
-        # His example of an integrator with two lags of 1 s: theta = 1 + 1 / 2; with a zero at 2 one half more.
-        ("simc", "num: [1], den: [1, 2, 1, 0]", (1 / 3, 12.0, 0.0)),
-        ("simc", "num: [-0.5, 1], den: [1, 2, 1, 0]", (1 / 4, 16.0, 0.0)),
+        # His example E6, (0.17 s + 1)^2 / (s (s + 1)^2 (0.028 s + 1)): theta = 1.69, gain 0.296, integral time 13.5.
+        ("simc", "num: [0.0289, 0.34, 1], den: [0.028, 1.056, 2.028, 1, 0]", (0.5 / 1.688, 8 * 1.688, 0.0)),
     ],
 )
 def test_a_rule_gives_the_parameters_of_its_source(rule, plant, expected):

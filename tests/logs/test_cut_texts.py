@@ -51,7 +51,7 @@ def test_a_compressed_table_that_was_cut_is_read_up_to_its_last_whole_line(kind,
 
 def test_a_compressed_log_of_which_nothing_is_left_is_said_to_be_cut(tmp_path):
     (tmp_path / "run.log.bz2").write_bytes(bz2.compress(table(100).encode())[:-20])
-    with pytest.raises(UsageError, match=r"no log as far as it could be unpacked \(the compressed file was cut"):
+    with pytest.raises(UsageError, match=r"no log in the part that could be unpacked \(the compressed file was cut"):
         imported(tmp_path / "run.log.bz2")
 
 

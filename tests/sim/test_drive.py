@@ -147,8 +147,8 @@ def test_sideways_commands_are_ignored_by_a_drive_that_cannot():
     [
         (Command(math.nan), "robot 'r0'.*finite"),
         (Command(turn=math.inf), "robot 'r0'.*finite"),
-        (Command("fast"), "no command for robot 'r0'"),
-        (0.3, "no command for robot 'r0'"),
+        (Command("fast"), "not a command for robot 'r0'"),
+        (0.3, "not a command for robot 'r0'"),
         (WheelCommand((1.0, 2.0, 3.0)), "3 wheel speeds for robot 'r0'; its wheels are wheel_left, wheel_right"),
         (WheelCommand((math.nan, 0.0)), "robot 'r0'.*finite"),
     ],

@@ -63,5 +63,5 @@ def test_a_fourbar_that_is_spun_keeps_its_energy():
 
 
 def test_a_fourbar_that_turns_too_far_within_a_step_is_refused():
-    with pytest.raises(PhysicsFault, match=r"'m' turns by \d+ degrees in one step .* take a smaller run: step_ms"):
+    with pytest.raises(PhysicsFault, match=r"'m' turns by \d+ degrees in one step .* reduce run: step_ms"):
         moved(FOURBAR % (2400, 4), 0.5)
