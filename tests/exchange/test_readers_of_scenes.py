@@ -157,11 +157,11 @@ def test_geoms_of_mjcf_have_their_full_sizes(tmp_path):
 
 @pytest.mark.parametrize("number", [math.nan, math.inf, 1.1e4])
 def test_numbers_of_solids_are_finite_and_sizes_above_0(number):
-    with pytest.raises(UsageError, match="not finite"):
+    with pytest.raises(ValueError, match="not finite"):
         box((1, number, 1), 0, 0, 0)
-    with pytest.raises(UsageError, match="not finite"):
+    with pytest.raises(ValueError, match="not finite"):
         box((1, 1, 1), 0, -number, 0)
-    with pytest.raises(UsageError, match="a size of 0 m"):
+    with pytest.raises(ValueError, match="a size of 0 m"):
         box((1, 0, 1), 0, 0, 0)
 
 

@@ -293,7 +293,10 @@ def test_a_scene_of_mujoco_is_the_surroundings_of_a_world(tmp_path):
         (model(link("0 0 x 0 0 0", POST)), "'0 0 x 0 0 0' is not 6 finite numbers"),
         (model(link("0 0 0 0 0", POST)), "is not 6 finite numbers"),
         (model(link("0 0 0 0 0 nan", POST)), "is not 6 finite numbers"),
-        (model(link("0 0 1e9 0 0 0", POST)), "a number that is not finite, or above 10000 m"),
+        (
+            model(link("0 0 1e9 0 0 0", POST)),
+            "room.world': a cylinder has a number that is not finite, or above 10000 m",
+        ),
         (model(link("0 0 0 0 0 0", BOX.format("1 1"))), "'1 1' is not 3 finite numbers"),
         (model(link("0 0 0 0 0 0", BOX.format("1 -1 1"))), "a box has a size of -1 m; sizes are above 0"),
         (model(link("0 0 0 0 0 0", BOX.format("inf 1 1"))), "is not 3 finite numbers"),
@@ -359,7 +362,7 @@ def test_the_number_of_solids_is_that_of_the_whole_scene():
     solid_box = SceneSolid("box", (1.0, 1.0, 1.0), np.eye(4))
     found = Scene()
     found.add(SceneThing("a", [solid_box] * MAX_SOLIDS, np.eye(4)))
-    with pytest.raises(UsageError, match="the scene has more than 20000 solids; make it simpler"):
+    with pytest.raises(ValueError, match="the scene has more than 20000 solids; make it simpler"):
         found.add(SceneThing("b", [solid_box], np.eye(4)))
 
 

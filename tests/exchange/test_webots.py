@@ -39,6 +39,15 @@ PointLight { location 2 2 2.4 color 1 1 0 }
 """
 )
 
+DOUBLED = "DEF A0 Group { children [ Pose { } ] }" + "".join(
+    f"DEF A{k} Group {{ children [ USE A{k - 1} USE A{k - 1} ] }}" for k in range(1, 40)
+)
+"""Few nodes that use each other twice: 2^40."""
+CHAINED = "DEF A0 Group { }" + "".join(
+    f"DEF A{k} " + "Group { children [" * 60 + f"USE A{k - 1}" + "] }" * 60 for k in range(1, 30)
+)
+"""Nodes that are 60 deep each, one in the other."""
+
 
 def world_of(text: str, folder, *, name: str = "room.wbt"):
     path = folder / name
@@ -61,7 +70,7 @@ def test_walls_doors_windows_and_furniture_of_the_library_stand_where_webots_put
     assert world.lamps[0].at == (2.0, 2.0)
     report = "\n".join(found.report)
     assert "guessed: Chair PROTO 'chair': a box of 0.5 x 0.45 x 0.9 m" in report
-    assert "left out: node 'Lego': mjsim does not know their PROTOs" in report
+    assert "left out: node 'Lego': unknown to mjsim; of a PROTO" in report
     assert "left out: robot 'Robot': its start is kept" in report
 
 
@@ -112,6 +121,54 @@ def test_bounding_objects_groups_scales_and_uses_are_followed(tmp_path):
     assert [(item.kind, item.name) for item in scene.items] == [("visible solid", "seen")]
 
 
+@pytest.mark.parametrize(("version", "turn"), [("R2023b", "0 0 1"), ("R2020b", "0 1 0")])
+def test_scales_act_on_all_that_is_in_a_node(version, turn, tmp_path):
+    """A box of 0.5 m, twice as large, a quarter turn, and moved by twice its offset; its door by the same."""
+    at = {"R2023b": "1 0 0.25", "R2020b": "0 0.25 1"}[version]
+    solid_box = "boundingObject Box { size 0.5 0.5 0.5 }"
+    door = "HingeJoint { jointParameters HingeJointParameters { anchor 0.5 0.5 0.5 } endPoint Solid { name"
+    text = (
+        f"#VRML_SIM {version} utf8\nTransform {{ scale 2 2 2 rotation {turn} 1.5707963 children [ Solid {{ name "
+        f'"a" translation {at} {solid_box} children [ {door} "leaf" {solid_box} }} }} ] }} ] }}'
+        f"Solid {{ scale 0.5 0.5 0.5 boundingObject Sphere {{ radius 0.4 }} }}"
+    )
+    thing, ball = read_wbt(world_of(text, tmp_path)).things
+    ((box,), (part,)) = thing.solids, thing.parts
+    assert (box.size, part.solids[0].size) == ((1.0, 1.0, 1.0), (1.0, 1.0, 1.0))
+    np.testing.assert_allclose(box.pose @ [0.5, 0.5, 0.5, 1.0], [-0.5, 2.5, 1.0, 1.0], atol=1e-6)
+    np.testing.assert_allclose(part.joints[0].anchor, [-1.0, 3.0, 1.5], atol=1e-6)
+    assert np.linalg.norm(part.joints[0].axis) == pytest.approx(1.0)
+    assert np.linalg.norm(thing.pose[:3, :3], axis=0) == pytest.approx(1.0)
+    assert ball.solids[0].size == pytest.approx((0.2,))
+
+
+def test_a_mirrored_face_set_still_looks_outwards(tmp_path):
+    faces = "coordIndex [ 0 2 1 -1 0 1 3 -1 1 2 3 -1 2 0 3 ]"
+    text = f"""{HEAD}Pose {{ children [ Solid {{ scale -2 1 1 name "tip" boundingObject IndexedFaceSet {{
+      coord Coordinate {{ point [ 0 0 0, 1 0 0, 0 1 0, 0 0 1 ] }} {faces} }} }} ] }}"""
+    (thing,) = read_wbt(world_of(text, tmp_path)).things
+    (tip,) = thing.solids
+    corners = tip.vertices[tip.faces] @ tip.pose[:3, :3].T
+    a, b, c = corners.transpose(1, 0, 2)
+    assert float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0 == pytest.approx(2 / 6)
+    assert tip.corners().min(axis=0) == pytest.approx([-2.0, 0.0, 0.0])
+
+
+def test_a_door_of_absurd_mass_still_makes_a_world(tmp_path):
+    leaf = 'Solid { name "leaf" boundingObject Box { size 0.04 0.9 2 } physics Physics { density -1 mass 1e300 } }'
+    world, _ = brought(world_of(f"{HEAD}Solid {{ children [ HingeJoint {{ endPoint {leaf} }} ] }}", tmp_path))
+    assert compile_world(world).compile().body_mass.sum() == pytest.approx(1e5)
+
+
+def test_what_is_only_seen_or_of_no_use_is_told(tmp_path):
+    text = f"""{HEAD}
+    Solid {{ name "cad" children [ CadShape {{ url [ "a.obj" "b.obj" ] }} ] }}
+    Solid {{ name "gap" boundingObject IndexedFaceSet {{ coordIndex [ 0 1 2 ] }} }}
+    """
+    scene = read_wbt(world_of(text, tmp_path))
+    assert [(item.kind, item.name) for item in scene.items] == [("visible solid", "cad"), ("IndexedFaceSet", "gap")]
+
+
 def test_a_proto_beside_the_world_is_read(tmp_path):
     (tmp_path / "protos").mkdir()
     (tmp_path / "protos" / "Bollard.proto").write_text(
@@ -136,11 +193,24 @@ def test_a_proto_beside_the_world_is_read(tmp_path):
         (HEAD + 'Solid { name "a" boundingObject Box { size 1 -1 1 } }', "a size of -1 m"),
         (HEAD + "Solid { boundingObject Box { size 1 1e999 1 } }", "size is not finite"),
         (HEAD + "Group { children [ " * 200, "nests them over 100 deep"),
+        (HEAD + "DEF A Group { children [ USE A ] }", "USE A without a DEF that ends before it"),
+        (HEAD + DOUBLED, "has more than 200000 nodes"),
+        (HEAD + CHAINED, "nests them over 100 deep"),
+        (HEAD + 'WorldInfo { info [ "' + '\\"' * 300_000, "ends in the middle of a node"),
+        (HEAD + "Cabinet { columnsWidths [ 1e400 ] }", "'{path}': Cabinet: columnsWidths is not finite"),
+        (HEAD + "Solid { boundingObject IndexedFaceSet { coordIndex [ 0 1 -inf ] } }", "coordIndex is not finite"),
+        (HEAD + "Solid { scale 1 0 1 boundingObject Box { } }", "a scale of 0"),
+        (
+            HEAD + "Solid { children [ HingeJoint { jointParameters HingeJointParameters { anchor 1e30 0 0 } endPoint "
+            'Solid { name "leaf" boundingObject Box { } } } ] }',
+            "'{path}': a joint of 'solid-leaf' is not finite",
+        ),
         (HEAD + 'WorldInfo { coordinateSystem "EUN" }', "has the axes EUN; mjsim reads ENU and NUE"),
     ],
 )
 def test_a_broken_world_of_webots_is_refused_in_one_line(text, says, tmp_path):
+    path = world_of(text, tmp_path)
     with pytest.raises(UsageError) as caught:
-        read_wbt(world_of(text, tmp_path))
-    assert says in str(caught.value)
+        brought(path)
+    assert says.replace("{path}", str(path)) in str(caught.value)
     assert "\n" not in str(caught.value)

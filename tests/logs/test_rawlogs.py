@@ -47,9 +47,21 @@ def pose3(version: int, x: float, y: float, z: float, yaw: float, *, upside_down
     return obj("CPose3D", version, obj(kind, 0, struct.pack(f"<2I16{form}", 4, 4, *whole.ravel())))
 
 
-def scan(version: int, at: float | None, ranges, *, pose: bytes, leftwards: bool = True, space: str = "") -> bytes:
+def scan(
+    version: int,
+    at: float | None,
+    ranges,
+    *,
+    pose: bytes,
+    leftwards: bool = True,
+    space: str = "",
+    reach: float = 10.0,
+    label: str = "FRONT LASER",
+    claims: int | None = None,
+) -> bytes:
+    """Return a scan as a version writes it; it may claim another."""
     valid = [value < 10.0 for value in ranges]
-    data = struct.pack("<fBf", math.pi, leftwards, 10.0) + pose
+    data = struct.pack("<fBf", math.pi, leftwards, reach) + pose
     if version < 6:
         data += obj("CMatrix", 0, struct.pack("<2I", 0, 0))
     data += struct.pack(f"<I{len(ranges)}f{len(ranges)}?", len(ranges), *ranges, *valid)
@@ -57,12 +69,25 @@ def scan(version: int, at: float | None, ranges, *, pose: bytes, leftwards: bool
     if version >= 4:
         data += struct.pack("<f", 0.004)
     if version >= 5:
-        data += text("FRONT LASER") + struct.pack("<d", 0.0)
+        data += text(label) + struct.pack("<d", 0.0)
     if version >= 7:
         data += b"\x00"
     if version >= 8:
         data += struct.pack("<f", 0.05)
-    return obj("CObservation2DRangeScan", version, data, space=space)
+    return obj("CObservation2DRangeScan", version if claims is None else claims, data, space=space)
+
+
+def odometry(at: float | None, x: float = 0.0) -> bytes:
+    return obj("CObservationOdometry", 0, pose2(x, 0.0, 0.2) + text("ODO") + ticks(at))
+
+
+def landmarks(
+    *, spread: float = 0.1, elevation: float = 0.0, claims: int = 3, pose: bytes | None = None, at: float = START
+) -> bytes:
+    """Return an observation of three landmarks; it may claim to have more."""
+    data = struct.pack("<4f", 0.0, 5.0, 1.0, 1.0) + (pose or pose3(3, 0.5, 0.0, 0.2, 0.0)) + ticks(at) + b"\x00"
+    data += struct.pack("<3fI", spread, 0.02, 0.02, claims) + 3 * struct.pack("<3fi", 2.0, 0.1, elevation, 7)
+    return obj("CObservationBearingRange", 3, data + text("CAM"))
 
 
 def action(x: float, y: float, heading: float) -> bytes:
@@ -158,6 +183,19 @@ def test_a_rawlog_without_times_has_even_ones_and_says_so(tmp_path):
     assert log.notes["times"] == "5 observations have none; 0.1 s from one to the next"
 
 
+def test_the_lidars_and_the_kinds_of_what_is_left_out_are_bounded(tmp_path):
+    """A scanner that is turned by a motor has another place in each scan; a hostile file, many classes."""
+    places = b"".join(scan(8, START + k, RANGES, pose=pose3(3, 0.01 * k, 0, 0.3, 0)) for k in range(60))
+    labels = b"".join(scan(8, START + k, RANGES, pose=pose3(3, 0, 0, 0.3, 0), label=f"L{k}") for k in range(60))
+    others = b"".join(obj(f"CObservationX{k}", 0, b"") for k in range(500))
+    for data in (places, labels):
+        log = read_rawlog(written(tmp_path, odometry(START) + odometry(START + 60, 1.0) + data + others))
+        assert len(log.robot.scans) == 20
+        assert log.notes["scans of more than 20 lidars, or places of them left out"] == "40"
+        assert sum(int(count) for key, count in log.notes.items() if "X" in key or "other" in key) == 500
+        assert len(log.notes) < 60
+
+
 @pytest.mark.parametrize(
     ("data", "says"),
     [
@@ -165,6 +203,14 @@ def test_a_rawlog_without_times_has_even_ones_and_says_so(tmp_path):
         (scan(8, START, [1.0] * 5, pose=b"\x00" * 30), "it has 1 broken CObservation2DRangeScan"),
         (scan(8, START, [1.0] * 5, pose=pose3(3, math.nan, 0, 0, 0)), "it has 1 broken CObservation2DRangeScan"),
         (scan(8, START, [1.0], pose=pose3(3, 0, 0, 0, 0)), "it has 1 broken CObservation2DRangeScan"),
+        (scan(8, START, [1.0] * 5, pose=pose3(3, 0, 0, 0, 0), reach=math.inf), "(its numbers make no scan)"),
+        (scan(8, START, [1.0] * 5, pose=pose3(3, 0, 0, 0, 0), claims=200), "CObservation2DRangeScan of version 200"),
+        (scan(8, None, [1.0] * 5, pose=pose3(3, 0, 0, 0, 0)), "CObservation2DRangeScan (it has no time)"),
+        (odometry(None), "it has 1 broken CObservationOdometry (it has no time)"),
+        (landmarks(spread=math.nan), "CObservationBearingRange (its numbers make no landmarks)"),
+        (landmarks(claims=5000), "CObservationBearingRange (its numbers make no landmarks)"),
+        (landmarks(elevation=math.inf), "it has 3 landmarks without a range"),
+        (landmarks(pose=obj("CPose3D", 3, struct.pack("<12d", *[0.0] * 3, *[9.0] * 9))), "a pose is no rotation"),
     ],
 )
 def test_a_rawlog_without_anything_to_read_is_one_line(data, says, tmp_path):

@@ -13,7 +13,15 @@ from pydantic import ValidationError
 
 from mjsim.exchange.maps import DIGITS
 from mjsim.exchange.scenes.model_text import model_files
-from mjsim.exchange.scenes.scene_solids import Scene, ScenePart, SceneSkin, SceneSolid, SceneTexture, SceneThing
+from mjsim.exchange.scenes.scene_solids import (
+    MAX_MASS,
+    Scene,
+    ScenePart,
+    SceneSkin,
+    SceneSolid,
+    SceneTexture,
+    SceneThing,
+)
 from mjsim.exchange.scenes.scene_walls import walls_of
 from mjsim.exchange.scenes.shells import traced
 from mjsim.geometry import Array
@@ -224,7 +232,7 @@ def _add_movable(built: Built, scene: Scene, thing: SceneThing) -> None:
         scene.tell(Fate.GUESSED, "movable model", thing.name, "one rigid thing: what carries its joints has no shape")
         whole = [solid for part in thing.parts for solid in part.all_solids()]
         thing = replace(thing, solids=whole, parts=(), mass=_mass(thing))
-    keys = {"movable": True, "mass": round(min(max(_mass(thing), 1e-3), 1e5), 4)}
+    keys = {"movable": True, "mass": round(min(max(_mass(thing), 1e-3), MAX_MASS), 4)}
     simple = len(thing.solids) == 1 and not thing.parts and not thing.skins
     plain = _plain(thing.solids[0], built, thing.name, keys) if simple else None
     if plain is not None:

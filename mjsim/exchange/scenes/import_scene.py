@@ -37,10 +37,13 @@ def bring_scene(path: Path, *, robot: Newcomer | None, search: list[Path], folde
         UsageError: The file cannot be read, or leaves no space for the robot.
     """
     simulator = _SIMULATORS.get(path.suffix.lower(), "Gazebo")
-    if simulator == "Gazebo":
-        scene = read_sdf(path, search=search)
-    else:
-        scene = read_wbt(path) if simulator == "Webots" else read_mjcf(path)
+    try:
+        if simulator == "Gazebo":
+            scene = read_sdf(path, search=search)
+        else:
+            scene = read_wbt(path) if simulator == "Webots" else read_mjcf(path)
+    except ValueError as error:
+        raise UsageError(f"'{path}': {error}") from None
     if not scene.things:
         lost = "; ".join(inventory(scene.items))[:400]
         raise UsageError(f"'{path}' has nothing that a robot could meet{f' ({lost})' if lost else ''}")

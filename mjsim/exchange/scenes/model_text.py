@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 import numpy as np
 
 from mjsim.exchange.drawings import Indices
-from mjsim.exchange.scenes.scene_solids import ScenePart, SceneSkin, SceneSolid, SceneThing
+from mjsim.exchange.scenes.scene_solids import MAX_MASS, ScenePart, SceneSkin, SceneSolid, SceneThing
 from mjsim.geometry import Array
 from mjsim.models import pose_keys
 
@@ -110,7 +110,7 @@ class _Model:
             if joint.stiffness:
                 made.set("stiffness", _text([joint.stiffness]))
                 made.set("springref", _text([joint.rest]))
-        mass = max(part.mass, MIN_PART_MASS)
+        mass = min(max(part.mass, MIN_PART_MASS), MAX_MASS)
         if not part.solids:
             place = _text(part.joints[0].anchor)
             SubElement(body, "inertial", pos=place, mass=_text([mass]), diaginertia=_text([MIN_PART_MASS * 0.1] * 3))

@@ -69,7 +69,7 @@ class MeshFiles:
         for vertices, faces in self._parts[mesh]:
             try:
                 part = SceneSolid("mesh", (), pose, color, vertices * scale, faces[:, order])
-            except UsageError as error:
+            except ValueError as error:
                 self._scene.tell(Fate.LEFT_OUT, "mesh part", mesh.path.name, str(error))
                 continue
             yield boxed(part)

@@ -8,7 +8,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.inventory import Fate, FileItem
 from mjsim.models import MeshPart, SceneJoint
@@ -18,6 +17,8 @@ MAX_COORDINATE = 1e4
 """Maximum absolute value of a coordinate or a size [m]."""
 MAX_TILT_SINE = 1e-3
 """Maximum sine of the tilt of an upright solid."""
+MAX_MASS = 1e5
+"""Maximum mass of what moves; heavier things are meant not to [kg]."""
 MAX_SOLIDS = 20_000
 MAX_NAME = 100
 """Maximum length of a name in the report."""
@@ -69,15 +70,15 @@ class SceneSolid:
         """Check the numbers before geometry is computed with them.
 
         Raises:
-            UsageError: A number is not finite, or too large.
+            ValueError: A number is not finite, or too large.
         """
         numbers = np.concatenate([self.size, self.pose.ravel(), self.vertices.ravel()])
         if not (np.abs(numbers) <= MAX_COORDINATE).all():
-            raise UsageError(
+            raise ValueError(
                 f"a {self.kind} has a number that is not finite, or above {MAX_COORDINATE:g} m; correct it"
             )
         if any(value <= 0.0 for value in self.size):
-            raise UsageError(f"a {self.kind} has a size of {min(self.size):g} m; sizes are above 0")
+            raise ValueError(f"a {self.kind} has a size of {min(self.size):g} m; sizes are above 0")
 
     @property
     def is_upright(self) -> bool:
@@ -123,6 +124,16 @@ class ScenePart:
     parts: Sequence["ScenePart"] = ()
     """What further joints move on it."""
     skins: Sequence[SceneSkin] = ()
+
+    def __post_init__(self) -> None:
+        """Check the axes of its joints.
+
+        Raises:
+            ValueError: A number is not finite, or too large.
+        """
+        numbers = np.concatenate([(*joint.anchor, *joint.axis) for joint in self.joints] or [np.zeros(0)])
+        if not (np.abs(numbers) <= MAX_COORDINATE).all():
+            raise ValueError(f"a joint of '{self.name}' is not finite, or above {MAX_COORDINATE:g} m away; correct it")
 
     def all_solids(self) -> list[SceneSolid]:
         """Return its solids and those of its parts."""
@@ -198,9 +209,9 @@ class Scene:
         """Add a thing.
 
         Raises:
-            UsageError: There are too many solids.
+            ValueError: There are too many solids.
         """
         self.things.append(thing)
         self._count += len(thing.solids) + sum(len(part.all_solids()) for part in thing.parts)
         if self._count > MAX_SOLIDS:
-            raise UsageError(f"the scene has more than {MAX_SOLIDS} solids; make it simpler")
+            raise ValueError(f"the scene has more than {MAX_SOLIDS} solids; make it simpler")

@@ -3,8 +3,9 @@
 import math
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -27,7 +28,8 @@ DENSITY = 1000.0
 """Of a body that says nothing of its mass [kg/m^3]."""
 GROUPS = ("Group", "Transform", "Pose", "Billboard")
 MOVING = {"HingeJoint": "hinge", "SliderJoint": "slide"}
-SILENT = ("WorldInfo", "Viewpoint", "Background", "Fog", "Slot", "Shape", "Muscle", "TexturedBackground")
+SEEN = ("Shape", "CadShape")
+SILENT = ("WorldInfo", "Viewpoint", "Background", "Fog", "Slot", *SEEN, "Muscle", "TexturedBackground")
 """Nodes that mean nothing for a world of mjsim, or are taken elsewhere; so do those with these beginnings."""
 ENU_YEAR = 2022
 """From this year's versions on, z points up unless a world says otherwise."""
@@ -49,6 +51,7 @@ def read_wbt(path: Path) -> Scene:
 
     Raises:
         UsageError: The file cannot be read, or is not as it should be.
+        ValueError: A number in it makes no sense.
     """
     text = read_bounded(path, limit=MAX_TEXT, kind="a world of Webots").decode(errors="replace")
     if not text.lstrip().startswith("#VRML_SIM"):
@@ -71,7 +74,7 @@ def read_wbt(path: Path) -> Scene:
 
 
 class _Reader:
-    """Collects the scene of one file."""
+    """Collects the scene of one file; poses are of shape (4, 4), with the scales of nodes in their columns [m]."""
 
     def __init__(self, path: Path, protos: Sequence[str], *, turns: bool, usual: float) -> None:
         self.scene, self._path, self._turns = Scene(), path, turns
@@ -115,7 +118,7 @@ class _Reader:
             self.scene.tell(Fate.GUESSED, "frame of a door", name, "part of the doorway")
         found = plain_node(node)
         if found is None:
-            why = "mjsim does not know their PROTOs; put NAME.proto beside the world, or in 'protos' there"
+            why = "unknown to mjsim; of a PROTO, put NAME.proto beside the world, or in 'protos' there"
             self.scene.tell(Fate.LEFT_OUT, "node", node.kind, why)
         return found
 
@@ -170,7 +173,7 @@ class _Reader:
         self._fill(body, node, world_from_solid, name)
         if body.solids or body.parts:
             mass = max(body.mass, 1e-3) if moves else None
-            self.scene.add(SceneThing(name, body.solids, world_from_solid, mass, body.parts))
+            self.scene.add(SceneThing(name, body.solids, _rigid(world_from_solid)[0], mass, body.parts))
 
     def _fill(self, body: _Body, node: WbtNode, world_from_solid: Array, name: str, depth: int = 0) -> None:
         """Add a solid, and the solids and joints in it, to a body."""
@@ -178,7 +181,7 @@ class _Reader:
         before = len(body.solids)
         if bound is not None:
             body.solids += self._shapes(bound, world_from_solid, color, name)
-        elif any(child.kind == "Shape" for child in node.nodes("children")) and not _is_flat(node):
+        elif any(child.kind in SEEN for child in node.nodes("children")) and not _is_flat(node):
             self.scene.tell(Fate.LEFT_OUT, "visible solid", name, "it has no boundingObject")
         physics = node.node("physics")
         if physics is not None:
@@ -218,14 +221,14 @@ class _Reader:
         part, label = _Body(), end.text("name") or name
         self._fill(part, end, world_from_node @ _pose(end), label, depth + 1)
         usual = [1.0, 0.0, 0.0] if MOVING[node.kind] == "hinge" else [0.0, 0.0, 1.0]
-        axis = np.array(given.numbers("axis", tuple(np.roll(usual, 1) if self._turns else usual)))
+        axis = world_from_node[:3, :3] @ given.numbers("axis", tuple(np.roll(usual, 1) if self._turns else usual))
         anchor = np.array(given.numbers("anchor", (0.0, 0.0, 0.0)))
         low, high, now = (given.number(key, 0.0) for key in ("minStop", "maxStop", "position"))
         length = float(np.linalg.norm(axis))
         joint = SceneJoint(
             kind=MOVING[node.kind],
             anchor=(world_from_node @ np.append(anchor, 1.0))[:3],
-            axis=world_from_node[:3, :3] @ (axis / length if length > 0.0 else np.array([0.0, 0.0, 1.0])),
+            axis=axis / length if length > 0.0 else np.array([0.0, 0.0, 1.0]),
             # Stops of 0 and 0 mean none.
             range=(low - now, high - now) if low < high else None,
             damping=max(given.number("dampingConstant", 0.0), 0.0),
@@ -239,27 +242,24 @@ class _Reader:
     def _shapes(self, node: WbtNode, pose: Array, color: str | None, name: str) -> Iterator[SceneSolid]:
         """Yield the solids of a bounding object."""
         if node.kind in GROUPS:
-            inner = pose @ _pose(node)
-            scale = np.array(node.numbers("scale", (1.0, 1.0, 1.0)))
             for child in node.nodes("children"):
-                for solid in self._shapes(child, np.eye(4), color, name):
-                    yield _scaled(solid, scale).moved(inner)
+                yield from self._shapes(child, pose @ _pose(node), color, name)
         elif node.kind == "Shape":
             geometry = node.node("geometry")
             if geometry is not None:
                 yield from self._shapes(geometry, pose, color, name)
         elif node.kind == "Box":
-            yield SceneSolid("box", node.numbers("size", (2.0 * self._usual,) * 3), pose, color)
+            yield _plain("box", node.numbers("size", (2.0 * self._usual,) * 3), pose, color)
         elif node.kind in ("Cylinder", "Capsule", "Cone"):
             radius = node.number("bottomRadius" if node.kind == "Cone" else "radius", self._usual)
             high = node.number("height", 2.0 * self._usual) + (2.0 * radius if node.kind == "Capsule" else 0.0)
             if node.kind != "Cylinder":
                 self.scene.tell(Fate.GUESSED, node.kind.lower(), name, "a cylinder of its size")
-            yield SceneSolid("cylinder", (radius, high), pose, color)
+            yield _plain("cylinder", (radius, high), pose, color)
         elif node.kind == "Sphere":
-            yield SceneSolid("sphere", (node.number("radius", self._usual),), pose, color)
+            yield _plain("sphere", (node.number("radius", self._usual),), pose, color)
         elif node.kind == "IndexedFaceSet":
-            yield from _faces(node, pose, color)
+            yield from self._faces(node, pose, color, name)
         elif node.kind == "Mesh":
             yield from self._mesh(node, pose, color, name)
         elif node.kind != "Plane":
@@ -271,63 +271,72 @@ class _Reader:
         if place is None or not place.is_file():
             self.scene.tell(Fate.LEFT_OUT, "mesh", uri or name, "not found beside the world")
             return
-        yield from self._meshes.solids(MeshName(place, node.text("name")), np.ones(3), pose, color)
+        rigid, scale = _rigid(pose)
+        yield from self._meshes.solids(MeshName(place, node.text("name")), scale, rigid, color)
+
+    def _faces(self, node: WbtNode, pose: Array, color: str | None, name: str) -> Iterator[SceneSolid]:
+        """Yield the connected parts of an IndexedFaceSet; its polygons become fans of triangles."""
+        numbers = (node.node("coord") or WbtNode("Coordinate")).values("point")
+        points = np.array(numbers[: len(numbers) // 3 * 3]).reshape(-1, 3)
+        corners: list[int] = []
+        fans: list[list[int]] = []
+        for index in (int(value) for value in (*node.values("coordIndex"), -1.0)):
+            if index >= 0:
+                corners.append(index)
+                continue
+            fans += [[corners[0], corners[k], corners[k + 1]] for k in range(1, len(corners) - 1)]
+            corners = []
+        if not fans or max(map(max, fans)) >= len(points):
+            self.scene.tell(Fate.LEFT_OUT, node.kind, name, "it has no face, or one of a point that it does not have")
+            return
+        rigid, scale = _rigid(pose)
+        order = slice(None, None, -1 if np.prod(scale) < 0.0 else 1)
+        for vertices, faces in parts_of(points[np.array(fans)] * scale):
+            yield boxed(SceneSolid("mesh", (), rigid, color, vertices, faces[:, order]))
 
 
 def _pose(node: WbtNode) -> Array:
-    """Return translation and rotation of a node, shape (4, 4) [m]."""
+    """Return translation, rotation and scale of a node, shape (4, 4) [m].
+
+    Raises:
+        ValueError: A scale is 0.
+    """
     from scipy.spatial.transform import Rotation
 
-    pose = _shift(node.numbers("translation", (0.0, 0.0, 0.0)))
+    pose, scale = _shift(node.numbers("translation", (0.0, 0.0, 0.0))), node.numbers("scale", (1.0, 1.0, 1.0))
+    if 0.0 in scale:
+        raise ValueError(f"{node.kind} '{node.text('name')}' has a scale of 0; scales are not 0")
     x, y, z, angle = node.numbers("rotation", (0.0, 0.0, 1.0, 0.0))
     length = math.hypot(x, y, z)
     if length > 0.0:
         pose[:3, :3] = Rotation.from_rotvec(np.array([x, y, z]) * (angle / length)).as_matrix()
+    pose[:3, :3] *= scale
     return pose
+
+
+def _rigid(pose: Array) -> tuple[Array, Array]:
+    """Return a pose without the scales in its columns, and these, the first below 0 if it is mirrored, shape (3,)."""
+    scale = np.linalg.norm(pose[:3, :3], axis=0)
+    scale[0] *= np.sign(np.linalg.det(pose[:3, :3]))
+    rigid = pose.copy()
+    rigid[:3, :3] /= scale
+    return rigid, scale
+
+
+def _plain(
+    kind: Literal["box", "cylinder", "sphere"], size: Sequence[float], pose: Array, color: str | None
+) -> SceneSolid:
+    """Return a solid of some size at a pose with scales."""
+    rigid, scale = _rigid(pose)
+    x, y, z = np.abs(scale).tolist()
+    factors = {"box": (x, y, z), "cylinder": (max(x, y), z), "sphere": (max(x, y, z),)}[kind]
+    return SceneSolid(kind, tuple(a * b for a, b in zip(size, factors, strict=True)), rigid, color)
 
 
 def _shift(place: tuple[float, ...]) -> Array:
     pose = np.eye(4)
     pose[:3, 3] = place
     return pose
-
-
-def _scaled(solid: SceneSolid, scale: Array) -> SceneSolid:
-    """Return a solid in a frame with other units; a rotated one by their mean."""
-    if (scale == 1.0).all():
-        return solid
-    pose = solid.pose.copy()
-    pose[:3, 3] *= scale
-    upright = np.allclose(solid.pose[:3, :3], np.eye(3))
-    turned_by = scale if upright else np.full(3, abs(float(np.prod(scale))) ** (1 / 3))
-    size = solid.size
-    if solid.kind == "box":
-        size = tuple((np.abs(turned_by) * size).tolist())
-    elif solid.kind == "cylinder":
-        size = (size[0] * float(abs(turned_by[0])), size[1] * float(abs(turned_by[2])))
-    elif solid.kind == "sphere":
-        size = (size[0] * float(abs(turned_by[0])),)
-    return replace(solid, pose=pose, size=size, vertices=solid.vertices * turned_by)
-
-
-def _faces(node: WbtNode, pose: Array, color: str | None) -> Iterator[SceneSolid]:
-    """Yield the connected parts of an IndexedFaceSet; its polygons become fans of triangles."""
-    coordinate = node.node("coord") or WbtNode("Coordinate")
-    numbers = [item for item in coordinate.fields.get("point", []) if isinstance(item, float)]
-    points = np.array(numbers[: len(numbers) // 3 * 3]).reshape(-1, 3)
-    indices = [int(item) for item in node.fields.get("coordIndex", []) if isinstance(item, float)]
-    corners: list[int] = []
-    fans: list[list[int]] = []
-    for index in [*indices, -1]:
-        if index >= 0:
-            corners.append(index)
-            continue
-        fans += [[corners[0], corners[k], corners[k + 1]] for k in range(1, len(corners) - 1)]
-        corners = []
-    if not fans or max(max(fan) for fan in fans) >= len(points):
-        return
-    for vertices, faces in parts_of(points[np.array(fans)]):
-        yield boxed(SceneSolid("mesh", (), pose, color, vertices, faces))
 
 
 def _color(node: WbtNode) -> str | None:
@@ -352,8 +361,9 @@ def _color(node: WbtNode) -> str | None:
 
 def _is_flat(node: WbtNode) -> bool:
     """Return whether all that is visible of a solid is planes, as of a floor."""
-    shapes = [child.node("geometry") for child in node.nodes("children") if child.kind == "Shape"]
-    return all(shape is None or shape.kind == "Plane" for shape in shapes)
+    seen = [child for child in node.nodes("children") if child.kind in SEEN]
+    shapes = [child.node("geometry") for child in seen if child.kind == "Shape"]
+    return len(shapes) == len(seen) and all(shape is None or shape.kind == "Plane" for shape in shapes)
 
 
 def _mass(physics: WbtNode, solids: Sequence[SceneSolid]) -> float:

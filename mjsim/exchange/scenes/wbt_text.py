@@ -13,8 +13,10 @@ from mjsim.errors import UsageError
 
 MAX_DEPTH, MAX_NODES = 100, 200_000
 """Maximum nesting of nodes, and their maximum number."""
-_TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[\[\]{}]|[^\s,\[\]{}"#]+')
-_COMMENT = re.compile(r'("(?:[^"\\]|\\.)*")|#[^\n]*')
+# A text without an end is the rest of the file: looked for again at each quote in it, it would take hours.
+_TEXT = r'"(?:[^"\\]|\\.)*+"?'
+_TOKEN = re.compile(rf'{_TEXT}|[\[\]{{}}]|[^\s,\[\]{{}}"#]+', re.DOTALL)
+_COMMENT = re.compile(rf"({_TEXT})|#[^\n]*", re.DOTALL)
 _WORD = re.compile(r"[A-Za-z_][\w:.-]*$")
 
 
@@ -25,15 +27,20 @@ class WbtNode:
     kind: str
     fields: "dict[str, list[Item]]" = field(default_factory=dict)
 
-    def numbers(self, name: str, usual: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the numbers of a field; the usual ones if it has others, or too few.
+    def values(self, name: str) -> tuple[float, ...]:
+        """Return all numbers of a field.
 
         Raises:
-            UsageError: A number is not finite.
+            ValueError: A number is not finite.
         """
         found = tuple(item for item in self.fields.get(name, []) if isinstance(item, float))
         if not all(map(math.isfinite, found)):
-            raise UsageError(f"{self.kind}: {name} is not finite; correct it")
+            raise ValueError(f"{self.kind}: {name} is not finite; correct it")
+        return found
+
+    def numbers(self, name: str, usual: tuple[float, ...]) -> tuple[float, ...]:
+        """Return the first numbers of a field; the usual ones if it has others, or too few."""
+        found = self.values(name)
         return found[: len(usual)] if len(found) >= len(usual) else usual
 
     def number(self, name: str, usual: float) -> float:
@@ -68,6 +75,17 @@ class WbtText:
 Item = float | bool | WbtText | WbtNode
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Defined:
+    """A node with a name, which others may use."""
+
+    node: WbtNode
+    count: int
+    """Number of nodes in it, with itself and with what it uses."""
+    depth: int
+    """Their nesting."""
+
+
 class Parser:
     """Reads the nodes of a file."""
 
@@ -79,8 +97,8 @@ class Parser:
             where: For errors.
         """
         self._where, self._tokens = where, _TOKEN.findall(_COMMENT.sub(lambda match: match[1] or " ", text))
-        self._place, self._count = 0, 0
-        self._defined: dict[str, WbtNode] = {}
+        self._place, self._count, self._deepest = 0, 0, 0
+        self._defined: dict[str, _Defined] = {}
         self.protos: list[str] = []
         """Addresses of the PROTO files that it names."""
 
@@ -142,27 +160,43 @@ class Parser:
             f"'{self._where}' has '{' '.join(self._peek().split())[:40]}' where '{wanted}' should be; correct it"
         )
 
-    def _node(self, depth: int) -> WbtNode:
-        """Return the node at the place, which may be named by DEF or be one that was (USE)."""
-        self._count += 1
+    def _enter(self, depth: int, count: int = 1) -> None:
+        """Count nodes that reach down to a depth; nodes that are used count where they are used."""
+        self._count, self._deepest = self._count + count, max(self._deepest, depth)
         if depth > MAX_DEPTH or self._count > MAX_NODES:
             raise UsageError(f"'{self._where}' has more than {MAX_NODES} nodes, or nests them over {MAX_DEPTH} deep")
-        name = ""
+
+    def _node(self, depth: int) -> WbtNode:
+        """Return the node at the place, which may be named by DEF or be one that was (USE)."""
         if self._peek() == "USE":
-            name = self._next(1)
-            self._place += 1
-            if name not in self._defined:
-                raise UsageError(f"'{self._where}' has USE {name[:40]} without a DEF before it; correct it")
-            return self._defined[name]
-        if self._peek() == "DEF":
-            name = self._next(1)
-            self._place += 1
+            return self._used(depth)
+        self._enter(depth)
+        if self._peek() != "DEF":
+            return self._body(depth)
+        name = self._next(1)
+        self._place += 1
+        before, above, self._deepest = self._count - 1, self._deepest, depth
+        node = self._body(depth)
+        self._defined[name] = _Defined(node, self._count - before, self._deepest - depth)
+        self._deepest = max(above, self._deepest)
+        return node
+
+    def _used(self, depth: int) -> WbtNode:
+        """Return the node that USE names; one that has not ended yet cannot be used in itself."""
+        name = self._next(1)
+        self._place += 1
+        found = self._defined.get(name)
+        if found is None:
+            raise UsageError(f"'{self._where}' has USE {name[:40]} without a DEF that ends before it; correct it")
+        self._enter(depth + found.depth, found.count)
+        return found.node
+
+    def _body(self, depth: int) -> WbtNode:
+        """Return the node at the place by its kind and fields."""
         kind = self._peek()
         if not _WORD.match(kind) or self._next(1) != "{":
             raise self._wrong("NODE {")
         node = WbtNode(kind)
-        if name:
-            self._defined[name] = node
         self._place += 1
         while self._peek() != "}":
             # What Webots saves of the state of a simulation has the word hidden before it.

@@ -153,10 +153,7 @@ def _table(node: WbtNode) -> str:
 def _cabinet(node: WbtNode) -> str:
     """Return the box of a cabinet, whose back is at its origin; its doors are closed."""
     deep, thick = node.number("depth", 0.5), node.number("outerThickness", 0.02)
-    wide, high = (
-        sum(item for item in node.fields.get(key, []) if isinstance(item, float)) or usual
-        for key, usual in (("columnsWidths", 0.9), ("rowsHeights", 1.0))
-    )
+    wide, high = (sum(node.values(key)) or usual for key, usual in (("columnsWidths", 0.9), ("rowsHeights", 1.0)))
     return _solid(_box((deep, wide + 2 * thick, high + 2 * thick), x=deep / 2))
 
 

@@ -1,7 +1,4 @@
-"""Rawlogs of MRPT: objects in binary form, compressed by gzip or not.
-
-An object is a byte with the length of its class's name and the highest bit set, the name, a byte with the version, its
-fields in the order in which they are written (little-endian), and the byte 0x88. Fields may be objects.
+"""Rawlogs of MRPT: objects in binary form (see `mrpt_bytes`), compressed by gzip or not.
 
 There are two forms: pairs of actions (`CActionCollection`) and observations (`CSensoryFrame`), or observations with
 times one after the other. Read are 2-D scans, landmarks and odometry of both forms; others are counted and left out.
@@ -28,6 +25,7 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Scan, Sighting
 from mjsim.logs.files import MAX_NUMBER
+from mjsim.logs.formats.mrpt_bytes import MrptBytes
 from mjsim.logs.resampling import Log, Mount, RobotLog, kept
 
 SUFFIXES = (".rawlog", ".rawlog.gz")
@@ -35,7 +33,8 @@ MIN_UNPACKED, MAX_COMPRESSION = 64 << 20, 30
 """Maximum length of what is unpacked: so much, or so many times the size of the file [bytes]."""
 HEAD = 4096
 """Bytes in which the first object must begin."""
-MAX_BEAMS = 10_000
+MAX_BEAMS, MAX_LANDMARKS, MAX_LIDARS, MAX_KINDS = 10_000, 1000, 20, 50
+"""Maximum number of beams of a scan, landmarks of an observation, lidars or their places, and kinds that are counted."""
 MIN_RANGE = 0.02
 """Smaller ranges were not measured [m]."""
 UNIX_EPOCH = 11_644_473_600
@@ -44,89 +43,18 @@ USUAL_PERIOD = 0.1
 """From one action to the next, if the file has no times [s]."""
 MAX_TILT = math.radians(5.0)
 """A scanner tilted by more does not measure horizontally [rad]."""
-LANDMARKS_VERSION = 3
-"""Version of `CObservationBearingRange` that is read."""
+VERSIONS: Mapping[str, range] = {
+    "CObservation2DRangeScan": range(9),
+    "CObservationBearingRange": range(3, 4),
+    "CObservationOdometry": range(3),
+    "CActionRobotMovement2D": range(3, 8),
+}
+"""Versions of the classes that are read."""
 RANGE, BEARING = 0.1, math.radians(2.0)
 """Standard deviations of a landmark for a log that gives covariances instead [m, rad]. A guess."""
 ODOMETRY = 0
 """Method of estimation of a movement that is odometry; 1 is scan matching."""
 _HEADER = re.compile(rb"[\x80-\xff](?:[a-z0-9]+::)*C[A-Z0-9][A-Za-z0-9_]{2,60}")
-
-
-@dataclass(slots=True)
-class _Bytes:
-    """Reads values one after the other."""
-
-    data: bytes
-    place: int = 0
-
-    def take(self, form: str) -> tuple[float, ...]:
-        """Return values of a form of `struct`.
-
-        Raises:
-            struct.error: The data end before.
-        """
-        values = struct.unpack_from(f"<{form}", self.data, self.place)
-        self.place += struct.calcsize(f"<{form}")
-        return values
-
-    def array(self, kind: str, count: int) -> Array:
-        """Return an array of numbers, shape (count,)."""
-        size = np.dtype(kind).itemsize * count
-        if self.place + size > len(self.data):
-            raise struct.error("the array is cut")
-        found = np.frombuffer(self.data, dtype=kind, count=count, offset=self.place)
-        self.place += size
-        return found
-
-    def text(self) -> str:
-        """Return a text."""
-        length = int(self.take("I")[0])
-        if length > MAX_BEAMS:
-            raise struct.error("the text is too long")
-        return bytes(self.array("u1", length).astype(np.uint8)).decode(errors="replace")
-
-    def head(self) -> tuple[str, int]:
-        """Return class, without namespace, and version of an object."""
-        length = int(self.take("B")[0]) & 0x7F
-        name = bytes(self.array("u1", length).astype(np.uint8)).decode(errors="replace")
-        return name.rpartition("::")[2], int(self.take("B")[0])
-
-    def pose(self) -> Array:
-        """Return a pose in 2-D or 3-D that is an object, shape (4, 4) [m]."""
-        from scipy.spatial.transform import Rotation
-
-        name, version = self.head()
-        pose = np.eye(4)
-        if name == "CPose2D":
-            x, y, heading = self.take("3d" if version else "3f")
-            pose[:2, 3] = x, y
-            pose[:3, :3] = Rotation.from_euler("z", heading).as_matrix()
-        elif name == "CPose3D" and version == 3:
-            pose[:3, 3], turn = self.take("3d"), self.take("9d")
-            pose[:3, :3] = np.reshape(turn, (3, 3))
-        elif name == "CPose3D" and version == 2:
-            pose[:3, 3], (w, x, y, z) = self.take("3d"), self.take("4d")
-            pose[:3, :3] = Rotation.from_quat([x, y, z, w]).as_matrix()
-        elif name == "CPose3D" and version < 2:
-            pose = self.matrix()
-        else:
-            raise struct.error(f"{name} has the version {version}")
-        self.take("B")
-        if pose.shape != (4, 4) or not np.isfinite(pose).all() or np.abs(pose).max() > MAX_NUMBER:
-            raise struct.error("a pose is not finite")
-        return pose
-
-    def matrix(self) -> Array:
-        """Return a matrix that is an object."""
-        name, _ = self.head()
-        rows, columns = (int(value) for value in self.take("2I"))
-        if rows * columns > MAX_BEAMS:
-            raise struct.error("a matrix is too large")
-        kind = "<f8" if name == "CMatrixD" else "<f4"
-        found = self.array(kind, rows * columns).astype(float).reshape(rows, columns)
-        self.take("B")
-        return found
 
 
 @dataclass(slots=True)
@@ -146,6 +74,10 @@ class _Found:
     timeless: int = 0
     """Number of observations without a time."""
     sightings: list[Sighting] = field(default_factory=list)
+
+    def leave_out(self, kind: str) -> None:
+        """Count an object that is not read."""
+        self.left_out[kind if kind in self.left_out or len(self.left_out) < MAX_KINDS else "other objects"] += 1
 
 
 def is_rawlog(path: Path) -> bool:
@@ -176,14 +108,14 @@ def read_rawlog(path: Path) -> Log:
     for start, name, version in _objects(data):
         if start < done:
             continue
-        reader = _Bytes(data, start)
+        reader = MrptBytes(data, start)
         reader.head()
         try:
             _take(found, name, version, reader)
             done = reader.place
         except struct.error as error:
-            kind = f"broken {name}" if "unpack" not in str(error) else f"{name} that is cut"
-            found.left_out[kind] += 1
+            kind = f"{name} that is cut" if "unpack" in str(error) else f"broken {name} ({error})"
+            found.leave_out(kind)
     if not found.odometry and not found.scans and not found.sightings:
         seen = ", ".join(f"{count} {name}" for name, count in found.left_out.most_common(5))
         raise UsageError(
@@ -230,14 +162,15 @@ def _objects(data: bytes) -> Iterator[tuple[int, str, int]]:
             yield start, data[start + 1 : end].decode().rpartition("::")[2], data[end]
 
 
-def _take(found: _Found, name: str, version: int, reader: _Bytes) -> None:
+def _take(found: _Found, name: str, version: int, reader: MrptBytes) -> None:
     """Process an object whose head was read."""
-    if name == "CObservation2DRangeScan":
+    if version not in VERSIONS.get(name, (version,)):
+        found.leave_out(f"{name} of version {version}")
+    elif name == "CObservation2DRangeScan":
         _take_scan(found, version, reader)
     elif name == "CObservationOdometry":
-        pose, _, (stamp,) = reader.pose(), reader.text(), reader.take("Q")
-        found.odometry.append((_seconds(stamp), *_planar(pose)))
-    elif name == "CObservationBearingRange" and version == LANDMARKS_VERSION:
+        _take_odometry(found, reader)
+    elif name == "CObservationBearingRange":
         _take_landmarks(found, reader)
     elif name == "CActionRobotMovement2D":
         if int(reader.take("i")[0]) == ODOMETRY:
@@ -250,42 +183,60 @@ def _take(found: _Found, name: str, version: int, reader: _Bytes) -> None:
             found.pose = found.pose @ move
         found.moved.clear()
     elif name.startswith(("CObservation", "CAction")) and name != "CActionCollection":
-        found.left_out[name] += 1
+        found.leave_out(name)
 
 
-def _mean(reader: _Bytes) -> Array:
+def _take_odometry(found: _Found, reader: MrptBytes) -> None:
+    """Process a pose by odometry, which is of no use without its time."""
+    pose, _, (ticks,) = reader.pose(), reader.text(), reader.take("Q")
+    if not ticks:
+        raise struct.error("it has no time")
+    found.odometry.append((_seconds(ticks), *_planar(pose)))
+
+
+def _mean(reader: MrptBytes) -> Array:
     """Return the mean of a movement that scan matching found."""
     name, _ = reader.head()
     if name != "CPosePDFGaussian":
-        raise struct.error(f"a movement is a {name}")
+        raise struct.error("a movement of another class")
     return reader.pose()
 
 
-def _take_landmarks(found: _Found, reader: _Bytes) -> None:
+def _take_landmarks(found: _Found, reader: MrptBytes) -> None:
     """Process ranges and bearings of landmarks, with their numbers."""
     reader.take("4f")
     robot_from_sensor, (ticks,), (has_covariances,) = reader.pose(), reader.take("Q"), reader.take("B")
-    spread = (RANGE, BEARING) if has_covariances else (float(each) for each in reader.take("3f")[:2])
-    stamp = _stamp(found, ticks)
+    spread = (RANGE, BEARING) if has_covariances else reader.take("3f")[:2]
     (count,) = reader.take("I")
-    variances = np.square([max(each, 1e-6) for each in spread])
-    for _ in range(int(count)):
-        distance, bearing, elevation, number = reader.take("3fi")
-        if has_covariances:
-            reader.matrix()
-        flat = distance * math.cos(elevation)
-        local = np.array([flat * math.cos(bearing), flat * math.sin(bearing), distance * math.sin(elevation), 1.0])
-        x, y, *_ = robot_from_sensor @ local
-        if not math.isfinite(x) or not math.isfinite(y) or math.hypot(x, y) < MIN_RANGE:
-            found.left_out["landmarks without a range"] += 1
-            continue
-        name = f"landmark{int(number)}" if number >= 0 else None
-        covariance = np.diag(variances)
-        found.sightings.append(Sighting(stamp, name, math.hypot(x, y), math.atan2(y, x), covariance))
+    if count > MAX_LANDMARKS or not all(0.0 <= each <= MAX_NUMBER for each in spread):
+        raise struct.error("its numbers make no landmarks")
+    covariance = np.diag(np.square([max(each, 1e-6) for each in spread]))
+    seen = [_landmark(reader, robot_from_sensor, has_covariance=bool(has_covariances)) for _ in range(int(count))]
+    stamp = _stamp(found, ticks)
+    for name, x, y in seen:
+        if MIN_RANGE <= math.hypot(x, y) <= MAX_NUMBER:
+            found.sightings.append(Sighting(stamp, name, math.hypot(x, y), math.atan2(y, x), covariance))
+        else:
+            found.leave_out("landmarks without a range")
+
+
+def _landmark(reader: MrptBytes, robot_from_sensor: Array, *, has_covariance: bool) -> tuple[str | None, float, float]:
+    """Return the name of a landmark, None if it has none, and its place in the frame of the robot [m]."""
+    distance, bearing, elevation, number = reader.take("3fi")
+    if has_covariance:
+        reader.matrix()
+    if not all(map(math.isfinite, (distance, bearing, elevation))):
+        return None, math.nan, math.nan
+    flat = distance * math.cos(elevation)
+    local = [flat * math.cos(bearing), flat * math.sin(bearing), distance * math.sin(elevation), 1.0]
+    x, y, *_ = robot_from_sensor @ local
+    return f"landmark{int(number)}" if number >= 0 else None, float(x), float(y)
 
 
 def _stamp(found: _Found, ticks: float) -> float:
     """Return the time of an observation, and note where the robot is then, if it is one of a frame [s]."""
+    if not ticks and not found.pairs:
+        raise struct.error("it has no time")
     found.timeless += not ticks
     stamp = _seconds(ticks) if ticks else USUAL_PERIOD * found.pairs
     if found.pairs and (not found.odometry or stamp > found.odometry[-1][0]):
@@ -293,14 +244,14 @@ def _stamp(found: _Found, ticks: float) -> float:
     return stamp
 
 
-def _take_scan(found: _Found, version: int, reader: _Bytes) -> None:
+def _take_scan(found: _Found, version: int, reader: MrptBytes) -> None:
     """Process a 2-D scan."""
     aperture, leftwards, reach = reader.take("fBf")
     robot_from_sensor = reader.pose()
     if version < 6:
         reader.matrix()
     count = int(reader.take("I")[0])
-    if not 2 <= count <= MAX_BEAMS or not 0.0 < aperture < 2.1 * math.pi or not reach > 0.0:
+    if not 2 <= count <= MAX_BEAMS or not 0.0 < aperture < 2.1 * math.pi or not 0.0 < reach <= MAX_NUMBER:
         raise struct.error("its numbers make no scan")
     ranges = reader.array("<f4", count).astype(float)
     valid = reader.array("u1", count) > 0 if version >= 1 else ranges < reach
@@ -319,7 +270,7 @@ def _take_scan(found: _Found, version: int, reader: _Bytes) -> None:
     stamp = _stamp(found, ticks)
     turned = robot_from_sensor[:3, :3]
     if abs(turned[2, 2]) < math.cos(MAX_TILT):
-        found.left_out["scans of a tilted scanner"] += 1
+        found.leave_out("scans of a tilted scanner")
         return
     # An upside-down scanner turns the other way.
     if bool(leftwards) != (turned[2, 2] > 0.0):
@@ -331,24 +282,27 @@ def _take_scan(found: _Found, version: int, reader: _Bytes) -> None:
     increment = swept / (count - 1) if math.isfinite(swept) and swept > 0.0 else None
     scan = Scan(stamp, ranges, -aperture / 2, step, MIN_RANGE, reach, time_increment=increment)
     name = _named(found, label, robot_from_sensor)
+    if name is None:
+        found.leave_out(f"scans of more than {MAX_LIDARS} lidars, or places of them")
+        return
     if (before := found.scans.get(name)) and len(before[0].ranges) != count:
-        found.left_out[f"scans of {name} with another number of beams"] += 1
+        found.leave_out(f"scans of {name} with another number of beams")
         return
     found.scans.setdefault(name, []).append(scan)
 
 
-def _named(found: _Found, label: str, robot_from_sensor: Array) -> str:
-    """Return the name of a lidar: its label, with a number for another place."""
+def _named(found: _Found, label: str, robot_from_sensor: Array) -> str | None:
+    """Return the name of a lidar: its label, with a number for another place; None if there are too many."""
     x, y, z = np.round(robot_from_sensor[:3, 3], 3).tolist()
     yaw = round(math.atan2(robot_from_sensor[1, 0], robot_from_sensor[0, 0]), 3)
     mount = Mount(at=(x + 0.0, y + 0.0, z if z > 0.0 else 0.3), yaw=yaw + 0.0)
     plain = re.sub(r"[^A-Za-z0-9_-]+", "_", label).strip("_")[:40] or "laser"
-    number = 1
-    while True:
-        name = plain if number == 1 else f"{plain}_{number}"
+    for name in (plain, *(f"{plain}_{number}" for number in range(2, MAX_LIDARS + 1))):
+        if name not in found.mounts and len(found.mounts) == MAX_LIDARS:
+            return None
         if found.mounts.setdefault(name, mount) == mount:
             return name
-        number += 1
+    return None
 
 
 def _planar(pose: Array) -> tuple[float, float, float]:
