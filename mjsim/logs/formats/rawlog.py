@@ -34,7 +34,7 @@ MIN_UNPACKED, MAX_COMPRESSION = 64 << 20, 30
 HEAD = 4096
 """Bytes in which the first object must begin."""
 MAX_BEAMS, MAX_LANDMARKS, MAX_LIDARS, MAX_KINDS = 10_000, 1000, 20, 50
-"""Maximum number of beams of a scan, landmarks of an observation, lidars or their places, and kinds that are counted."""
+"""Maximum number of beams of a scan, landmarks of an observation, lidars (or their places), and kinds counted."""
 MIN_RANGE = 0.02
 """Smaller ranges were not measured [m]."""
 UNIX_EPOCH = 11_644_473_600
