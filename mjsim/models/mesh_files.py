@@ -127,9 +127,11 @@ def _meshes(
     turn = np.eye(4)
     turn[:3, :3] = _upright(path, data, ending, up_axis=up_axis)
     beside: Any = _Beside(read)
+    # Otherwise objects of one material are one mesh, with the name of the first.
+    apart: dict[str, Any] = {"split_objects": True} if named and ending == ".obj" else {}
     try:
         scene = trimesh.load_scene(
-            io.BytesIO(data), file_type=ending[1:], resolver=beside, process=False, skip_materials=False
+            io.BytesIO(data), file_type=ending[1:], resolver=beside, process=False, skip_materials=False, **apart
         )
         found: list[Any] = [mesh for mesh in scene.dump() if len(getattr(mesh, "faces", ()))]
         for mesh in found:

@@ -112,3 +112,19 @@ def test_static_models_of_gazebo_hold_their_joints_and_odd_ones_are_told(tmp_pat
     assert not [joint for joint in compile_world(world).joints if "leaf" in joint.name]
     assert "guessed: ball joint 'odd::h': held: mjsim brings in revolute, continuous, prismatic joints" in found.report
     assert "guessed: joint 'lost::h': held: it joins nested models" in found.report
+
+
+@pytest.mark.parametrize(
+    ("limits", "count", "told"),
+    [
+        ("-1.5708 1.5708", 1, None),
+        ("0 0", 0, None),
+        ("1 -1", 1, "guessed: limits of joint 'door::h': the lower one is above the upper one; it has none"),
+    ],
+)
+def test_equal_limits_hold_a_joint_and_inverted_ones_are_told(limits, count, told, tmp_path):
+    low, high = limits.split()
+    door = DOOR.replace(">-1.5708<", f">{low}<").replace(">1.5708<", f">{high}<")
+    world, found = brought(scene(tmp_path, door, version="1.9"))
+    assert compile_world(world).compile().njnt == count
+    assert [line for line in found.report if "limits" in line] == ([told] if told else [])

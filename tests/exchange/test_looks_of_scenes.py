@@ -50,6 +50,22 @@ def test_textures_of_boxes_and_walls_are_those_of_maps_and_scripts(tmp_path):
     assert "guessed: material Gazebo/Bricks 'bricks': the texture materials/brick.jpg of mjsim" in found.report
 
 
+def test_no_picture_outside_is_read(tmp_path):
+    folder = tmp_path / "a" / "b" / "c" / "d" / "e"
+    (folder / "scripts").mkdir(parents=True)
+    (tmp_path / "red.png").write_bytes(RED)
+    (folder / "link.png").symlink_to(tmp_path / "red.png")
+    named = [f"{tmp_path}/red.png", f"file://{tmp_path}/red.png", "../../../../../red.png", "link.png"]
+    scripts = [f"material M{k} {{ {{ texture {name} }} }}\n" for k, name in enumerate(named)]
+    (folder / "scripts" / "a.material").write_text("".join(scripts))
+    looks = [f"<pbr><metal><albedo_map>{name}</albedo_map></metal></pbr>" for name in named]
+    looks += [f"<script><uri>scripts</uri><name>M{k}</name></script>" for k in range(len(named))]
+    content = [model(boxed(look, at=f"{4 * k} 5 0.25 0 0 0"), name=f"m{k}") for k, look in enumerate(looks)]
+    world, found = brought(scene(folder, "".join(content)))
+    assert [thing.texture for thing in world.obstacles] == [None] * 8
+    assert not found.files
+
+
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
 TENT = "mtllib a.mtl\n" + SQUARE + "usemtl red\nf 1/1 2/2 5/3\nf 2/1 3/2 5/3\nf 3/1 4/2 5/3\nf 4/1 1/2 5/3\n"
 
@@ -84,6 +100,28 @@ GEOMETRY = """<geometry id="{0}-id" name="{0}"><mesh><source id="{0}p">
 offset="0"/><p>0 2 1 0 1 3 0 3 2 1 2 3</p></triangles></mesh></geometry>"""
 
 
+OBJECTS = """o small
+v 0 0 0
+v 1 0 0
+v 0 1 0
+v 0 0 1
+f 1 3 2
+f 1 2 4
+f 1 4 3
+f 2 3 4
+o large
+v 10 0 0
+v 12 0 0
+v 10 2 0
+v 10 0 2
+f 5 7 6
+f 5 6 8
+f 5 8 7
+f 6 7 8
+"""
+"""The same as Wavefront OBJ."""
+
+
 def two_tetrahedra() -> str:
     """Return Collada with 'small', 1 m wide, and 'large' at x = 10 m, 2 m wide."""
     corners = {"small": "0 0 0 1 0 0 0 1 0 0 0 1", "large": "10 0 0 12 0 0 10 2 0 10 0 2"}
@@ -103,9 +141,11 @@ def two_tetrahedra() -> str:
         ("<submesh><name>small</name></submesh>", (0, 0, 0), (1, 1, 1)),
     ],
 )
-def test_a_submesh_is_the_part_of_that_name(inside, low, high, tmp_path):
+@pytest.mark.parametrize("file", ["two.dae", "two.obj"])
+def test_a_submesh_is_the_part_of_that_name(file, inside, low, high, tmp_path):
     (tmp_path / "two.dae").write_text(two_tetrahedra())
-    mesh = f"<geometry><mesh><uri>two.dae</uri>{inside}</mesh></geometry>"
+    (tmp_path / "two.obj").write_text(OBJECTS)
+    mesh = f"<geometry><mesh><uri>{file}</uri>{inside}</mesh></geometry>"
     found = read_sdf(scene(tmp_path, model(link("0 0 0 0 0 0", mesh))), search=[])
     corners = np.concatenate([solid.corners() for thing in found.things for solid in thing.solids])
     assert corners.min(axis=0) == pytest.approx(low)

@@ -160,6 +160,14 @@ def test_a_door_of_absurd_mass_still_makes_a_world(tmp_path):
     assert compile_world(world).compile().body_mass.sum() == pytest.approx(1e5)
 
 
+def test_inverted_stops_are_told(tmp_path):
+    leaf = 'endPoint Solid { name "leaf" boundingObject Box { size 0.04 0.9 2 } }'
+    hinge = "jointParameters HingeJointParameters { minStop 1 maxStop -1 }"
+    scene = read_wbt(world_of(f"{HEAD}Solid {{ children [ HingeJoint {{ {hinge} {leaf} }} ] }}", tmp_path))
+    assert scene.things[0].parts[0].joints[0].range is None
+    assert [(item.kind, item.name) for item in scene.items] == [("stops of joint", "leaf")]
+
+
 def test_what_is_only_seen_or_of_no_use_is_told(tmp_path):
     text = f"""{HEAD}
     Solid {{ name "cad" children [ CadShape {{ url [ "a.obj" "b.obj" ] }} ] }}

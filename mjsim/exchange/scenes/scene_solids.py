@@ -131,7 +131,7 @@ class ScenePart:
         Raises:
             ValueError: A number is not finite, or too large.
         """
-        numbers = np.concatenate([(*joint.anchor, *joint.axis) for joint in self.joints] or [np.zeros(0)])
+        numbers = np.array([(joint.anchor, joint.axis) for joint in self.joints])
         if not (np.abs(numbers) <= MAX_COORDINATE).all():
             raise ValueError(f"a joint of '{self.name}' is not finite, or above {MAX_COORDINATE:g} m away; correct it")
 

@@ -70,10 +70,10 @@ def trees_of(
         parent, child = ends[id(joint)]
         if parent not in owner or child not in owner:
             scene.tell(Fate.GUESSED, "joint", f"{name}::{joint.get('name', '')}", "held: it joins nested models")
-        elif joint.get("type") in KINDS:
+        elif joint.get("type") in KINDS and not _is_locked(joint):
             moving.append(joint)
         else:
-            if joint.get("type") != "fixed":
+            if joint.get("type") not in ("fixed", *KINDS):
                 why = f"held: mjsim brings in {', '.join(KINDS)} joints"
                 scene.tell(Fate.GUESSED, f"{joint.get('type')} joint", f"{name}::{joint.get('name', '')}", why)
             _merge(owner, parent, child)
@@ -101,6 +101,9 @@ def trees_of(
             inner = list(parts(child))
             if solids or inner:
                 made = _joint(joint, model, frames, world_from_model, where, in_joint=in_joint)
+                if (limits := _limits(joint)) is not None and limits[0] > limits[1]:
+                    why = "the lower one is above the upper one; it has none"
+                    scene.tell(Fate.GUESSED, "limits of joint", f"{name}::{joint.get('name', '')}", why)
                 label = own[0].name if own else joint.get("name", "part")
                 skins = [skin for link in own for skin in link.skins]
                 yield ScenePart(label, [made], solids, sum(link.mass for link in own), inner, skins)
@@ -128,26 +131,33 @@ def _joint(
     said = f"{where}: joint '{joint.get('name', '')}'"
     turned = np.array([0.0, 0.0, 1.0]) if axis is None else axis_of(axis, frames, pose, said, in_joint=in_joint)
     numbers = {
-        key: finite_number(None if axis is None else axis.findtext(key))
-        for key in ("limit/lower", "limit/upper", *(f"dynamics/{key}" for key in ("damping", "friction")))
+        key: finite_number(None if axis is None else axis.findtext(f"dynamics/{key}"))
+        for key in ("damping", "friction", "spring_stiffness", "spring_reference")
     }
-    numbers |= {
-        key: finite_number(None if axis is None else axis.findtext(f"dynamics/spring_{key}"))
-        for key in ("stiffness", "reference")
-    }
-    low, high = numbers["limit/lower"], numbers["limit/upper"]
-    bounded = low is not None and high is not None and low < high and max(-low, high) < MAX_HINGE_LIMIT
+    limits = _limits(joint)
+    bounded = limits is not None and limits[0] < limits[1] and max(-limits[0], limits[1]) < MAX_HINGE_LIMIT
     length = float(np.linalg.norm(turned))
     return SceneJoint(
         kind=KINDS[joint.get("type", "")],
         anchor=(world_from_model @ pose)[:3, 3],
         axis=world_from_model[:3, :3] @ (turned / length if length > 0.0 else np.array([0.0, 0.0, 1.0])),
-        range=(low, high) if bounded and low is not None and high is not None else None,
-        damping=max(numbers["dynamics/damping"] or 0.0, 0.0),
-        friction=max(numbers["dynamics/friction"] or 0.0, 0.0),
-        stiffness=max(numbers["stiffness"] or 0.0, 0.0),
-        rest=numbers["reference"] or 0.0,
+        range=limits if bounded else None,
+        damping=max(numbers["damping"] or 0.0, 0.0),
+        friction=max(numbers["friction"] or 0.0, 0.0),
+        stiffness=max(numbers["spring_stiffness"] or 0.0, 0.0),
+        rest=numbers["spring_reference"] or 0.0,
     )
+
+
+def _limits(joint: Element) -> tuple[float, float] | None:
+    """Return the limits of a joint [rad or m]; None if it has not both, as of a continuous one."""
+    low, high = (finite_number(joint.findtext(f"axis/limit/{end}")) for end in ("lower", "upper"))
+    return None if low is None or high is None or joint.get("type") == "continuous" else (low, high)
+
+
+def _is_locked(joint: Element) -> bool:
+    limits = _limits(joint)
+    return limits is not None and limits[0] == limits[1]
 
 
 def _root(owner: Mapping[str, str], name: str) -> str:

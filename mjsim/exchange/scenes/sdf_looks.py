@@ -93,7 +93,7 @@ class SdfLooks:
         return None
 
     def _picture(self, uri: str, file: Path, name: str) -> SceneTexture | None:
-        place = Path(uri) if Path(uri).is_absolute() else self._folders.find(uri, file.parent)
+        place = self._folders.find(uri, file.parent)
         if place is None or not place.is_file():
             self._tell(Fate.LEFT_OUT, "texture", uri, "not found")
             return None

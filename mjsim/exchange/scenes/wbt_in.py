@@ -224,6 +224,8 @@ class _Reader:
         axis = world_from_node[:3, :3] @ given.numbers("axis", tuple(np.roll(usual, 1) if self._turns else usual))
         anchor = np.array(given.numbers("anchor", (0.0, 0.0, 0.0)))
         low, high, now = (given.number(key, 0.0) for key in ("minStop", "maxStop", "position"))
+        if low > high:
+            self.scene.tell(Fate.GUESSED, "stops of joint", label, "minStop is above maxStop; it has none")
         length = float(np.linalg.norm(axis))
         joint = SceneJoint(
             kind=MOVING[node.kind],
