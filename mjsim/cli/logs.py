@@ -23,7 +23,7 @@ def import_log(
         Path,
         typer.Argument(
             metavar="LOG",
-            help="MRCLAM, Victoria Park, TUM RGB-D, EuRoC, CARMEN or MRPT rawlog; a ROS bag; or YAML that describes tables.",
+            help="MRCLAM, Victoria Park, TUM RGB-D, EuRoC, CARMEN or MRPT; a ROS bag; or YAML that describes tables.",
         ),
     ],
     output: Annotated[Path, typer.Option("-o", metavar="RUN.mcap", help="The recording to write.")],
