@@ -29,7 +29,7 @@ from .estimation.graph_factors import (
 from .estimation.graph_refinement import Leg, MeasuredGraph, refined_poses
 from .estimation.held_frame import HeldFrame
 from .estimation.look_checks import GATE, LookChecks, PosedSighting
-from .estimation.odometry_errors import COUNT, POSITIVE, OdometryErrors, evidence_of_none
+from .estimation.odometry_errors import COUNT, OdometryErrors
 from .estimation.range_errors import RANGE_ERRORS, RangeErrors
 from .estimation.recent_motion import RecentMotion
 from .estimation.relocation import ANYWHERE, Relocation
@@ -46,8 +46,6 @@ RELINEARISED = 0.01
 default, a corridor of 14 m bends by 0.1 m more."""
 CHANGED = 1.2
 """The prior of systematic errors is replaced when a variance has changed by this factor."""
-NONE = 1e-3
-"""Factor on the variances of systematic errors of odometry while the sightings say that there are none."""
 
 
 class GraphSlam:
@@ -127,7 +125,6 @@ class GraphSlam:
         self._legs: list[Leg] = []
         self._sightings: list[tuple[int, Sighting]] = []
         self._odometry_errors, self._systematic_variances = OdometryErrors(self._systematic), np.zeros(COUNT)
-        self._no_errors = False
         self._systematic_prior = SharedPrior(gtsam, self._common, changed=CHANGED)
         self._range_prior = SharedPrior(gtsam, self._ranges, changed=CHANGED)
         self._range_errors, self._range_mean = RangeErrors(scale=self._scale), np.zeros(RANGE_ERRORS)
@@ -230,7 +227,7 @@ class GraphSlam:
             first_covariance=self._first_covariance,
             legs=self._legs,
             sightings=[(number, self._mended(sighting)) for number, sighting in self._sightings],
-            systematic_variances=self._assumed_variances,
+            systematic_variances=self._systematic_variances,
         )
 
     def _extend(self, sightings: list[Sighting], time: float) -> None:
@@ -325,7 +322,7 @@ class GraphSlam:
 
     def _solve(self, graph: Any, values: Any) -> None:
         """Add new factors and values, and replace priors of the systematic errors that have changed."""
-        outdated = self._systematic_prior.renew(graph, self._assumed_variances + SOFT)
+        outdated = self._systematic_prior.renew(graph, self._systematic_variances + SOFT)
         if self._ranges_may_err:
             outdated += self._range_prior.renew(graph, self._range_errors.variances + SOFT)
         added = self._solver.update(graph, values, outdated).getNewFactorsIndices()
@@ -344,7 +341,6 @@ class GraphSlam:
         if self._ranges_may_err:
             self._range_mean = np.asarray(values.atVector(self._ranges))
         self._error_covariance = np.asarray(self._solver.marginalCovariance(self._common))
-        self._compare_with_none()
         if self._held:
             self._frame.add(self._poses, float(np.sqrt(self._covariance[2, 2])))
         self._places = {name: np.asarray(values.atPoint2(key)) for name, key in self._names.items()}
@@ -352,21 +348,6 @@ class GraphSlam:
             name: self._frame.landmark(place, self._solver.marginalCovariance(self._names[name]))
             for name, place in self._places.items()
         }
-
-    @property
-    def _assumed_variances(self) -> Array:
-        return self._systematic_variances * (NONE if self._no_errors else 1.0)
-
-    def _compare_with_none(self) -> None:
-        """Assume no systematic errors of odometry from positive evidence for that on, until there is some against it.
-
-        Estimating errors that are none costs accuracy.
-        """
-        assumed = self._systematic_prior.variances
-        if assumed is not None and not math.isinf(self._systematic):
-            prior = self._systematic_variances + SOFT
-            evidence = evidence_of_none(self._errors, self._error_covariance, assumed=assumed, prior=prior)
-            self._no_errors = evidence > (0.0 if self._no_errors else POSITIVE)
 
     def _belief(self) -> Estimate:
         """Return the last pose of the graph, propagated by odometry, and the map."""

@@ -1,4 +1,4 @@
-"""The same filter with constant errors of odometry and without: which of the two the sightings support.
+"""The same filter with constant errors of odometry and sensor and without: which of the two the sightings support.
 
 Estimating errors that are none costs accuracy, and assuming none where there are some costs more. Both filters get the
 same data, and the belief is their average. The one without errors counts only once the data have spoken for it: with
@@ -15,9 +15,10 @@ from numpy.typing import ArrayLike
 from mjsim.geometry import Array, wrap_angle
 
 from ..estimation.ekf_models import MotionModel
-from ..estimation.odometry_errors import POSITIVE
 from .ekf_filter import EkfSlamFilter
 
+POSITIVE = 1.0
+"""Logarithm of the Bayes factor from which evidence is positive (Kass, Raftery, Bayes Factors, JASA 90, 1995)."""
 DECIDED = 20.0
 """Logarithm of the Bayes factor against the filter without errors after which it is given up."""
 SMALL = 1e-3
@@ -70,7 +71,7 @@ class RivalFilters:
 
     @property
     def without_errors(self) -> float:
-        """Probability that odometry has no constant errors, if the data have spoken for that; otherwise 0."""
+        """Probability that there are no constant errors, if the data have spoken for that; otherwise 0."""
         if self._rival is None or self._most < POSITIVE:
             return 0.0
         return 1.0 / (1.0 + math.exp(-min(self._evidence, 700.0)))

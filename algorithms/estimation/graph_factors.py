@@ -189,17 +189,16 @@ class SharedPrior:
             changed: The factor by which a variance has to change.
         """
         self._gtsam, self._key, self._changed = gtsam, key, changed
-        self.variances: Array | None = None
-        """Those in the graph; None before there is a prior."""
+        self._variances: Array | None = None
         self._factor, self._place = -1, -1
 
     def renew(self, graph: Any, variances: Array) -> list[int]:
         """Add the prior to a graph of new factors if its variances have changed; return which factor is outdated."""
-        old = self.variances
+        old = self._variances
         if old is not None and np.all((variances <= self._changed * old) & (old <= self._changed * variances)):
             return []
         noise = self._gtsam.noiseModel.Diagonal.Variances(variances)
-        self.variances, self._place = variances, graph.size()
+        self._variances, self._place = variances, graph.size()
         graph.add(self._gtsam.PriorFactorVector(self._key, np.zeros(len(variances)), noise))
         return [] if self._factor < 0 else [self._factor]
 

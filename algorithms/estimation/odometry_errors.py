@@ -23,27 +23,6 @@ LATEST = 0.5
 """Maximum delay of the motion [s]."""
 BEGIN = 0.05
 """Distance after which the noise of odometry is compared with the distance [m]."""
-POSITIVE = 1.0
-"""Logarithm of the Bayes factor from which evidence is positive (Kass, Raftery, Bayes Factors, JASA 90, 1995)."""
-
-
-def evidence_of_none(mean: Array, covariance: Array, *, assumed: Array, prior: Array) -> float:
-    """Return the logarithm of the Bayes factor of motion without errors against errors with a prior.
-
-    Args:
-        mean: Estimate of p errors with the prior that was assumed, shape (p,).
-        covariance: Of it, shape (p, p).
-        assumed: Variances of the prior that was assumed, shape (p,).
-        prior: Variances of the prior to be compared with none, shape (p,).
-
-    References:
-        Dickey, The Weighted Likelihood Ratio, Annals of Mathematical Statistics 42(1), 1971: densities at zero.
-    """
-    information = np.linalg.inv(covariance)
-    told = information @ mean
-    data = information - np.diag(1.0 / assumed)
-    squared = told @ np.linalg.solve(data + np.diag(1.0 / prior), told)
-    return float(0.5 * (np.linalg.slogdet(np.eye(len(mean)) + prior[:, None] * data)[1] - squared))
 
 
 class OdometryErrors:

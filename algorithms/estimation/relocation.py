@@ -34,7 +34,10 @@ ROW, ROW_SECONDS = 5, 1.0
 CARRIED = 1e-4
 """Prior odds, whenever landmarks are expected, that the robot is elsewhere."""
 WRONG = 1, 100
-"""Prior number of sightings of the map that fail although the robot is where it believes, and of all."""
+"""Prior number of looks at the map that fail although the robot is where it believes, and of all. The sightings of one
+look fail together: all share the tilt of the robot."""
+FAR = 4.0
+"""One look that misses by less than this times the gate says nothing: errors may be twice as large as stated."""
 RARE = 0.02
 """Proportion of innocent times without an expected sighting that says nothing: longer ones are evidence."""
 TRIAL = 3
@@ -79,6 +82,7 @@ class Relocation:
         self._failed: deque[bool] = deque(maxlen=COUNTED)
         self._row: deque[float] = deque(maxlen=MAX_SIGHTINGS)
         self._wrong, self._compared = WRONG
+        self._agreed, self._far = -np.inf, False
         self._agreeing: set[Hashable] = set()
         self._lost = False
         self._unseen = UnseenLandmarks()
@@ -98,7 +102,7 @@ class Relocation:
         """Probability that the robot is elsewhere, by sightings that fail one after the other or do not come."""
         if self.doubted:
             return 1.0
-        chance = (self._wrong / self._compared) ** len(self._row)
+        chance = (self._wrong / self._compared) ** max(self._failed_looks() - (not self._far), 0)
         if self._unseen.rarity < RARE:
             chance *= self._unseen.rarity
         return CARRIED / (CARRIED + chance) if chance < 1.0 else 0.0
@@ -117,10 +121,14 @@ class Relocation:
             self._records.append((name, sighting))
         if failed:
             self._row.append(sighting.stamp)
+            self._far |= distance > FAR * gate and sighting.stamp != self._agreed
         else:
             if not self._lost:
-                self._wrong, self._compared = self._wrong + len(self._row), self._compared + len(self._row) + 1
-            self._row.clear()
+                looks = self._failed_looks()
+                self._wrong, self._compared = self._wrong + looks, self._compared + looks
+                self._compared += sighting.stamp != self._agreed
+            self._clear_row()
+            self._agreed = sighting.stamp
             self._agreeing.add(name)
             if not self._lost:
                 self._records.clear()
@@ -132,6 +140,14 @@ class Relocation:
             self._agreeing.clear()
         elif failures <= AGAIN and len(self._agreeing) > 1:
             self._lost = False
+
+    def _failed_looks(self) -> int:
+        """Return the number of looks that failed since one agreed."""
+        return len({*self._row} - {self._agreed})
+
+    def _clear_row(self) -> None:
+        self._row.clear()
+        self._far = False
 
     def _is_row(self) -> bool:
         return len(self._row) >= ROW and self._row[-1] - self._row[0] >= ROW_SECONDS
@@ -164,7 +180,7 @@ class Relocation:
     def _found(self) -> None:
         """Forget what failed before a new pose; it is on trial."""
         self._records.clear()
-        self._row.clear()
+        self._clear_row()
         self._failed = deque([True] * (FAILING - TRIAL), maxlen=COUNTED)
         self._lost = False
 

@@ -55,7 +55,7 @@ class UnseenLandmarks:
         self._blank, self._agreed = 0.0, self._agreed + 1
 
     def forget(self) -> None:
-        """Discard that time: the robot was elsewhere."""
+        """Discard that time."""
         self._blank = 0.0
 
     def look(self, belief: Estimate, seen: Observation) -> None:
@@ -69,6 +69,7 @@ class UnseenLandmarks:
                 around = ((row + i, column + j) for i in (-1, 0, 1) for j in (-1, 0, 1))
                 self._seen_from.update((sighting.name, *cell) for cell in around)
         if named:
+            self.forget()  # What disagrees is evidence of its own.
             return
         near = (name for name in belief.landmarks if (name, row, column) in self._seen_from)
         if any(self._is_in_view(belief, name) for name in near):

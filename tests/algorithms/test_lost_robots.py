@@ -166,11 +166,12 @@ def test_the_covariance_is_that_of_a_mixture_of_here_and_elsewhere_by_what_faile
     recorded(relocation, "oooooooxoo" * 10 if wrong_before else "o" * 100, name="gone")
     belief = Estimate(pose=Pose(1.0, 2.0, 0.5), covariance=covariance, joint_covariance=np.pad(covariance, (0, 2)))
     assert relocation.reported(belief, observed()) is belief
-    # Bayes: one sighting in a hundred was expected to be wrong, and the same number were right since; odds of 1 in
-    # 10,000 for a robot that is elsewhere, where all are wrong.
+    # Bayes: one look in a hundred was expected to be wrong, and the same number were right since; odds of 1 in 10,000
+    # for a robot that is elsewhere, where all are wrong.
     wrong = (1 + wrong_before) / 200
     for count in (1, 2, 3):
-        recorded(relocation, "x", name="gone")
+        for _ in range(2):  # Two sightings of one look tell no more than one.
+            relocation.record("gone", Sighting(99.0 + 0.1 * count, "gone", 2.0, 0.0, R), 1e3, gate=GATE)
         odds = 1e-4 / wrong**count
         elsewhere = odds / (1.0 + odds)
         assert relocation.elsewhere == pytest.approx(elsewhere)
@@ -181,6 +182,21 @@ def test_the_covariance_is_that_of_a_mixture_of_here_and_elsewhere_by_what_faile
         np.testing.assert_array_equal(told.joint_covariance[3:], (1.0 - elsewhere) * belief.joint_covariance[3:])
     recorded(relocation, "o", name="gone")
     assert relocation.reported(belief, observed()) is belief
+
+
+def test_a_look_that_misses_nearly_or_that_agrees_in_part_says_nothing():
+    relocation, elsewhere = Relocation(), []
+    for time, distance in [(0.0, 1.0), (0.0, 1e3), (0.1, 3.9 * GATE), (0.1, 1.1 * GATE), (0.2, 1.1 * GATE), (0.3, 1e3)]:
+        relocation.record("r1", Sighting(time, "r1", 2.0, 0.0, R), distance, gate=GATE)
+        elsewhere.append(relocation.elsewhere)
+    assert elsewhere[:4] == [0.0] * 4
+    odds = 1e-4 / np.array([1 / 101, (1 / 101) ** 3])
+    np.testing.assert_allclose(elsewhere[4:], odds / (1.0 + odds))
+
+
+def test_a_silence_ends_with_any_sighting():
+    assert suspicious(x=0.4)
+    assert not suspicious(x=0.4, interrupted=True)
 
 
 def test_a_silence_is_as_rare_as_the_innocent_ones_before_it():
@@ -203,7 +219,9 @@ def observed(*sightings):
     return Observation(time=0.0, dt=DT, odometry=Odometry(0.0, 0.0, 0.0, np.eye(3)), sightings=sightings)
 
 
-def suspicious(*, heading=-0.3, agreed=50, other_reason=0.0, blank=0.7, x=0.0, expected=("close", "near", "far")):
+def suspicious(
+    *, heading=-0.3, agreed=50, other_reason=0.0, blank=0.7, x=0.0, interrupted=False, expected=("close", "near", "far")
+):
     """Return whether it is evidence that a robot that has seen three landmarks from the origin sees none at (x, 0)."""
     unseen = UnseenLandmarks()
     places = {"close": np.array([1.2, 0.2]), "near": np.array([3.0, 0.5]), "far": np.array([5.0, 5.0])}
@@ -223,6 +241,9 @@ def suspicious(*, heading=-0.3, agreed=50, other_reason=0.0, blank=0.7, x=0.0, e
     for _ in range(agreed):
         unseen.agree()
     wait(blank, x, heading)
+    if interrupted:
+        unseen.look(belief(x, heading), observed(Sighting(0.0, "wrong", 2.0, 0.0, R)))
+        wait(0.5 * blank, x, heading)
     return unseen.suspicious
 
 

@@ -4,12 +4,11 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scipy.stats import chi2, multivariate_normal
+from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
 from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam, EkfSlamFilter, InvariantEkfSlamFilter, odometry_motion
 from mjsim.algorithms.estimation.ekf_models import range_bearing
-from mjsim.algorithms.estimation.odometry_errors import evidence_of_none
 from mjsim.algorithms.fastslam import FastSlam
 from mjsim.algorithms.graph_slam import GraphSlam
 from mjsim.algorithms.picture_errors import PictureErrors
@@ -166,19 +165,3 @@ def test_a_robot_that_starts_or_brakes_is_taken_to_nod_farther():
     assert spread[5] == pytest.approx(0.01 * np.hypot(1.0, 5.0 * 0.8 * 0.5 / 0.2), rel=1e-6)
     assert spread[64] == pytest.approx(0.01, rel=1e-3)
     assert spread[65] == pytest.approx(spread[5], rel=1e-3)
-
-
-def test_the_evidence_for_odometry_without_errors_is_the_ratio_of_two_likelihoods():
-    rng = np.random.default_rng(0)
-    D, noise = rng.normal(size=(30, 2)), 0.3
-    prior, assumed = np.array([0.5, 0.1]) ** 2, np.array([0.02, 0.4]) ** 2
-    for errors in ((0.0, 0.0), (0.3, -0.1)):
-        z = D @ errors + noise * rng.standard_normal(30)
-        covariance = np.linalg.inv(D.T @ D / noise**2 + np.diag(1.0 / assumed))
-        mean = covariance @ D.T @ z / noise**2
-        none, some = (
-            multivariate_normal(cov=D @ np.diag(variances) @ D.T + noise**2 * np.eye(30)).logpdf(z)
-            for variances in (np.zeros(2), prior)
-        )
-        told = evidence_of_none(mean, covariance, assumed=assumed, prior=prior)
-        assert told == pytest.approx(none - some)
