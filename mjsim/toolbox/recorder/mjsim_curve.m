@@ -10,6 +10,12 @@ function [f, limits, rest] = mjsim_curve(given, limits, dimensions)
       f{end} = vectorize(inline(f{end}));
       f{end} = str2func(sprintf('@(%s) %s', strjoin(argnames(f{end})', ','), formula(f{end})));
     end
+    try
+      nargin(f{end});
+    catch % of a function that is built in
+      builtin_one = f{end};
+      f{end} = @(x) builtin_one(x);
+    end
     given(1) = [];
   end
   if isempty(f), error('a function is expected, such as @(x) sin(x)'); end

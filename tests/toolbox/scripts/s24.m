@@ -11,7 +11,7 @@ xlim([0 3]);
 w = axis();
 print -depsc told.eps
 figure; f = figure;
-fplot(@(x) x .^ 2, [0 2]); ezplot('x^2 + y^2 - 1');
+fplot(@(x) x .^ 2, [0 2]); fplot(@tan, [0 1]); ezplot(@sin); ezplot('x^2 + y^2 - 1');
 r = robot({link([0 1 0 0 0]), link([0 1 0 0 0])}, 'plane');
 r.gravity = [0 9.81 0];
 r.link{1}.m = 1; r.link{1}.r = [-0.5 0 0];
