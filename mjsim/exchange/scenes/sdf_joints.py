@@ -1,7 +1,7 @@
 """The joints of a model of SDF: which links move as one, and what hinges and slides move on them."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -57,69 +57,98 @@ def trees_of(
         scene: Notes what is lost.
         in_joint: Whether axes are in the frames of their joints unless they say otherwise.
     """
-    name, where = model.get("name", ""), f"{frames.where}: {model.get('name', '')}"
-    joints = [joint for joint in model.findall("joint") if joint.get("type") is not None]
-    known = {link.name for link in links}
-    ends = {
-        id(joint): tuple(link_named(model, joint.findtext(end) or "") for end in ("parent", "child"))
-        for joint in joints
-    }
-    owner = {each: each for each in (WORLD, *known)}
-    moving = []
-    for joint in joints:
-        parent, child = ends[id(joint)]
-        if parent not in owner or child not in owner:
-            scene.tell(Fate.GUESSED, "joint", f"{name}::{joint.get('name', '')}", "held: it joins nested models")
-        elif joint.get("type") in KINDS and not _is_locked(joint):
-            moving.append(joint)
-        else:
-            if joint.get("type") not in ("fixed", *KINDS):
-                why = f"held: mjsim brings in {', '.join(KINDS)} joints"
-                scene.tell(Fate.GUESSED, f"{joint.get('type')} joint", f"{name}::{joint.get('name', '')}", why)
-            _merge(owner, parent, child)
-    carried: dict[str, list[Element]] = {}
-    children: set[str] = set()
-    for joint in moving:
-        parent, child = (_root(owner, end) for end in ends[id(joint)])
-        if child == _root(owner, WORLD):
-            # A joint has the world as its child in some files; it works the other way round.
-            parent, child = child, parent
-        if parent == child or child in children:
-            scene.tell(Fate.LEFT_OUT, "joint", f"{name}::{joint.get('name', '')}", "it closes a loop of links")
-            continue
-        children.add(child)
-        carried.setdefault(parent, []).append(joint)
-
-    def members(root: str) -> list[SdfLink]:
-        return [link for link in links if _root(owner, link.name) == root]
-
-    def parts(root: str) -> Iterator[ScenePart]:
-        for joint in carried.get(root, []):
-            child = next(each for end in reversed(ends[id(joint)]) if (each := _root(owner, end)) != root)
-            own = members(child)
-            solids = [solid for link in own for solid in link.solids]
-            inner = list(parts(child))
-            if solids or inner:
-                made = _joint(joint, model, frames, world_from_model, where, in_joint=in_joint)
-                if (limits := _limits(joint)) is not None and limits[0] > limits[1]:
-                    why = "the lower one is above the upper one; it has none"
-                    scene.tell(Fate.GUESSED, "limits of joint", f"{name}::{joint.get('name', '')}", why)
-                label = own[0].name if own else joint.get("name", "part")
-                skins = [skin for link in own for skin in link.skins]
-                yield ScenePart(label, [made], solids, sum(link.mass for link in own), inner, skins)
-
-    world = _root(owner, WORLD)
+    forest = _Forest(model, links, frames, world_from_model, scene, in_joint)
+    forest.join()
+    world = forest.root(WORLD)
     # Links without any joint between them are meant as one thing, though Gazebo lets them fall apart.
-    loose = [
-        root for root in dict.fromkeys(_root(owner, link.name) for link in links) if root not in {world, *children}
-    ]
-    found = [
-        SdfTree(
-            [link for root in roots for link in members(root)], [part for root in roots for part in parts(root)], held
-        )
-        for roots, held in (([world], True), (loose, False))
-    ]
+    roots = dict.fromkeys(forest.root(link.name) for link in links)
+    loose = [root for root in roots if root not in {world, *forest.moved}]
+    found = [forest.tree([world], held=True), forest.tree(loose, held=False)]
     return [tree for tree in found if tree.parts or any(link.solids for link in tree.links)]
+
+
+@dataclass(slots=True, eq=False)
+class _Forest:
+    """Links that are merged where they do not move on each other, and the joints between the rest."""
+
+    model: Element
+    links: Sequence[SdfLink]
+    frames: SdfFrames
+    world_from_model: Array
+    scene: Scene
+    in_joint: bool
+    owner: dict[str, str] = field(default_factory=dict)
+    """Link -> one that it moves with, itself for the root of these."""
+    carried: dict[str, list[tuple[Element, str]]] = field(default_factory=dict)
+    """Root -> the joints on it, and the roots that these move."""
+    moved: set[str] = field(default_factory=set)
+    """Roots that a joint moves."""
+
+    def join(self) -> None:
+        """Merge what does not move, then hang what moves on its parents."""
+        self.owner = {each: each for each in (WORLD, *(link.name for link in self.links))}
+        joints = [joint for joint in self.model.findall("joint") if joint.get("type") is not None]
+        moving = [joint for joint in joints if self._moves(joint)]
+        for joint in moving:
+            parent, child = map(self.root, self._ends(joint))
+            if child == self.root(WORLD):
+                # A joint has the world as its child in some files; it works the other way round.
+                parent, child = child, parent
+            if parent == child or child in self.moved:
+                self._tell(Fate.LEFT_OUT, "joint", joint, "it closes a loop of links")
+                continue
+            self.moved.add(child)
+            self.carried.setdefault(parent, []).append((joint, child))
+
+    def root(self, name: str) -> str:
+        """Return the link that stands for all that move with one."""
+        while self.owner[name] != name:
+            name = self.owner[name]
+        return name
+
+    def tree(self, roots: Sequence[str], *, held: bool) -> SdfTree:
+        """Return what some roots stand for, and what moves on it."""
+        links = [link for root in roots for link in self._members(root)]
+        return SdfTree(links, [part for root in roots for part in self._parts(root)], held)
+
+    def _moves(self, joint: Element) -> bool:
+        """Return whether a joint moves; else its links are merged."""
+        parent, child = self._ends(joint)
+        kind = joint.get("type", "")
+        if parent not in self.owner or child not in self.owner:
+            self._tell(Fate.GUESSED, "joint", joint, "held: it joins nested models")
+            return False
+        if kind in KINDS and not _is_locked(joint):
+            return True
+        if kind not in ("fixed", *KINDS):
+            self._tell(Fate.GUESSED, f"{kind} joint", joint, f"held: mjsim brings in {', '.join(KINDS)} joints")
+        self.owner[self.root(child)] = self.root(parent)
+        return False
+
+    def _ends(self, joint: Element) -> tuple[str, str]:
+        parent, child = (link_named(self.model, joint.findtext(end) or "") for end in ("parent", "child"))
+        return parent, child
+
+    def _members(self, root: str) -> list[SdfLink]:
+        return [link for link in self.links if self.root(link.name) == root]
+
+    def _parts(self, root: str) -> Iterator[ScenePart]:
+        where = f"{self.frames.where}: {self.model.get('name', '')}"
+        for joint, child in self.carried.get(root, []):
+            own, inner = self._members(child), list(self._parts(child))
+            solids = [solid for link in own for solid in link.solids]
+            if not solids and not inner:
+                continue
+            made = _joint(joint, self.model, self.frames, self.world_from_model, where, in_joint=self.in_joint)
+            if (limits := _limits(joint)) is not None and limits[0] > limits[1]:
+                why = "the lower one is above the upper one; it has none"
+                self._tell(Fate.GUESSED, "limits of joint", joint, why)
+            label = own[0].name if own else joint.get("name", "part")
+            skins = [skin for link in own for skin in link.skins]
+            yield ScenePart(label, [made], solids, sum(link.mass for link in own), inner, skins)
+
+    def _tell(self, fate: Fate, kind: str, joint: Element, why: str) -> None:
+        self.scene.tell(fate, kind, f"{self.model.get('name', '')}::{joint.get('name', '')}", why)
 
 
 def _joint(
@@ -158,16 +187,3 @@ def _limits(joint: Element) -> tuple[float, float] | None:
 def _is_locked(joint: Element) -> bool:
     limits = _limits(joint)
     return limits is not None and limits[0] == limits[1]
-
-
-def _root(owner: Mapping[str, str], name: str) -> str:
-    while owner[name] != name:
-        name = owner[name]
-    return name
-
-
-def _merge(owner: dict[str, str], first: str, second: str) -> None:
-    first, second = _root(owner, first), _root(owner, second)
-    if second == WORLD:
-        first, second = second, first
-    owner[second] = first
