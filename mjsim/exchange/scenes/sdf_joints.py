@@ -58,7 +58,7 @@ def trees_of(
         in_joint: Whether axes are in the frames of their joints unless they say otherwise.
     """
     forest = _Forest(model, links, frames, world_from_model, scene, in_joint)
-    forest.join()
+    forest.grow()
     world = forest.root(WORLD)
     # Links without any joint between them are meant as one thing, though Gazebo lets them fall apart.
     roots = dict.fromkeys(forest.root(link.name) for link in links)
@@ -84,7 +84,7 @@ class _Forest:
     moved: set[str] = field(default_factory=set)
     """Roots that a joint moves."""
 
-    def join(self) -> None:
+    def grow(self) -> None:
         """Merge what does not move, then hang what moves on its parents."""
         self.owner = {each: each for each in (WORLD, *(link.name for link in self.links))}
         joints = [joint for joint in self.model.findall("joint") if joint.get("type") is not None]
