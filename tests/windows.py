@@ -27,9 +27,7 @@ def chromium() -> Iterator[Browser]:
 @contextmanager
 def page_at(browser: Browser, url: str, *, outside: bool = False, **window) -> Iterator[Page]:
     """Open a page, without the view of runs from outside unless it is wanted: to draw it costs much."""
-    with opened(browser, url, **window) as page:
-        if not outside:
-            page.evaluate("localStorage.setItem('mjsim.run.outside', 'no')")
+    with opened(browser, url, remembers={} if outside else {"mjsim.run.outside": "no"}, **window) as page:
         yield page
 
 

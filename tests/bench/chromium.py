@@ -1,9 +1,11 @@
 """A headless Chromium for measurements, pictures and tests of the studio's page."""
 
+import json
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from types import MappingProxyType
 from typing import Literal
 from weakref import WeakKeyDictionary
 
@@ -81,6 +83,7 @@ def page_at(
     scheme: Literal["light", "dark"] = "light",
     touch: bool = False,
     own: bool = False,
+    remembers: Mapping[str, str] = MappingProxyType({}),
 ) -> Iterator[Page]:
     """Open a page in a window that remembers nothing; its errors fail the test when it is closed.
 
@@ -93,6 +96,7 @@ def page_at(
         touch: Whether the screen can be touched.
         own: Whether the window is new, and is closed at the end: for who needs that, or adds scripts, listeners or
             sessions to the page. Otherwise it is that of the page before, which saves a third of the processor time.
+        remembers: What the page remembers of visits before, by its keys: there before its first script reads them.
     """
     errors: list[str] = []
 
@@ -107,13 +111,30 @@ def page_at(
         page.emulate_media(color_scheme=scheme, reduced_motion="reduce")  # no colour, no size is on its way
         page.on("pageerror", complain)
         page.on("console", listen)
-        page.goto(url)
-        # A one-time address leads on by itself.
-        page.wait_for_url(lambda now: "token=" not in now)
+        with _remembering(page, remembers):
+            page.goto(url)
+            # A one-time address leads on by itself.
+            page.wait_for_url(lambda now: "token=" not in now)
         yield page
         page.remove_listener("pageerror", complain)
         page.remove_listener("console", listen)
     assert errors == [], errors
+
+
+@contextmanager
+def _remembering(page: Page, remembers: Mapping[str, str]) -> Iterator[None]:
+    """Put this into the storage of each page that the block opens, before any script of it."""
+    if not remembers:
+        yield
+        return
+    session = page.context.new_cdp_session(page)
+    session.send("Page.enable")
+    put = f"Object.assign(localStorage, {json.dumps(dict(remembers))})"
+    session.send("Page.addScriptToEvaluateOnNewDocument", {"source": put})
+    try:
+        yield
+    finally:
+        session.detach()  # the script goes with it
 
 
 def _new_page(browser: Browser, *, touch: bool = False) -> Page:

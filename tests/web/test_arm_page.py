@@ -150,7 +150,7 @@ def test_sliders_and_fields_move_an_arm_in_a_browser(browser):
     with LiveView(world) as live:
         session = Session(world, speed=1.0, on_tick=live.show, on_change=live.changed)
         live.steer(session)
-        with session, page_at(browser, live.url) as page:
+        with session, page_at(browser, live.url, outside=True) as page:
             expect(page.get_by_role("tab", name="Joints")).to_have_attribute("aria-selected", "true", timeout=PATIENCE)
             page.locator("[data-view='outside'] canvas[data-filled]").wait_for(timeout=PATIENCE)
             slider = page.get_by_role("slider", name="joint1")

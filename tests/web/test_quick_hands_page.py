@@ -32,6 +32,7 @@ people:
 robots:
   - {{name: puma, base: fixed, at: [4, -2], arms: [{{preset: puma560}}], sensors: [{{camera: eye, on: arm/tool}}]}}
 """
+JUDGED = {"distance": 3.2, "fault": "it resembles posters/lion.jpg so much that one is taken for the other"}
 WEDGES = """() => {
   window.wedges = 0;
   const { createRadialGradient } = CanvasRenderingContext2D.prototype;
@@ -179,6 +180,48 @@ def names_are_followed_fit_and_are_free_before_the_last_change_is_answered(sheet
     expect(sheet.page.locator(".problems")).to_have_text("No problems")
 
 
+def a_press_counts_although_what_was_typed_before_it_draws_the_panel_anew(sheet):
+    sheet.plan.focus()
+    sheet.press("v")
+    row(sheet, "stool").click()
+    sheet.field("Box height").fill("0.55")
+    hold(sheet, sheet.page.get_by_title("Duplicate (Ctrl+D)"), until="[0.4, 0.3, 0.55]")
+    sheet.reads("name: stool-2")
+    sheet.press("Control+z", "Control+z")
+    sheet.reads("name: stool, box: [0.4, 0.3, 0.6]")
+
+
+def hold(sheet, button, *, until):
+    """Press a button, and let it go when the text reads something else, and all is drawn."""
+    box = button.bounding_box()
+    sheet.page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    sheet.page.mouse.down()
+    sheet.reads(until)
+    sheet.page.evaluate(DRAWN)
+    sheet.page.mouse.up()
+
+
+def a_picture_keeps_its_place_and_its_name_while_recognition_judges_it(sheet):
+    asked = []
+    sheet.page.route("**/api/judge", lambda route: asked.append(route))
+    sheet.plan.focus()
+    sheet.press("p")
+    sheet.page.get_by_label("Kind").select_option("picture")
+    sheet.page.locator(".strip-tool .pick").click()
+    picture = sheet.page.get_by_role("dialog").get_by_role("button", name="cat.jpg", exact=True)
+    picture.scroll_into_view_if_needed()
+    box = picture.bounding_box()
+    sheet.page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] - 4)
+    sheet.page.mouse.down()
+    (route,) = asked
+    route.fulfill(json={"pictures": {f"posters/{name}.jpg": JUDGED for name in ("cat", "lion", "bear", "fox")}})
+    expect(picture).to_contain_text("resembles")
+    assert picture.bounding_box() == box
+    sheet.page.mouse.up()
+    sheet.click(8.8, 3)
+    sheet.reads("image: posters/cat.jpg")
+
+
 def test_a_quick_hand_gets_what_was_meant(browser, tmp_path):
     with sheet_of(browser, tmp_path, ROOM) as sheet:  # each part has things of its own
         sheet.page.set_viewport_size({"width": 1400, "height": 1300})  # so that each thing has its row in sight
@@ -191,4 +234,6 @@ def test_a_quick_hand_gets_what_was_meant(browser, tmp_path):
         what_a_camera_on_an_arm_has_in_view_is_not_drawn_as_if_it_were_on_the_base(sheet)
         a_space_bar_that_is_let_go_in_another_window_is_not_held_here(sheet)
         a_press_that_ends_outside_a_dialog_or_on_its_edge_leaves_it_open(sheet)
+        a_press_counts_although_what_was_typed_before_it_draws_the_panel_anew(sheet)
+        a_picture_keeps_its_place_and_its_name_while_recognition_judges_it(sheet)
         names_are_followed_fit_and_are_free_before_the_last_change_is_answered(sheet)

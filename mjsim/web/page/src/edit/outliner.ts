@@ -6,6 +6,7 @@ import { keyOf } from "../plan/plan";
 import { remembered } from "../ui/controls";
 import { el, fill, isCommand } from "../ui/dom";
 import { icon } from "../ui/icons";
+import { unpressed } from "../ui/press";
 import type { Editor } from "./editor";
 import { groupOf } from "./groups";
 import { HEADINGS, kindName } from "./kinds";
@@ -143,7 +144,7 @@ export class Outliner {
     requestAnimationFrame(() => {
       this.due = false;
       // While a name is written its row stays.
-      if (!this.paper.querySelector("input")) this.paint();
+      if (!this.paper.querySelector("input")) unpressed(this.paper, () => this.paint());
     });
   }
 

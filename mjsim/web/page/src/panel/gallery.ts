@@ -2,7 +2,7 @@
 
 import type { Studio } from "../shell/view";
 import { askWith } from "../ui/dialog";
-import { type Child, el } from "../ui/dom";
+import { type Child, el, fill } from "../ui/dom";
 import { icon } from "../ui/icons";
 import { meaningOf, word } from "../words/words";
 
@@ -154,15 +154,29 @@ class Group {
   }
 }
 
+/** A card: its name and its size stay what they are when more is known of it. */
 function card(portrait: Portrait, entry: Entry, answer: (value: string) => void): HTMLElement {
+  const more = el("span", { class: entry.later ? "card-more later" : "card-more" });
+  const tell = (known: Pick<Entry, "about" | "fault">): void => {
+    fill(more, ...told(known));
+    button.setAttribute("aria-description", more.textContent ?? "");
+    if (known.fault) button.title = `${entry.value}: ${known.fault}`;
+  };
   const button = el(
     "button",
-    { type: "button", class: "card", title: entry.value, onclick: () => answer(entry.value) },
+    {
+      type: "button",
+      class: "card",
+      title: entry.value,
+      "aria-label": entry.name,
+      onclick: () => answer(entry.value),
+    },
     portrait(entry),
     el("b", {}, entry.name),
-    ...told(entry),
+    more,
   );
-  void entry.later?.then((more) => more && button.append(...told(more)));
+  tell(entry);
+  void entry.later?.then((later) => later && tell(later));
   return button;
 }
 

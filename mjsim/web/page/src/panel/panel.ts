@@ -8,6 +8,7 @@ import { kindName } from "../edit/kinds";
 import { keyOf } from "../plan/plan";
 import { type Child, el, fill } from "../ui/dom";
 import { icon } from "../ui/icons";
+import { unpressed } from "../ui/press";
 import { said, word } from "../words/words";
 import type { Tools } from "./controls";
 import { driverRows, type RunValues, suggestion } from "./driver";
@@ -72,7 +73,7 @@ export class Panel {
     this.due = true;
     requestAnimationFrame(() => {
       this.due = false;
-      this.draw();
+      unpressed(this.body, () => this.draw());
     });
   }
 

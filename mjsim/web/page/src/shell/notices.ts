@@ -1,6 +1,6 @@
 /** Notices above the view: what the person should know or decide, without taking the keyboard from them. */
 
-import { el, fill } from "../ui/dom";
+import { el } from "../ui/dom";
 import { word } from "../words/words";
 
 export interface Action {
@@ -33,7 +33,8 @@ export class Notices {
       el("button", { class: "quiet square", "aria-label": word("shell.close"), onclick: away }, "✕"),
     );
     this.shown.set(key, { element, text });
-    fill(this.element, ...[...this.shown.values()].map((notice) => notice.element));
+    if (old) old.element.replaceWith(element);
+    else this.element.append(element);
   }
 
   clear(key: string): void {

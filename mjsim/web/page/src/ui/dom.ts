@@ -1,5 +1,7 @@
 /** Building the page: elements with attributes, listeners and children; text is always text, never markup. */
 
+import { unpressed } from "./press";
+
 type Listener = (event: never) => void;
 export type Attributes = Record<string, string | number | boolean | Listener | null | undefined>;
 export type Child = Node | string | null | undefined | false;
@@ -16,9 +18,9 @@ export function el<K extends keyof HTMLElementTagNameMap>(
   return element;
 }
 
-/** Put these in the place of an element's children. */
+/** Put these in the place of an element's children, once none of them is pressed. */
 export function fill(element: Element, ...children: Child[]): void {
-  element.replaceChildren(...present(children));
+  unpressed(element, () => element.replaceChildren(...present(children)));
 }
 
 /** Set the children, touching only what is elsewhere: a view that is moved loses its focus and its scroll. */
@@ -34,11 +36,15 @@ const CONTROLS = ":is(button, input, select, summary):not(:disabled)";
 
 /** Replace an element's children; the focus stays on the control of the same name or, for keyboard users, near it. */
 export function refill(element: Element, ...children: Child[]): void {
+  unpressed(element, () => refillNow(element, children));
+}
+
+function refillNow(element: Element, children: Child[]): void {
   const before = [...element.querySelectorAll<HTMLElement>(CONTROLS)];
   const index = before.indexOf(document.activeElement as HTMLElement);
   const active = before[index];
   const byKeys = active?.matches(":focus-visible") ?? false;
-  fill(element, ...children);
+  element.replaceChildren(...present(children));
   if (!active) return;
   const after = [...element.querySelectorAll<HTMLElement>(CONTROLS)];
   const again = after.find((control) => nameOf(control) === nameOf(active));
