@@ -173,7 +173,7 @@ class FastSlam:
             self._correct(sighting, R)
 
     def _relocate(self, time: float) -> None:
-        """Move each particle of a lost robot to where its map explains what is seen, once sightings tell."""
+        """Move each particle of a lost robot to where its map explains what is seen, once sightings determine it."""
         places = {name: self._weights @ self._means[:, i] for name, i in self._index.items()}
         found = self._relocation.find(self._recent, time, places)
         if found is None:

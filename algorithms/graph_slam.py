@@ -193,7 +193,7 @@ class GraphSlam:
     def _relocate(self, time: float) -> list[Sighting]:
         """Return sightings that a lost robot can be found by, after the step to there; none as long as there are none.
 
-        The step that odometry tells since the last pose is replaced by one of which nothing is known.
+        The step of odometry since the last pose is replaced by an unknown one.
         """
         found = self._relocation.find(self._recent, time, self._places, corrected=self._mended)
         if found is None:

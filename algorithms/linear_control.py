@@ -39,7 +39,9 @@ class TransferLaw:
         """
         top, bottom = np.trim_zeros(np.asarray(num, dtype=float), "f"), np.trim_zeros(np.asarray(den, dtype=float), "f")
         if not len(bottom) or not len(top) or len(top) > len(bottom):
-            raise ValueError(f"num is {list(num)}, den {list(den)}; num's degree must not be higher, and none may be 0")
+            raise ValueError(
+                f"num is {list(num)}, den {list(den)}; num must not have the higher degree, and neither may be 0"
+            )
         if not (np.isfinite(top).all() and np.isfinite(bottom).all()):
             raise ValueError("num and den must be finite")
         self._law = tf2ss(top, bottom)

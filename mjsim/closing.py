@@ -10,7 +10,7 @@ from mjsim.errors import MjsimError
 
 T = TypeVar("T")
 THREAD_TIMEOUT = 30.0
-"""Time limit for a thread of ours to end once it was told to [s]; not reached even on a loaded machine."""
+"""Time limit for a thread of ours to end once it was asked to [s]; not reached even on a loaded machine."""
 
 
 class Closes(ABC):
@@ -32,7 +32,7 @@ class Closes(ABC):
 
 
 def join(thread: threading.Thread, *, within: float = THREAD_TIMEOUT) -> None:
-    """Wait for the end of a thread that was told to end.
+    """Wait for the end of a thread that was asked to end.
 
     Args:
         thread: The thread.
@@ -43,7 +43,7 @@ def join(thread: threading.Thread, *, within: float = THREAD_TIMEOUT) -> None:
     """
     thread.join(within)
     if thread.is_alive():
-        raise MjsimError(f"thread '{thread.name}' did not end within {within:g} s; what it calls does not return")
+        raise MjsimError(f"thread '{thread.name}' did not end within {within:g} s; a call in it does not return")
 
 
 def awaited(future: "Future[T]", what: str, *, within: float) -> T:

@@ -1,6 +1,6 @@
-"""Positions where the robot has been, kept in the state of a filter: they tell how corrections move its map as a whole.
+"""Positions where the robot has been, kept in the state of a filter: they show how corrections move its map as a whole.
 
-A filter forgets where the robot was. When it learns late how everything mapped after a dark minute is turned, robot and
+A filter does not keep past poses. When it learns late how everything mapped after a dark minute is turned, robot and
 landmarks move, and nothing tells whether that was the map or the robot. Marks on the way move with them.
 """
 

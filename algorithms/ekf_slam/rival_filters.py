@@ -60,7 +60,7 @@ class RivalFilters:
             self._rival.predict(motion, moved, covariance)
 
     def update(self, names: Sequence[Hashable], measurements: ArrayLike, covariance: ArrayLike) -> None:
-        """Correct by simultaneous sightings, as `EkfSlamFilter.update`; they tell which filter expected them better."""
+        """Correct by simultaneous sightings, as `EkfSlamFilter.update`; they show which filter expected them better."""
         likelihood = self.leading.update(names, measurements, covariance)
         if self._rival is None:
             return

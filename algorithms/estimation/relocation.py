@@ -2,9 +2,9 @@
 
 A filter with an error far beyond its covariance rejects every correct sighting as an outlier, and stays wrong. If
 nearly all recent sightings of named landmarks fail the gate, they are evidence about the robot, not about the
-landmarks: it was kidnapped, slipped, or was pushed. From then on no sighting corrects the map, and the belief says how
-little is known, until two landmarks, seen one after the other, give the pose, or sightings agree again. The belief says
-so too while landmarks that should be in view are not seen; then one sighting that fails is enough.
+landmarks: it was kidnapped, slipped, or was pushed. From then on no sighting corrects the map, and the covariance is
+that of a robot that may be anywhere, until two landmarks, seen in sequence, give the pose, or sightings agree again.
+The same holds while landmarks that should be in view are not seen; then one sighting that fails is enough.
 """
 
 import itertools
@@ -37,9 +37,9 @@ WRONG = 1, 100
 """Prior number of looks at the map that fail although the robot is where it believes, and of all. The sightings of one
 look fail together: all share the tilt of the robot."""
 FAR = 4.0
-"""One look that misses by less than this times the gate says nothing: errors may be twice as large as stated."""
+"""One look that misses by less than this times the gate is no evidence: errors may be twice as large as stated."""
 RARE = 0.02
-"""Proportion of innocent times without an expected sighting that says nothing: longer ones are evidence."""
+"""Proportion of innocent times without an expected sighting that is no evidence: longer ones are evidence."""
 TRIAL = 3
 """Failures, with no agreement between, after which a robot that was found is lost again."""
 ANY_HEADING = np.pi**2 / 3.0
@@ -74,7 +74,7 @@ def _same(sighting: Sighting) -> Sighting:
 
 
 class Relocation:
-    """Records which sightings of the map failed, and says whether the robot is lost and how little is known then."""
+    """Records which sightings of the map failed, and whether the robot is lost, and gives its covariance then."""
 
     def __init__(self) -> None:
         """Start with nothing seen."""
@@ -99,7 +99,7 @@ class Relocation:
 
     @property
     def elsewhere(self) -> float:
-        """Probability that the robot is elsewhere, by sightings that fail one after the other or do not come."""
+        """Probability that the robot is elsewhere, by consecutive sightings that fail or do not come."""
         if self.doubted:
             return 1.0
         chance = (self._wrong / self._compared) ** max(self._failed_looks() - (not self._far), 0)
@@ -158,7 +158,7 @@ class Relocation:
         """Return the pose that explains the newest sighting of each landmark since they fail; None if none does.
 
         A landmark whose last sightings disagree with each other, given odometry, was seen while the robot was pushed or
-        slipped; it says nothing about where the robot is now.
+        slipped; it is no evidence of where the robot is now.
 
         Args:
             motion: Of the last seconds.

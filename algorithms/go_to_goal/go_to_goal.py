@@ -43,7 +43,7 @@ BACKWARDS = 0.4
 SETTLED = 0.6
 """Time since which obstacles stand [s]."""
 MOSTLY = 0.5
-"""Share of fresh points above which a scan says nothing of what moves."""
+"""Share of fresh points above which a scan does not show what moves."""
 MOVING_RANGE = 5.0
 """Range in which things that move are looked for [m]."""
 WINDOW = 2.0
@@ -249,7 +249,7 @@ class GoToGoal:
         return self._alignment.pose
 
     def _strange(self, points: Array) -> NDArray[np.bool_]:
-        """Return which points (n, 2) [m] say nothing of where the robot is: what moves, or may unless that is most."""
+        """Return which points (n, 2) [m] do not help to locate the robot: those that move, or may unless most do."""
         away = {thing: np.hypot(*(points - thing.place).T) < thing.radius + GATE for thing in self._moving.tracked}
         may = np.logical_or.reduce([np.zeros(len(points), dtype=bool), *away.values()])
         if np.count_nonzero(may) <= MOSTLY * len(points):

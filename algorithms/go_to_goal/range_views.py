@@ -12,14 +12,14 @@ from mjsim.interface import CameraFrame, Observation, PointCloud, RobotInfo, Sen
 from ..scans.level_scan import LevelLidar, LevelScan
 
 LOWEST, HEADROOM = 0.06, 0.1
-"""Points of depth cameras and 3-D lidars are obstacles from this height above the floor, to so much above the highest
-sensor [m]."""
+"""Points of depth cameras and 3-D lidars are obstacles from the first height, above the floor, to the second, above the
+highest sensor [m]."""
 BEARING = math.radians(1.0)
 """Width of a bearing into which such points are sorted [rad]."""
 DEPTH_RANGE, CLOUD_RANGE = 4.0, 8.0
 """Range of a depth camera, and of a 3-D lidar, beyond which nothing counts [m]."""
 STRIDE = 8
-"""Every so many rows and columns of a depth image are used."""
+"""Step in rows and columns of a depth image: the others are not used."""
 SMOOTHED = 3
 """Beams to each side over which the noise of a range is averaged, as far as they hit the same surface."""
 WINDOWS = (0, 1, 2, 4, 8, 16)
@@ -101,7 +101,7 @@ class Views:
         return views + [self._clouded(name, cloud) for name, cloud in seen.clouds.items()]
 
     def _ring(self, proximity: Array) -> RangeView:
-        """Return the view of the proximity rays; nobody says how far they reach: at least as far as they did."""
+        """Return the view of the proximity rays; their maximum range is unknown: at least what they measured."""
         self._reach = float(np.max(proximity, where=np.isfinite(proximity), initial=self._reach))
         farthest = self._reach + float(self._rims.min())
         return RangeView("proximity", Pose(0.0, 0.0, 0.0), 0.0, 2.0 * math.pi / 16, proximity + self._rims, farthest)

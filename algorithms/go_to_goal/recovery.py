@@ -105,7 +105,7 @@ class Recovery:
             pose: Of the robot.
             seconds: Time to the goal from here [s].
             now: [s]
-            area: Area seen so far, as far as it was unknown [m^2].
+            area: Area seen so far that was unknown [m^2].
             barred: Whether there is no way, so that `seconds` leads through obstacles.
         """
         self._note(pose, now)

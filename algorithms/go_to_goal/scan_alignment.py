@@ -19,8 +19,8 @@ DEVIATION = 0.04
 """Standard deviation of the distance of a point: errors of cells and neighbouring beams are shared [m]."""
 ROUNDS = 6
 FEWEST, MATCHED = 12, 0.75
-"""Fewer points near obstacles say nothing. If a smaller share of these then counts in full, they are others seen near
-by, such as the far sides of posts: in BARN worlds and rooms such alignments only made headings worse."""
+"""Fewer points near obstacles correct nothing. If a smaller share of these then counts in full, they are other points
+nearby, such as the far sides of posts: in BARN worlds and rooms such alignments only made headings worse."""
 
 
 class ScanAlignment:

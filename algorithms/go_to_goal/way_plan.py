@@ -80,7 +80,7 @@ class WayPlan:
 
     @property
     def seen_area(self) -> float:
-        """Area that has been seen, as far as it was unknown [m^2]."""
+        """Area that has been seen and was unknown [m^2]."""
         return 0.0 if len(self._walls) else np.count_nonzero(~self._doubt) * self.cell**2
 
     def contains(self, place: Array) -> bool:

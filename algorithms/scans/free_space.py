@@ -12,9 +12,9 @@ from .scan_walls import Surface
 MARGIN = 0.4
 """A beam that ends farther than this behind a wall has passed through it, one that ends nearer to it has met it [m]."""
 STEEP = 0.4
-"""Cosine of the angle of incidence below which a beam tells nothing: the wall may be a little farther aside."""
+"""Cosine of the angle of incidence below which a beam is ignored: the wall may be a little farther aside."""
 RANGE = 15.0
-"""Walls farther from the lidar tell nothing: errors of the heading move them too far [m]."""
+"""Walls farther from the lidar are ignored: errors of the heading move them too far [m]."""
 
 Views = Sequence[tuple[Array, LevelScan]]
 """Poses of the robot in some frame, shape (3,), and scans from there."""

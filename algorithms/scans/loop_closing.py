@@ -171,7 +171,7 @@ def _are_neighbours(one: Loop, other: Loop) -> bool:
 
 
 def _difference(one: Loop, other: Loop, poses: Array) -> tuple[float, bool]:
-    """Return the normalised squared difference of two loops between neighbours, and whether both tell the position."""
+    """Return the normalised squared difference of two loops between neighbours, and whether both fix the position."""
     by_one, by_other = compose(poses[one.old], one.step), compose(poses[other.old], other.step)
     # Where the second new part lies, by each of the two loops.
     way = step_between(poses[one.new], poses[other.new])

@@ -166,7 +166,7 @@ class SynchronousOdometry:
             self._rest = moment
 
     def time_of(self, stamp: float) -> float:
-        """Return when odometry tells where the robot was at the time of a scan [s]."""
+        """Return the time from which odometry covers that of a scan [s]."""
         return stamp + self.delay.seconds
 
     def since(self, stamp: float) -> Array:
@@ -179,7 +179,7 @@ class SynchronousOdometry:
         return self.delay.heading(self.time) - self.delay.heading(self.time_of(stamp))
 
     def overdue(self) -> tuple[Array, Array]:
-        """Return the motion that late odometry does not tell yet, shape (3,), and its covariance, shape (3, 3)."""
+        """Return the motion that late odometry does not contain yet, shape (3,), and its covariance, shape (3, 3)."""
         late = max(self.delay.seconds, 0.0)
         return late * self._recent.velocity(WINDOW), np.diag((late * UNFORESEEN) ** 2)
 

@@ -1,6 +1,6 @@
 """Odometry from scans, for robots and hand-held lidars without odometry of their own.
 
-A log without odometry, such as those of hand-held or flying lidars, says that the motion of each tick is unknown: its
+A log without odometry, such as those of hand-held or flying lidars, has an unknown motion in each tick: its
 increments are zero, with a large covariance.
 """
 
@@ -19,7 +19,7 @@ from .scan_search import FEWEST, covariance_of, hypotheses
 from .scan_walls import Surface, placed, rotation
 
 UNKNOWN = 0.25
-"""Odometry whose variance grows faster than this says nothing [m^2/s]; that of wheels at 3 m/s grows by 0.01."""
+"""Odometry whose variance grows faster than this is ignored [m^2/s]; that of wheels at 3 m/s grows by 0.01."""
 SPEED = np.array([0.5, 0.2, 0.7])
 """Standard deviation of the velocity forward, to the left and about z [m/s, m/s, rad/s]."""
 LASTING = 1.5
@@ -46,8 +46,8 @@ class ScanOdometry:
     """Motion from consecutive scans: each is matched to earlier ones, near where its velocity predicts it.
 
     A Kalman filter estimates the velocity, which is constant but for random accelerations and decays slowly. The turn
-    is predicted by the gyroscope if there is an inertial sensor. Along a bare corridor, where walls say nothing, the
-    velocity lasts for some seconds.
+    is predicted by the gyroscope if there is an inertial sensor. Along a bare
+    corridor, where walls do not constrain it, the velocity lasts for some seconds.
 
     References:
         Singer, Estimating Optimal Tracking Filter Performance for Manned Maneuvering Targets, IEEE Transactions on
@@ -66,7 +66,7 @@ class ScanOdometry:
 
     @staticmethod
     def is_needed(seen: Observation) -> bool:
-        """Return whether the odometry of a tick says nothing about the motion."""
+        """Return whether the odometry of a tick has no information about the motion."""
         return bool(seen.odometry.covariance[0, 0] > UNKNOWN * seen.dt)
 
     def update(self, seen: Observation, level_scan: LevelScan | None, walls: Surface | None) -> Odometry:

@@ -32,7 +32,7 @@ class TextbookEkfSlam:
         """The row in mu of each landmark's x; that of its y is the next."""
 
     def update(self, seen: Observation) -> Estimate:
-        """Return the belief after this tick's odometry and sightings, taken one after the other."""
+        """Return the belief after this tick's odometry and sightings, processed in sequence."""
         self.predict(seen.odometry)
         for z in seen.sightings:
             if z.name in self.first:

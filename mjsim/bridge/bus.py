@@ -24,7 +24,7 @@ LOOPBACK, LOOPBACK_DEVICE = "127.0.0.1", "lo"
 MAX_DOMAIN = 232
 """Number of domains; ports of higher ones would exceed 65535."""
 MAX_PROCESS_LENGTH = 100
-"""Maximum length of what others say of their process."""
+"""Maximum length of the description that others send of their process."""
 MAX_ENTITIES, POLL_SECONDS, SETTLING_SECONDS = 10_000, 0.02, 0.25
 """Maximum number of entities of other participants that are read, how often, and until how long after the last one
 [s]."""

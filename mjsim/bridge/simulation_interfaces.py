@@ -43,7 +43,7 @@ SAME_HEIGHT = 0.01
 """Largest difference of a height that is set from that of the entity [m]."""
 INFO = "mjsim: a step is a tick of the world (run.rate_hz); entities are its robots, obstacles and beacons"
 Coded = tuple[int, str]
-"""Result, and a line if there is something to say."""
+"""Result, and a line if there is a remark."""
 FINE: Coded = (OK, "")
 
 
@@ -258,7 +258,7 @@ class Entities:
     def state(self, name: str) -> tuple[float, Pose3, Array]:
         """Return time [s], world_from_entity, and (x, y, turn) velocity in the world frame [m/s, m/s, rad/s].
 
-        The velocity of a robot is its mean over the newest tick; that of others is not told.
+        The velocity of a robot is its mean over the newest tick; that of others is not given.
         """
         newest = self._newest
         if newest is None or name not in newest.poses:

@@ -83,7 +83,7 @@ def bridge(
 
 
 def _private(interface: str | None) -> str:
-    """Enter a private network; return what to tell about it."""
+    """Enter a private network; return a message about it."""
     from mjsim.bridge import enter_private_network
 
     if interface is not None:

@@ -20,7 +20,7 @@ def doctor(
     """Report which OpenGL works, how fast, and what is missing.
 
     Render a test picture; list the optional packages and what each is for; look
-    for GNU Octave; tell whether files of strangers are read with limits.
+    for GNU Octave; check whether files of strangers are read with limits.
     """
     from mjsim.doctor import diagnose, report_lines
 
@@ -34,9 +34,10 @@ def doctor(
 
 def bench(
     only: Annotated[
-        list[str] | None, typer.Argument(metavar="[FIGURE]...", help="Figures to measure; default: all.")
+        list[str] | None,
+        typer.Argument(metavar="[FIGURE]...", help="What to measure, such as sense-640x480; default: all."),
     ] = None,
-    runs: Annotated[int, typer.Option(help="Number of measurements of each figure.", min=1)] = 5,
+    runs: Annotated[int, typer.Option(help="Number of repetitions of each measurement.", min=1)] = 5,
     peers: Annotated[bool, typer.Option("--peers", help="Also measure ir-sim and PyBullet.")] = False,
     cpu: Annotated[
         bool, typer.Option("--cpu", help="Measure processor time instead of wall-clock time, for busy machines.")

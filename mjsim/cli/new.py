@@ -74,7 +74,10 @@ FurnitureRule = Annotated[
     Literal["keep", "drop"], typer.Option(help="Whether furniture in a drawing becomes obstacles.")
 ]
 TableRows = Annotated[
-    bool, typer.Option("--rows", help="A table of MATLAB that fits both ways has an item in each row, not column.")
+    bool,
+    typer.Option(
+        "--rows", help="Read a MATLAB table as one item per row where both are possible; default: per column."
+    ),
 ]
 WithoutRobot = Annotated[bool, typer.Option("--no-robot", help="Do not add a robot.")]
 

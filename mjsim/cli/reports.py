@@ -42,7 +42,7 @@ def compare(
     output: Annotated[
         Path | None, typer.Option("-o", metavar="DIR", help="Also write tables, plots and comparison.html.")
     ] = None,
-    confidence: Annotated[float, typer.Option(help="Joint confidence level of all intervals of a figure.")] = 0.95,
+    confidence: Annotated[float, typer.Option(help="Joint confidence level of all intervals of a statistic.")] = 0.95,
     formats: Formats = "png",
     overwrite: Overwrite = False,
 ) -> None:

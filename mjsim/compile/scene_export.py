@@ -38,7 +38,7 @@ def export_scene(world: World, folder: str | Path, *, overwrite: bool = False) -
 
 @contextmanager
 def _written_with(digits: int) -> Iterator[None]:
-    """Make MuJoCo write numbers with so many digits; its default of six would move a distant wall by a millimetre.
+    """Set the number of digits that MuJoCo writes; its default of six would move a distant wall by a millimetre.
 
     The setting exists for MuJoCo's own bindings only; a MuJoCo without it writes six.
     """

@@ -143,8 +143,8 @@ class RecordedRobots(Closes):
             if taken > stamp - SAME_TIME:
                 return PictureFile(data, "jpg" if form == "jpeg" else form)
         raise UsageError(
-            f"'{self.recording.path}' holds no picture of '{robot}/{camera}' at {stamp:g} s; draw them again: --redraw"
-            " (in Python: redraw=True)"
+            f"'{self.recording.path}' holds no picture of '{robot}/{camera}' at {stamp:g} s; render them again:"
+            " --redraw (in Python: redraw=True)"
         )
 
     def depth(self, robot: str, camera: str, stamp: float) -> Depth | None:

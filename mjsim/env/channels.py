@@ -84,7 +84,9 @@ def channels_of(robot: Robot, info: RobotInfo, world: World, chosen: Sequence[st
     rings = [sensor for sensor in robot.sensors if isinstance(sensor, BeaconSensor)]
     built_in = {"proximity", "bump", "odometry", "sightings", "estimate"}
     if clash := sorted(built_in & set(sensors)):
-        raise UsageError(f"sensor '{clash[0]}' of robot '{robot.name}' has the name of what every robot observes")
+        raise UsageError(
+            f"sensor '{clash[0]}' of robot '{robot.name}' has the name of an observation of all robots; rename it"
+        )
     modules = world.run.drivers.get(robot.name)
     observed = modules is not None and modules.observer is not None
     seen = [name for name, sensor in sensors.items() if codec_of(sensor.kind).boxes is not None]

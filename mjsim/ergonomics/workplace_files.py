@@ -24,7 +24,7 @@ def write_ergonomics(world: World, folder: Path, *, overwrite: bool = False) -> 
 
     names = [person.name for person in world.people if person.seat is not None]
     if not names:
-        raise UsageError("nobody sits in this world; give a person seat: THING, and the thing a seat")
+        raise UsageError("no person in this world is seated; give one seat: THING, and the thing a seat")
     free_paths(folder, [f"{name}.{end}" for name in names for end in ("html", "json")], overwrite=overwrite)
     figures = {}
     for study in studies(world):

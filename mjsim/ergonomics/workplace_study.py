@@ -70,7 +70,7 @@ def studies(world: World) -> list[PersonStudy]:
     """
     sitting = [person for person in world.people if person.seat is not None]
     if not sitting:
-        raise UsageError("nobody sits in this world; give a person seat: THING, and the thing a seat")
+        raise UsageError("no person in this world is seated; give one seat: THING, and the thing a seat")
     model = compiled(compile_world(world))
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)

@@ -39,13 +39,13 @@ def bring_map(path: Path, *, robot: Newcomer | None, resolution: float | None = 
     rows, columns = grid.occupied.shape
     report = [
         f"{path}: {columns} x {rows} cells of {grid.resolution:g} m; {_counted(world)}",
-        f"they explain {found.explained} of {found.occupied} occupied cells ({100 * found.share:.1f} %), those that"
-        f" are at most one cell from something solid; {noise} cells are specks, left out"
+        f"the world explains {found.explained} of {found.occupied} occupied cells ({100 * found.share:.1f} %), which"
+        f" are at most one cell from a solid; {noise} cells are noise and left out"
         + (f" ({100 * found.explained / (found.occupied - noise):.1f} % of the others are explained)" if noise else "")
-        + f"; {found.covered} cells that the map calls free are in something solid",
+        + f"; {found.covered} free cells are inside a solid",
     ]
     if found.false_walls >= 0.001:
-        report.append(f"{100 * found.false_walls:.1f} % of the length of the walls closes gaps of the map")
+        report.append(f"{100 * found.false_walls:.1f} % of the length of the walls has no occupied cell nearby")
     notes = [
         f"From the map {path.name}: {columns} x {rows} cells of {grid.resolution:g} m.",
         "A map has no heights or colours; these are guesses.",

@@ -48,7 +48,7 @@ class ShortOfMemoryError(UsageError):
 
 @dataclass(frozen=True, slots=True)
 class About:
-    """What a message about a file says."""
+    """Parts of a message about a file."""
 
     name: str
     advice: str

@@ -243,7 +243,7 @@ def _around(about: str | Path) -> Sequence[Path]:
 
 
 def _size(about: str | Path, size: int | None) -> int:
-    """Return a size, or that of the file; 0 if there is none, which its reader will say."""
+    """Return a size, or that of the file; 0 if there is none, which its reader reports."""
     if size is None and isinstance(about, Path):
         with contextlib.suppress(OSError):
             return about.stat().st_size

@@ -1,4 +1,4 @@
-"""What the parent asks of the child that decodes files."""
+"""Requests of the parent to the child that decodes files."""
 
 import struct
 from collections.abc import Mapping

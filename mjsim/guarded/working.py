@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from contextvars import ContextVar
 
 REPORT: ContextVar[Callable[[], None] | None] = ContextVar("REPORT", default=None)
-"""What tells the parent; None outside of a child."""
+"""Sends messages to the parent; None outside of a child."""
 MISSING: ContextVar[Sequence[str]] = ContextVar("MISSING", default=())
 """What this system has no limits for, in words; empty outside of a child."""
 

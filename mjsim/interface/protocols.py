@@ -126,7 +126,7 @@ class Controller(Protocol):
         """Return the torque of each motor until the next call [N m], on the side of the wheel or joint.
 
         Args:
-            sensed: What encoders and inertial sensors tell.
+            sensed: Readings of encoders and inertial sensors.
             wanted: Set-points: what the navigator commanded, within the limits of the drive.
         """
 

@@ -133,7 +133,7 @@ def lead_design(plant: LinearPlant, *, margin_deg: float, crossover: float, lag:
         raise UsageError(f"a crossover of {crossover:g} rad/s needs more than two samples of {plant.dt:g} s a period")
     at = complex(on_axis(crossover, plant.dt))
     if float(np.abs(loop.poles() - at).min(initial=math.inf)) < 1e-9 * abs(at):
-        raise UsageError(f"the plant has a pole at {crossover:g} rad/s; take another crossover")
+        raise UsageError(f"the plant has a pole at {crossover:g} rad/s; choose another crossover")
     # Tustin's rule takes the frequency w of the law to the crossover.
     w = 2.0 / plant.dt * math.tan(crossover * plant.dt / 2.0) if plant.dt else crossover
     behind = control.tf([1.0, w / 10], [1.0, w / 10 / lag]) if lag > 1.0 else control.tf([1.0], [1.0])
@@ -142,7 +142,7 @@ def lead_design(plant: LinearPlant, *, margin_deg: float, crossover: float, lag:
     if abs(turn) > math.radians(75.0):
         raise UsageError(
             f"the phase there is {math.degrees(np.angle(value)):.1f} deg; one lead cannot give a margin of"
-            f" {margin_deg:g} deg at {crossover:g} rad/s, as it turns the phase by 75 deg at most"
+            f" {margin_deg:g} deg at {crossover:g} rad/s, since it adds at most 75 deg of phase"
         )
     ratio = (1 + math.sin(turn)) / (1 - math.sin(turn))
     zero, pole = w / math.sqrt(ratio), w * math.sqrt(ratio)

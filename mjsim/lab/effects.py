@@ -138,7 +138,9 @@ def led(effect: LedJoint, A: Array, B: Array, Y: Array, m: int, rates: Array) ->
         C = np.hstack([np.where(rate, 0.0, Ym), np.where(rate, zeros, Yf), np.where(rate, Yf, zeros)])
         return A, B, C, np.where(rate, at_once, 0.0)
     if (np.abs(at_once[rates]) > 1e-9).any():
-        raise UsageError("a rate among the outputs has no bound when a joint's value jumps; use its velocity as input")
+        raise UsageError(
+            "a rate among the outputs is unbounded when the value of a joint jumps; use its velocity as input"
+        )
     b1 = k1 + a1 @ r
     A = np.block([[0 * eye, eye], [a0, a1]])
     B = np.concatenate([b1, k0 + a1 @ b1 + a0 @ r])

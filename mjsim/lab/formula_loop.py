@@ -56,8 +56,8 @@ def is_simulated(plant: Plant, linear: LinearPlant, design: Design) -> bool:
     limits = plant.saturation is not None or plant.dead_zone > 0.0
     if limits and not linear.delay and linear.D.any():
         raise UsageError(
-            f"plant '{plant.name}': a loop with saturation or a dead zone needs an output that does not answer"
-            " at once; give fewer zeros than poles, or a delay"
+            f"plant '{plant.name}': a loop with saturation or a dead zone needs an output without direct"
+            " feedthrough; give fewer zeros than poles, or a delay"
         )
     return not design.gain if linear.delay else limits
 

@@ -80,10 +80,10 @@ def identified(plant: LinearPlant, samples: Samples) -> Identified:
     """
     count = len(samples.time)
     if count < MIN_SAMPLES or not np.ptp(samples.inputs) > 0.0:
-        raise UsageError(f"{samples.source} has {count} samples of an input that changes too little to identify from")
+        raise UsageError(f"{samples.source} has {count} samples of an input that changes too little for identification")
     dt = float(samples.time[1] - samples.time[0])
     if (np.linalg.eigvals(plant.A).real > MIN_UNSTABLE_POLE).any():
-        raise UsageError("the plant is not stable, so no model without its controller can follow a recording")
+        raise UsageError("the plant is unstable, so it cannot be identified from a recording without its controller")
     y = samples.outputs - samples.outputs[:, :1]
     direct = (plant.D != 0.0).any(axis=1) | (not samples.held)
     models = [_output_error(samples.inputs, row, len(plant.A), int(now)) for row, now in zip(y, direct, strict=True)]

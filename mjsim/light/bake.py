@@ -49,7 +49,7 @@ SHARES = ("sky", "behind")
 MAX_LAMPS = 4
 """Lamps with a map of their own: those that events change, however many, then the first."""
 COARSE_TEXEL = 0.25
-"""Side of a texel above which a line says so [m]."""
+"""Side of a texel above which a message is printed [m]."""
 DOOR_RADIUS = 6.0
 """Distance from a door within which it changes what rays hit [m]."""
 

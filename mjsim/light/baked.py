@@ -49,7 +49,7 @@ class LightGroup:
     start: Array
     """Weight at the start of the world, red, green, blue, shape (3,)."""
     gain: float = 1.0
-    """Factor of its light over what physics says for the sky and ceilings in full light: rooms are as bright as in
+    """Factor of its light relative to physics, for the sky and ceilings in full light: rooms are as bright as in
     plain light on the average."""
     angle: float = 0.0
     """Of a door: the angle for weight 1, as events open it, positive to the left side of its wall [rad]."""

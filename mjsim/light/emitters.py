@@ -23,7 +23,7 @@ SKY_SHARE_LIMIT = 0.1
 VIEW_DEPTH = 0.5
 """Distance behind a window within which lies what it shows [m]."""
 RAYS_PER_SIDE, PROBE_DISTANCE = 16, 0.5
-"""Rays per side of a hemisphere that tell outside from inside, and distance from the wall where they begin [m]."""
+"""Rays per side of a hemisphere that separate outside from inside, and distance from the wall where they begin [m]."""
 
 
 def lamp_rectangle(lamp: Lamp) -> Rectangle:

@@ -15,7 +15,7 @@ VISIBLE_GROUPS = (0, 1, 5)
 MIN_OPAQUE_ALPHA = 0.5
 """Least alpha of a surface that casts a shadow."""
 PIXEL_STRIDE = 17
-"""Every so many-th pixel counts for the mean colour of a picture: coprime with usual widths."""
+"""Step in pixels for the mean colour of a picture: coprime with usual widths."""
 PICTURE_PREFIX, CEILING, BACK_SUFFIX = "beacon/", "ceiling", ":back"
 """Names of geoms: pictures and markers, the ceiling, and backs of pictures."""
 

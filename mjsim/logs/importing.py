@@ -20,9 +20,9 @@ from mjsim.world import Run, step_misfit
 PART_TIMEOUT = 30.0
 """Time from one part of a recording to the next [s]."""
 MIN_RECORDING_LIMIT, MAX_GROWTH = 256 << 20, 100
-"""Maximum size of a recording, and of a temporary file: so much, and so many times the size of the log [bytes]."""
+"""Maximum size of a recording, and of a temporary file: absolute [bytes], and as a multiple of the size of the log."""
 PART_BYTES, PART_SECONDS = 1 << 20, 0.2
-"""A part is handed on when it has so many bytes, or after so long [bytes, s]."""
+"""A part is passed on when it has this size, or after this time [bytes, s]."""
 MIN_FREE_DISK = 1 << 30
 """Space that stays free on the disk to which files are unpacked [bytes]."""
 DESCRIPTIONS = (".yaml", ".yml")

@@ -130,15 +130,15 @@ def _cameras(observations: Sequence[Observation], *, placed: bool) -> dict[str, 
                 found[name] = replace(camera, has_depth=True)
             if frame.image.dtype != np.uint8:
                 raise UsageError(
-                    f"observation {row}: a picture of '{name}' is of {frame.image.dtype}; it must be uint8"
+                    f"observation {row}: a picture of '{name}' has the type {frame.image.dtype}; it must be uint8"
                 )
             intrinsics = camera.intrinsics
             size = (intrinsics.height, intrinsics.width)
             for shape in (frame.image.shape[:2], size if frame.depth is None else np.shape(frame.depth)):
                 if shape != size:
                     raise UsageError(
-                        f"observation {row}: camera '{name}' gave {shape[1]} x {shape[0]} pixels; its intrinsics say"
-                        f" {size[1]} x {size[0]}"
+                        f"observation {row}: camera '{name}' gave {shape[1]} x {shape[0]} pixels; its intrinsics are"
+                        f" for {size[1]} x {size[0]}"
                     )
     return found
 
@@ -229,19 +229,19 @@ def _rate_of(observations: Sequence[Observation]) -> float:
     times = np.array([seen.time for seen in observations])
     step = float(times[-1] - times[0]) / (len(times) - 1)
     if not step > 0.0:
-        raise UsageError("the times of the observations do not rise; give them in order of time")
+        raise UsageError("the times of the observations do not increase; give them in order of time")
     errors = np.abs(times - times[0] - step * np.arange(len(times)))
     worst = int(np.argmax(errors))
     if errors[worst] > MAX_JITTER * step:
         raise UsageError(
             f"observation {worst} is at {times[worst]:.6g} s, {errors[worst]:.3g} s off a rate of {1 / step:.6g} Hz;"
-            " give one observation a tick at an even rate"
+            " give one observation per tick at a constant rate"
         )
     milliseconds = round(1e3 * step)
     # Times stored with few digits still mean whole milliseconds, or an integer rate.
     rate = 1e3 / milliseconds if abs(1e3 * step - milliseconds) < MILLISECOND_TOLERANCE else round(1.0 / step, 3)
     if rate > MAX_RATE_HZ:
-        raise UsageError(f"{rate:g} observations a second; at most {MAX_RATE_HZ:g} can be recorded")
+        raise UsageError(f"{rate:g} observations per second; at most {MAX_RATE_HZ:g} can be recorded")
     return rate
 
 
@@ -301,7 +301,7 @@ def _room(
 
 
 def _sensor_texts(observations: Sequence[Observation], rate: float) -> Iterator[str]:
-    """Yield the text of each sensor that a log has no other place for, with what its readings tell about it."""
+    """Yield the text of each sensor that a log has no other place for, with what follows from its readings."""
     for kind, model in SENSOR_KINDS.items():
         if model.reading in _OF_LOGS:
             continue

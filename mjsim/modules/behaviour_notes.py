@@ -60,7 +60,7 @@ def _lacking(named: NamedModule, robot: Robot, world: World) -> str | None:
         return None
     kinds, effect = sorted(needed), _EFFECTS.get(named.role, "")
     lacks = Sentence(
-        "{who} uses {kinds}, and nothing gives robot '{name}' any{effect}", who, " and ".join(kinds), robot.name, effect
+        "{who} uses {kinds}, which robot '{name}' does not get{effect}", who, " and ".join(kinds), robot.name, effect
     )
     if "sightings" in {sensor.reading for sensor in robot.sensors} & needed:
         return Sentence("{lacks}; this world has no beacons, add some", lacks)

@@ -112,7 +112,7 @@ class Boundary:
 
 
 def end_copy(process: int, error: BaseException | None = None) -> None:
-    """End this process if it is a copy that a module made with `os.fork`: only one process may go on with a run.
+    """End this process if it is a copy that a module made with `os.fork`: only one process may continue a run.
 
     Args:
         process: Id of the process of the run.

@@ -114,7 +114,7 @@ def checked_show(show: object) -> tuple[Shown, ...]:
 
 
 def checked_reason(reason: object) -> str | None:
-    """Check why a navigator says that its robot is blocked, and return it; None if it is not."""
+    """Check and return the reason why a navigator reports its robot as blocked; None if it is not."""
     if reason is None:
         return None
     if not isinstance(reason, str) or not reason.isprintable() or not 0 < len(reason) <= MAX_REASON_LENGTH:
@@ -129,7 +129,7 @@ def checked_reason(reason: object) -> str | None:
 
 
 def checked_lost(lost: object) -> bool:
-    """Check whether an estimator says that its robot is lost, and return it."""
+    """Check and return whether an estimator reports its robot as lost."""
     if not isinstance(lost, (bool, np.bool_)):
         raise Unfit(Sentence("returned {lost}; it must be True or False", kind_of(lost)))
     return bool(lost)

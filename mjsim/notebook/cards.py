@@ -28,7 +28,7 @@ Row = Sequence[object]
 @singledispatch
 def html_of(value: object) -> str:
     """Return what a notebook shows of a value."""
-    raise TypeError(f"a notebook shows no {type(value).__name__}")
+    raise TypeError(f"a notebook cannot show a {type(value).__name__}")
 
 
 @html_of.register

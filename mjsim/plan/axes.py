@@ -37,7 +37,7 @@ def draw_plan(axes: "Axes", world: World) -> None:
 
 
 def draw_shapes(axes: "Axes", shapes: Iterable[PlanItem], *, metres: float, theme: Theme = "light") -> None:
-    """Draw shapes in their order in axes with metres, where a millimetre on paper is so many metres."""
+    """Draw shapes in their order in axes with metres, where a millimetre on paper is `metres` metres."""
     from matplotlib.collections import LineCollection, PolyCollection
 
     for shape in shapes:

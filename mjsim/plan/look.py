@@ -44,7 +44,7 @@ INKS: Mapping[str, Ink] = MappingProxyType(
 """Landmarks and sightings are 'seen', points of lidars 'scanned'; 'final' is the path that an estimator returns at the
 end."""
 GROUPS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#8c6d1f", "#332288", "#882255")
-"""Colours of runs or robots that are drawn together: colour then tells whose, and line style what; more repeat them."""
+"""Colours of runs or robots that are drawn together: colour then shows whose, and line style what; more repeat them."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -68,7 +68,7 @@ class PlanItem:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Words:
-    """A name to write beside what it names."""
+    """A name to write beside its object."""
 
     text: str
     at: Array

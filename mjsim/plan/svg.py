@@ -91,7 +91,7 @@ class SvgPlan:
         return blend(color(ink, self._theme), color("ink", self._theme), 0.5)
 
     def name(self, words: Sequence[Words]) -> None:
-        """Write names beside what they name."""
+        """Write names beside their objects."""
         group = self.group("names")
         for each in words:
             height = each.size * self.metres

@@ -91,7 +91,7 @@ class _Bounded:
         """[bytes]"""
 
     def read(self, length: int) -> bytes:
-        """Return exactly so many bytes."""
+        """Return exactly this number of bytes."""
         if not 0 <= length <= self.left:
             raise EndOfFile
         data = self._stream.read(length)

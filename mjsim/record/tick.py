@@ -10,9 +10,9 @@ from mjsim.mechanics import JointMotion, SensorReadings
 from mjsim.world import Looks, WorldEvent
 
 EventKind = Literal["bump", "blocked", "lost", "found", "fall", "fault", "changed"]
-"""bump: contact; blocked: a command was not executed, or the navigator finds no way; lost, found: the estimator begins
-and ceases to say that what the robot senses does not fit; fall: it fell over; fault: a module failed; changed: its
-noise was changed."""
+"""bump: contact; blocked: a command was not executed, or the navigator finds no path; lost, found: what the robot
+senses no longer fits its estimate, or fits again; fall: it fell over; fault: a module failed; changed: its noise was
+changed."""
 
 
 @dataclass(frozen=True, slots=True)

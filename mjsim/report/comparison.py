@@ -285,7 +285,9 @@ def _difference(a: Group, b: Group, figure: ReportFigure, confidence: float) -> 
     worse = a if len(a.failed) > len(b.failed) else b if len(b.failed) > len(a.failed) else None
     if worse is not None and found.verdict == ("first" if worse is a else "second"):
         return replace(
-            found, verdict="", reason=Sentence("{label} failed more often; the rest cannot decide", worse.label)
+            found,
+            verdict="",
+            reason=Sentence("{label} failed more often; its other runs are no fair comparison", worse.label),
         )
     return found
 

@@ -35,7 +35,7 @@ FLAT = np.diag([1e-9, 1e-9, 1e-6, 1e-6, 1e-6, 1e-9])
 
 A robot on a floor is certain of z, roll and pitch. Readers invert the whole matrix, though, and some take a variance of
 zero for an unknown one. These are the values that robot_localization itself uses: 1e-6 in its `two_d_mode`, and 1e-9 as
-the smallest variance of what it is told.
+the smallest variance of its inputs.
 """
 _CALL = "uint64 guid\nint64 number\n"
 SERVICE_TYPES = {

@@ -346,7 +346,7 @@ class Pilot(Closes):
         )
 
     def _explain(self, now: float) -> tuple[RobotEvent, ...]:
-        """Return the event that the navigator begins to say why its robot is blocked, if it does."""
+        """Return the event that the navigator first reports its robot as blocked, if it does."""
         navigator, boundary = self._driver.navigator, self._boundary
         if navigator is None or not self._explains:
             return ()
@@ -360,7 +360,7 @@ class Pilot(Closes):
         return (RobotEvent(now, "blocked", Sentence("{name} is blocked: {reason}", self._robot.name, self._reason)),)
 
     def _locate(self, now: float) -> tuple[RobotEvent, ...]:
-        """Return the event that the estimator begins, or ceases, to say that its robot is lost."""
+        """Return the event that the estimator first reports its robot as lost, or no longer, if it does."""
         estimator, boundary, before = self._driver.estimator, self._boundary, self._lost
         if estimator is None or not self._locates:
             return ()

@@ -158,7 +158,7 @@ def _metadata(run: Recording, robot: str, driver: Driver, uses: Mapping[str, Use
 
 
 OF_MODULES = ("fault", "lost", "found")
-"""Kinds of events that a replay does not copy: its own modules say whether they happen."""
+"""Kinds of events that a replay does not copy: its own modules determine whether they happen."""
 
 
 class _Again:

@@ -164,7 +164,7 @@ class Gate:
             if not done.set_running_or_notify_cancel():
                 continue  # Who asked for it no longer waits.
             if sim is None:
-                done.set_exception(UsageError("the world is not there yet; wait until the run has begun"))
+                done.set_exception(UsageError("the world is not loaded yet; wait until the run has begun"))
                 continue
             try:
                 work(sim)
@@ -176,7 +176,7 @@ class Gate:
 
 
 def _closed() -> UsageError:
-    return UsageError("the session was closed; begin another")
+    return UsageError("the session was closed; create another")
 
 
 MAX_DELAY = 1.0

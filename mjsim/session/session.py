@@ -63,7 +63,7 @@ class Session(ByHand, Closes):
         Args:
             world: The world to simulate.
             seed: Seed of all random numbers; by default that of the world.
-            seconds: Simulated duration [s]; by default as the world says.
+            seconds: Simulated duration [s]; by default that of the world.
             drivers: The modules of each robot; by default those of the world, created again at each start.
             record: The MCAP file to write, or its name from `reserve`; by default none. A restart writes another one,
                 under the next free name: 'run.mcap', 'run-2.mcap' and so on.
@@ -253,7 +253,7 @@ class Session(ByHand, Closes):
             if self._newest is not None and self._number > number:
                 return self._number, self._newest
             if not in_time:
-                raise TimeoutError(Sentence("no tick came within {timeout:g} s", timeout))
+                raise TimeoutError(Sentence("there was no tick within {timeout:g} s", timeout))
             if gate.error is not None:
                 raise gate.error
             return None

@@ -147,7 +147,7 @@ class LedPeople:
         return found.values, found.world_from_pelvis
 
     def _course(self, name: str, turns: Sequence[HandLed]) -> _LedCourse:
-        """Return a person's motions, at least as far as these; new ones are computed."""
+        """Return a person's motions, up to these at least; new ones are computed."""
         if name not in self._courses:
             self._courses[name] = _LedCourse([], [self._start(self._people[name])[0]], [], [])
         course = self._courses[name]

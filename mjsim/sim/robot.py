@@ -294,7 +294,7 @@ def _turned(
 
 
 def _arms_at_work(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, *, tick: float) -> dict[str, "ArmAtWork"]:
-    """Return the arms of a robot by name; who has none loads nothing of arms."""
+    """Return the arms of a robot by name; a robot without arms loads no module of arms."""
     if not robot.arms:
         return {}
     from mjsim.sim.arm_motion import ArmAtWork

@@ -68,7 +68,7 @@ def _errors(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
 
 
 def _arrows(dimensions: int) -> Drawing:
-    """Return a function that draws arrows from points, scaled to their spacing as MATLAB does unless told otherwise."""
+    """Return a function that draws arrows from points, scaled to their spacing as MATLAB does by default."""
 
     def drawing(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
         data, (words, given) = data_of(call), words_of(call)

@@ -43,7 +43,7 @@ NOT_DRAWN = (
     *("streamribbon", "stemleaf", "isocaps", "tetramesh", "pie3", "surfnorm", "semilogxerr", "semilogyerr"),
     *("loglogerr", "swarmchart", "heatmap", "geoplot", "parallelcoords", "boxchart", "bubblechart", "quiverc"),
 )
-"""Those that are told not to be drawn."""
+"""Names that a script excludes from drawing."""
 FIGURE_FUNCTIONS = (*DRAWN, *WITHOUT_EFFECT, *NOT_DRAWN)
 """All functions that are recorded."""
 INTERACTIVE = (

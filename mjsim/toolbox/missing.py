@@ -1,4 +1,4 @@
-"""What a script asks for and the toolbox lacks: one line that names what serves instead."""
+"""Functions that a script calls and the toolbox lacks: one line that names an alternative."""
 
 import re
 
@@ -38,7 +38,7 @@ INSTEAD = (
         "draw with plot, plot3 and quiver; plot(r, q) draws and films an arm",
     ),
 )
-"""Names of other toolboxes, as patterns, and what serves instead of them."""
+"""Names of other toolboxes, as patterns, and alternatives to them."""
 
 
 MEMBERS = {
@@ -49,7 +49,7 @@ MEMBERS = {
 
 
 def explained(error: str) -> str:
-    """Return an error of Octave; for an undefined name with what serves instead, if that is known."""
+    """Return an error of Octave; for an undefined name with an alternative, if one is known."""
     if "structure has no member" in error or "invalid use of a N_-D array" in error:
         return next((error.replace(name, f"{name}; {told}") for name, told in MEMBERS.items() if name in error), error)
     found = UNDEFINED.search(error)

@@ -46,7 +46,7 @@ GLYPH = re.compile(r"Glyph (\d+) ")
 MARK = "mjsim-error: "
 """Before the error of a script on standard error."""
 OTHER_FORMATS = ("eps", "svg", "jpg", "jpeg", "tif", "tiff")
-"""Formats that a script may ask for, beside PNG and PDF."""
+"""Formats that a script may request, beside PNG and PDF."""
 DPI = 110
 """Of PNG files [dots per inch]."""
 

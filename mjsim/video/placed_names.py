@@ -1,4 +1,4 @@
-"""Places names on a sheet of paper: beside what they name, over as little ink as possible, never over each other."""
+"""Places names on a sheet of paper: beside their objects, over as little ink as possible, never over each other."""
 
 from collections.abc import Sequence
 

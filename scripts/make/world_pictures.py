@@ -112,7 +112,7 @@ def in_folder(folder: str) -> list[Path]:
 
 
 def scaled(picture: Picture, width: int) -> Picture:
-    """Return a picture made smaller to a width [px]; as it is when it is small enough."""
+    """Return a picture reduced to a width [px]; unchanged if it is small enough."""
     share = width / picture.shape[1]
     return picture if share >= 1 else cv2.resize(picture, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
 

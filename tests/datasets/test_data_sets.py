@@ -328,7 +328,7 @@ def test_a_run_without_pictures_says_that_they_can_be_drawn_again(run: Recording
     with mjsim.Simulation(run.world) as sim:
         bare = mjsim.run(sim, seconds=0.2, record=tmp_path / "bare.mcap", pictures=False)
     for export in (export_tum_rgbd, export_euroc, export_rosbag2):
-        with pytest.raises(UsageError, match=r"holds no picture of .* at 0 s; draw them again: --redraw"):
+        with pytest.raises(UsageError, match=r"holds no picture of .* at 0 s; render them again: --redraw"):
             export(bare, tmp_path / "set")
     assert [each.name for each in tmp_path.iterdir()] == ["bare.mcap"]
 

@@ -215,7 +215,7 @@ def test_eyes_see_what_they_look_at_and_the_picture_from_outside_has_the_person(
 def test_where_nobody_sits_there_is_no_study(tmp_path):
     nobody = parse_world("mjsim: 1\nwalls: [{points: [[0, 0], [1, 0]]}]\n")
     for ask in (lambda: studies(nobody), lambda: write_ergonomics(nobody, tmp_path)):
-        with pytest.raises(UsageError, match="nobody sits in this world"):
+        with pytest.raises(UsageError, match="no person in this world is seated"):
             ask()
     (tmp_path / "anna.json").write_text("kept")
     with pytest.raises(UsageError, match=r"anna\.json"):

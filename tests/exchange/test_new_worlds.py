@@ -116,7 +116,7 @@ def test_a_world_goes_out_and_comes_in_by_commands(tmp_path, capsys):
     for source in (str(tmp_path / "nav2" / "map.yaml"), plan):
         assert typed("new", "--from", source, "-o", str(tmp_path / "back.yaml"), "--force") == 0
         assert not check_world(load_world(tmp_path / "back.yaml"))
-    assert "they explain" in capsys.readouterr().err
+    assert "the world explains" in capsys.readouterr().err
     assert typed("export-world", maze) == 2
     assert "name at least one of --map DIR, --sdf FILE, --usd FILE, --glb FILE, --svg FILE" in capsys.readouterr().err
 

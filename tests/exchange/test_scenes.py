@@ -289,7 +289,7 @@ def test_a_scene_of_mujoco_is_the_surroundings_of_a_world(tmp_path):
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        ("", "has nothing that a robot could meet"),
+        ("", "has nothing that a robot could touch or sense"),
         (model(link("0 0 x 0 0 0", POST)), "'0 0 x 0 0 0' is not 6 finite numbers"),
         (model(link("0 0 0 0 0", POST)), "is not 6 finite numbers"),
         (model(link("0 0 0 0 0 nan", POST)), "is not 6 finite numbers"),
@@ -332,7 +332,7 @@ def test_a_broken_scene_is_refused_in_one_line(content, says, tmp_path):
         ("a.world", "<sdf>" * 300, "more than 200 deep"),
         ("a.xml", "<robot/>", "has no <mujoco>"),
         ("a.xml", "<mujoco><worldbody><geom/></worldbody></mujoco>", "MuJoCo cannot read"),
-        ("a.xml", "<mujoco><worldbody/></mujoco>", "has nothing that a robot could meet"),
+        ("a.xml", "<mujoco><worldbody/></mujoco>", "has nothing that a robot could touch or sense"),
     ],
 )
 def test_a_file_that_is_no_scene_is_refused_in_one_line(name, text, says, tmp_path):

@@ -165,7 +165,7 @@ def test_what_is_no_plant_is_said_in_one_line(keys, message):
             "of: joe, tf: {num: [1], den: [1, 1]}",
             "'zpk' and 'ss'; this one has of and tf",
         ),
-        ("tf: {num: [1, 2, 3], den: [1, 1]}", "num has degree 2, den 1; num's must not be higher"),
+        ("tf: {num: [1, 2, 3], den: [1, 1]}", "num has degree 2, den 1; that of num must not be higher"),
         ("tf: {num: [1], den: [0, 1]}", "the first coefficient of den is 0; leave leading zeros out"),
         ("tf: {num: [0], den: [1]}", "all numbers of num are 0; give another"),
         ("tf: {num: [1], den: [1, x]}", "den[1] is 'x'; it must be a number"),

@@ -46,7 +46,7 @@ def test_a_rate_has_no_bound_when_a_value_jumps():
     rng = np.random.default_rng(0)
     A, B = mechanism(rng)
     effect = LedJoint(unit="", force=FORCE, dof=1, is_speed=False)
-    with pytest.raises(UsageError, match="no bound"):
+    with pytest.raises(UsageError, match="is unbounded"):
         led(effect, A, B, rng.normal(size=(1, 3)), 1, np.array([True]))
     # Where the input does not act at once, a rate has one.
     r = B[[3, 5], 0] / B[4, 0]
@@ -244,5 +244,5 @@ def test_what_is_identified_has_the_poles_of_the_plant_that_was_driven(held):
     few = Samples(time=time[:49], inputs=inputs[:49], outputs=outputs.T[:, :49], source="s")
     still = Samples(time=time, inputs=np.ones(200), outputs=outputs.T, source="s")
     for samples in (few, still):
-        with pytest.raises(UsageError, match="too little to identify"):
+        with pytest.raises(UsageError, match="too little for identification"):
             identified(plant, samples)

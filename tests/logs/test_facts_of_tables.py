@@ -70,7 +70,7 @@ def test_velocities_are_rows_in_order_of_time(tmp_path, text, twists):
     (tmp_path / "log.yaml").write_text(f"log: tables\n{text}")
     log = read_columns(tmp_path / "log.yaml", Wishes())
     assert log.robot.twists == pytest.approx(np.array(twists))
-    assert dict(log.notes).get("clock of v.csv") == "goes back 1 times; the rows are sorted by time"
+    assert dict(log.notes).get("clock of v.csv") == "set back 1 times; the rows are sorted by time"
     assert [value for key, value in log.notes.items() if key.startswith("rows of v.csv without t")] == ["1"]
     assert is_description(tmp_path / "log.yaml")
     assert not is_description(tmp_path / "v.csv")
@@ -128,7 +128,7 @@ def test_a_camera_of_a_log_has_depth_if_one_picture_has():
     assert _cameras(seen(frame(), frame(depth=True)), placed=True)["eye"].has_depth
     assert _cameras(seen(frame()), placed=False)["eye"].robot_from_camera is None
     for wrong, said in (
-        (frame(size=(4, 5)), "gave 5 x 4 pixels; its intrinsics say 6 x 4"),
+        (frame(size=(4, 5)), "gave 5 x 4 pixels; its intrinsics are for 6 x 4"),
         (frame(kind=np.float32), "uint8"),
     ):
         with pytest.raises(UsageError, match=f"observation 1: .*{said}"):

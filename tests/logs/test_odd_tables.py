@@ -95,7 +95,11 @@ def test_a_truth_that_does_not_overlap_the_log_is_reported(tmp_path):
             "file: odometry.csv, time: 0",
             r"log\.yaml:2:38: there is no column 0; columns",
         ),
-        ("ranges: r", 'ranges: ""', r"log\.yaml:3:43: a column of 0 letters; it is a name, or a number from 1$"),
+        (
+            "ranges: r",
+            'ranges: ""',
+            r"log\.yaml:3:43: a column of 0 letters; give its name, or its number, counted from 1$",
+        ),
     ],
 )
 def test_an_error_is_reported_once_with_its_place_in_the_description(old, new, said, tmp_path):

@@ -279,7 +279,7 @@ def test_observations_that_make_no_recording_are_refused_in_one_line(tmp_path):
     uneven = [*seen[:2], replace(seen[2], time=seen[2].time + 0.03), *seen[3:]]
     for given, keys, said in (
         ([], {}, "0 observations; a recording needs at least two"),
-        (seen[::-1], {}, "do not rise"),
+        (seen[::-1], {}, "do not increase"),
         (uneven, {}, "observation 2 is at 100.23 s, 0.03 s off a rate of 10 Hz"),
         (
             [replace(seen[0], encoders={"wheels": WheelTicks(seen[0].time, (1, 2), 100)}), *seen[1:]],

@@ -60,7 +60,7 @@ def notes(tmp_path):
 
 SLAM = '{use: "mjsim.algorithms.ekf_slam:EkfSlam"}'
 VISION = '{use: "mjsim.algorithms.beacon_vision:BeaconVision", camera: front}'
-RECKONS = "and nothing gives robot 'r' any, so it is dead reckoning"
+RECKONS = "which robot 'r' does not get, so it is dead reckoning"
 
 
 @pytest.mark.parametrize(
@@ -95,7 +95,7 @@ def test_an_observer_gives_them_with_a_camera_that_is_there(notes):
     both = {"observer": VISION, "estimator": SLAM, "beacons": LION}
     assert notes("{camera: front, noise: 0}", **both) == []
     assert notes(**both) == [
-        "observer BeaconVision uses cameras, and nothing gives robot 'r' any, so it sees nothing;"
+        "observer BeaconVision uses cameras, which robot 'r' does not get, so it sees nothing;"
         " add a sensor (camera: NAME)"
     ]
     assert notes("{camera: back, noise: 0}", **both) == [

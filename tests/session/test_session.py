@@ -93,7 +93,7 @@ def test_a_paused_session_stands_until_it_is_told_to_go_on_or_to_take_a_tick():
     session = paused()
     watcher = session.watch()
     assert watcher.next(PATIENCE).time == 0.0
-    with pytest.raises(TimeoutError, match=r"no tick came within 0\.05 s"):
+    with pytest.raises(TimeoutError, match=r"there was no tick within 0\.05 s"):
         watcher.next(0.05)
     session.tick()
     # Else a button to pause would become one to go on as it is pressed.

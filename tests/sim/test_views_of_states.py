@@ -74,7 +74,7 @@ def test_a_portrait_is_filled_by_what_stands_on_the_floor(qpos):
         with pytest.raises(UsageError, match="no state is shown"):
             onlooker.portrait(width=8, height=6)
         onlooker.show(np.zeros(0), None)
-        with pytest.raises(UsageError, match="nothing stands on this floor"):
+        with pytest.raises(UsageError, match="this world is empty"):
             onlooker.portrait(width=8, height=6)
 
 

@@ -18,7 +18,7 @@ def a_number_with_a_comma_is_refused_as_nobody_knows_what_it_separates(sheet):
         field.fill(text)
         field.press("Enter")
         expect(line).to_have_text(
-            f"'{text}' has a comma; write decimals with a point, and thousands without a mark: 1.5, 1000"
+            f"'{text}' has a comma; write decimals with a point, and thousands without a separator: 1.5, 1000"
         )
     field.fill("3.5")
     field.press("Enter")

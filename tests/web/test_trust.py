@@ -190,7 +190,9 @@ def test_a_file_that_is_swapped_between_the_check_and_the_import_does_not_run(fo
     trust.check(world)
     drivers_of(world)
     (folder / file).write_text(f"open({str(folder / 'ran')!r}, 'w').write('evil')\n")
-    with pytest.raises(UsageError, match=rf"'{file}' is code that you have not allowed as it is now; start again"):
+    with pytest.raises(
+        UsageError, match=rf"'{file}' is code that you have not allowed in its present form; start again"
+    ):
         drivers_of(world)
     assert ran(folder) is None
     with pytest.raises(RefusedError, match=rf"has changed: {file}"):

@@ -373,7 +373,7 @@ robots: [{name: scout, preset: pioneer3dx, at: [1, 5]}]
 
 
 def test_a_text_that_is_no_yaml_is_not_changed():
-    with pytest.raises(UnwritableError, match="the text is not changed from here: it is not YAML"):
+    with pytest.raises(UnwritableError, match="the text cannot be edited here: it is not YAML"):
         edited("mjsim: 1\nwalls: [", ("set", ("name",), "x"))
 
 

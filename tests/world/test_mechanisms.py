@@ -242,7 +242,7 @@ MISTAKES = [
     (
         "    actuators: [{angle: q2, signal: {ramp: {from_deg: 28.6, slope_deg: 114.6}}}]",
         "    mode: inverse",
-        "11:11: mode inverse needs a motion for each degree of freedom: 0 of 1 are led; add an angle, position, "
+        "11:11: mode inverse needs a motion for each degree of freedom: 0 of 1 have one; add an angle, position, "
         "velocity or distance, or use mode: forward",
     ),
     (

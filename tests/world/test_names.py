@@ -94,7 +94,7 @@ def test_letters_of_two_scripts_are_two_names():
 
 def test_a_robot_is_not_called_as_the_figures_of_the_run():
     assert told(world_of("run")) == [
-        "'run' is reserved for the figures of the run, beside those of its robots; give another name"
+        "'run' is reserved for the statistics of the run, beside those of its robots; give another name"
     ]
 
 

@@ -42,7 +42,7 @@ class Finish:
 
     name: str
     tint: Rgba
-    """Multiplies the texture so that its mean is the colour, as far as possible."""
+    """Multiplies the texture so that its mean is as close to the colour as possible."""
 
 
 class Finishes:

@@ -156,7 +156,7 @@ def _walls_of_patterns(patterns: Sequence[Line], lines: Sequence[Line]) -> list[
     """Return the outlines of pattern hatches that are walls: those where no other line draws any.
 
     Args:
-        patterns: Outlines of hatches on wall layers, or whose names say nothing.
+        patterns: Outlines of hatches on wall layers, or on layers with unknown names.
         lines: All other lines.
     """
     if any(line.role == "wall" for line in lines):

@@ -36,11 +36,11 @@ class SortedLines:
     furniture: list[Line]
     columns: list[Line]
     others: list[Line]
-    """Lines whose names say nothing."""
+    """Lines on layers with unknown names."""
     patches: list[Line]
     """Areas in the background colour that hide others."""
     named: bool
-    """Whether names say which lines are walls."""
+    """Whether names of layers show which lines are walls."""
 
     def moved(self, corner: Array) -> "SortedLines":
         """Return lines translated so that a point of the drawing, shape (2,) [m], is at [0, 0]."""

@@ -1,4 +1,4 @@
-"""Recognises door and window symbols by geometry where names say nothing, or cover several roles; in metres."""
+"""Recognises door and window symbols by geometry where layers have unknown names, or several roles; in metres."""
 
 import math
 from collections.abc import Sequence

@@ -62,12 +62,12 @@ ALONE = {
     **dict.fromkeys(("wheelbase", "robotradius", "sigmav", "vmax", "wmax", "wheelradius"), "robot"),
     **dict.fromkeys(("maxrange", "sigmar", "sigmab"), "sensor"),
 }
-"""Variables that say by themselves whose they are, as in Bailey's configurations."""
+"""Variables whose names alone show to what they belong, as in Bailey's configurations."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Equipment:
-    """What a file says of the robot and its sensor."""
+    """Data of the robot and its sensor in a file."""
 
     robot: Mapping[str, Any] = field(default_factory=dict)
     """Keys of a robot."""
@@ -80,7 +80,7 @@ class Equipment:
     """What each value became."""
 
     def sensor_over(self, usual: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the keys of the sensor, with usual ones where the file says nothing."""
+        """Return the keys of the sensor, with usual values for those that the file lacks."""
         ends = self.sensor.get("range", {})
         low, high = (ends.get(str(k), usual["range"][k]) for k in range(2))
         noise = {**usual["noise"], **self.sensor.get("noise", {})}

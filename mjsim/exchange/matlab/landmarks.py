@@ -71,7 +71,7 @@ class LandmarkMap:
     """The landmarks with heading and picture, if the file states them."""
     equipment: Equipment = field(default_factory=Equipment)
     told: tuple[str, ...] = ()
-    """What the user is to be told about the reading."""
+    """Notes on the reading, for the user."""
 
     def length(self) -> float:
         """Return the length of the path along the waypoints [m]."""
@@ -143,7 +143,7 @@ def world_from_landmarks(
         estimator: The estimator; by default EKF-SLAM.
 
     Raises:
-        UsageError: The preset does not exist, or what the file says of the robot is not possible.
+        UsageError: The preset does not exist, or the data of the robot in the file are invalid.
     """
     placed = map.beacons or tuple(PlacedBeacon(_at(point)) for point in map.landmarks)
     beacons = tuple(_beacon(f"lm{k}", beacon) for k, beacon in enumerate(placed, start=1))

@@ -15,7 +15,7 @@ Entry = float | str
 
 @dataclass(frozen=True, slots=True)
 class Tables:
-    """How tables of one file are read, and what is to be told about it."""
+    """How tables of one file are read, and notes on this for the user."""
 
     file: str
     rows: bool = False

@@ -43,7 +43,7 @@ MISTAKES = (_NotLiteralError, ValueError, TypeError, LookupError, ArithmeticErro
 
 @dataclass(frozen=True, slots=True)
 class Assignments:
-    """What a script assigns, and what it says otherwise."""
+    """What a script assigns, and its other statements."""
 
     values: Mapping[str, Any]
     """Matrices of shape (rows, columns), text, lists of rows (cells), mappings (structs), and lists of mappings."""

@@ -352,7 +352,7 @@ def _check_drive(
     if drive == "ackermann":
         if len(sides) != 2 or len(steered) != 1 or steered[0] is not sides[0]:
             raise UsageError(
-                f"the number of axles of {file} is {len(sides)}, of those that steer {len(steered)}; a car has two, and"
+                f"{file} has axles: {len(sides)}, steered: {len(steered)}; a car has two, and"
                 " steers the front one (--forward turns it round)"
             )
     elif steered:

@@ -109,7 +109,7 @@ def _gear(source: RobotSource, robot: RobotFiles, anatomy: Anatomy, options: Rob
 
 
 def moved_sideways(gear: Gear, anatomy: Anatomy, robot: RobotFiles, options: RobotOptions, *, file: str) -> Gear:
-    """Return four wheels as mecanum wheels if only a plugin of the file tells that they are.
+    """Return four wheels as mecanum wheels if only a plugin of the file declares them so.
 
     Args:
         gear: Found without it.

@@ -142,5 +142,5 @@ def _steadied(
         reach = CASTER_POSITION * float((sign * (below if len(below) else points)[:, 0]).max())
         x = sign * max(sign * float(center[0]) + spare, reach)
         steady.append((x, 0.0, small))
-        notes.append(f"a caster that slides at {x:.3f} m {word}, as it would tip over its wheels without")
+        notes.append(f"a frictionless caster at {x:.3f} m {word}: without it, the robot would tip over")
     return steady, tuple(notes)

@@ -21,7 +21,7 @@ class SdfJoint:
     pose: Array
     """Shape (4, 4) [m]."""
     elements: Sequence[Element]
-    """Its `<axis>` and `<axis2>`, as far as URDF can have them."""
+    """Its `<axis>` and `<axis2>`, in the form that URDF has."""
     axes: Sequence[Array]
     """Their directions, shape (3,)."""
 

@@ -46,7 +46,7 @@ def bring_scene(path: Path, *, robot: Newcomer | None, search: list[Path], folde
         raise UsageError(f"'{path}': {error}") from None
     if not scene.things:
         lost = "; ".join(inventory(scene.items))[:400]
-        raise UsageError(f"'{path}' has nothing that a robot could meet{f' ({lost})' if lost else ''}")
+        raise UsageError(f"'{path}' has nothing that a robot could touch or sense{f' ({lost})' if lost else ''}")
     world, files = build_world(scene, name=name_of(path), folder=folder)
     report = [f"{path}: {_counted(scene)}; {len(world.walls)} walls, {len(world.obstacles)} things{_size(world)}"]
     whole, told = with_newcomer(world, robot, start=scene.starts[0] if scene.starts else None)

@@ -75,7 +75,7 @@ class MeshFiles:
             yield boxed(part)
 
     def skins(self, mesh: MeshName, scale: Array, pose: Array, read: Callable[[str], bytes]) -> list[SceneSkin]:
-        """Return what cameras see of a mesh: its parts in their colours and textures; none if it says nothing of them.
+        """Return what cameras see of a mesh: its parts in their colours and textures; none if it has neither.
 
         Args:
             mesh: The file, and what of it is meant.

@@ -25,7 +25,7 @@ MAX_TEXT = 50_000_000
 MAX_PROTOS = 20
 """Maximum nesting of PROTO nodes."""
 DENSITY = 1000.0
-"""Of a body that says nothing of its mass [kg/m^3]."""
+"""Of a body without a mass [kg/m^3]."""
 GROUPS = ("Group", "Transform", "Pose", "Billboard")
 MOVING = {"HingeJoint": "hinge", "SliderJoint": "slide"}
 SEEN = ("Shape", "CadShape")
@@ -34,7 +34,7 @@ SILENT = ("WorldInfo", "Viewpoint", "Background", "Fog", "Slot", *SEEN, "Muscle"
 ENU_YEAR = 2022
 """From this year's versions on, z points up unless a world says otherwise."""
 LAMP_REACH = 10.0
-"""Range of a lamp that says nothing of it [m]."""
+"""Range of a lamp that has none [m]."""
 
 
 @dataclass(slots=True, eq=False)
@@ -101,7 +101,7 @@ class _Reader:
             self.top(found, world_from_outer, depth + 1)
 
     def _of_proto(self, node: WbtNode, depth: int) -> WbtNode | None:
-        """Return what a PROTO node consists of; None for a robot or one that is not known, which is told."""
+        """Return what a PROTO node consists of; None for a robot, or an unknown node, which is reported."""
         if depth > MAX_PROTOS:
             raise UsageError(f"'{self._path}' nests PROTO nodes more than {MAX_PROTOS} deep; is it a loop?")
         name = node.text("name") or node.kind
@@ -123,7 +123,7 @@ class _Reader:
         return found
 
     def _from_file(self, node: WbtNode) -> WbtNode | None:
-        """Return what a PROTO file beside the world says that a node consists of."""
+        """Return the contents of a node by a PROTO file beside the world."""
         above = self._path.absolute().parent
         address = self._protos.get(node.kind, "")
         candidates = [address] if address and "://" not in address else []

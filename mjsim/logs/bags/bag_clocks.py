@@ -31,7 +31,7 @@ class Clocks:
 
         Args:
             set_back: When the clock of the recorder was set back, and by how much: those of headers may have been, too;
-                its own times go on there [s].
+                its own times continue there [s].
         """
         self._set_back = set_back
         self._seen: dict[str, array[float]] = {}

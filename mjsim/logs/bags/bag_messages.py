@@ -106,7 +106,7 @@ def limits_of(message: Any) -> tuple[float, float]:
 
 
 def imu_of(data: bytes, *, is_ros2: bool) -> tuple[float, ...]:
-    """Return the reading of a `sensor_msgs/Imu` in its own frame; NaN where it says that it does not measure.
+    """Return the reading of a `sensor_msgs/Imu` in its own frame; NaN for what it declares as not measured.
 
     Decoded by hand: a bag may have hundreds of these for each scan.
 

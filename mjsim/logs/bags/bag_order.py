@@ -1,4 +1,4 @@
-"""Recorders whose clock was set back: their messages are read in the order of the file, with times that go on.
+"""Recorders whose clock was set back: their messages are read in the order of the file, with continuous times.
 
 Readers sort messages by the time of recording, which mixes the parts before and after.
 """
@@ -52,7 +52,7 @@ class FileOrder:
 
 
 def order_of(reader: Any) -> FileOrder | None:
-    """Return the order of an open file of a bag; None if its index does not tell it."""
+    """Return the order of an open file of a bag; None if it does not follow from its index."""
     if isinstance(reader, Reader1):
         return _order_of_bag1(reader) if reader.chunks else None
     if isinstance(reader, Sqlite3Reader):
@@ -164,7 +164,7 @@ class InFileOrder:
 
 
 def going_on(reader: Any, files: Sequence[Any]) -> tuple[Any, list[tuple[float, float]]]:
-    """Return a reader whose times go on where the clock of its recorder was set back.
+    """Return a reader whose times continue where the clock of its recorder was set back.
 
     Args:
         reader: Of a bag.

@@ -158,7 +158,7 @@ class _Folder2(DirectoryReader):
                 raise ReaderError("it unpacks to more than the disk has; free space, or set TMPDIR") from None
             raise
         if not all(isinstance(each.msgcount, int) for each in self.connections):
-            raise ReaderError("it counts messages by something else than numbers")
+            raise ReaderError("its counts of messages are not numbers")
         self._packed = self.metadata.compression_mode == "message"
         self.metadata = self.metadata._replace(compression_mode=None)
 

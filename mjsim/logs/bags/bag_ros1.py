@@ -45,7 +45,7 @@ def is_old(path: Path) -> bool:
 
 
 class ScannedBag1(Reader):
-    """A bag without its index: chunks are scanned, the last one as far as it goes, and messages outside of chunks."""
+    """A bag without its index: chunks are scanned, the last one up to its end, and messages outside of chunks."""
 
     is_whole = False
     """Whether all its data is there."""
@@ -137,7 +137,7 @@ class ScannedBag1(Reader):
 
 
 class OldBag1(Reader):
-    """A bag of version 1.2: messages one after the other, each with the name of its topic; its index is not used."""
+    """A bag of version 1.2: a sequence of messages, each with the name of its topic; its index is not used."""
 
     is_whole = False
     """Whether all its data is there."""

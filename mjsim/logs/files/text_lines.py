@@ -16,7 +16,7 @@ from mjsim.errors import UsageError
 MAX_LINE_LENGTH = 1 << 20
 """Maximum length of a line [bytes]."""
 MIN_UNPACKED_LIMIT, MAX_COMPRESSION = 16 << 20, 20
-"""Maximum length of a text: so much, or so many times the size of its file if that is compressed [bytes]."""
+"""Maximum length of a text: absolute [bytes], and as a multiple of the size of its file if that is compressed."""
 MAX_NUMBER = 1e30
 """Largest number in a log; products of larger ones overflow."""
 _HEAD_BYTES = 1 << 16

@@ -39,7 +39,7 @@ STAMP_WORDS = 3
 OFFSETS = {"front": "robot_frontlaser_offset", "rear": "robot_rearlaser_offset"}
 """Parameters with the forward offset of a laser [m]."""
 RESOLUTIONS = {"FLASER": "laser_front_laser_resolution", "RLASER": "laser_rear_laser_resolution"}
-"""Parameters with the angle between two beams of a laser whose number of beams does not tell it [deg]."""
+"""Parameters with the angle between two beams of a laser whose number of beams does not imply it [deg]."""
 NOISE = {"distance": "odometry_noise_distance", "turn": "odometry_noise_turn", "veer": "odometry_noise_veer"}
 """Parameters in logs of `mjsim export --carmen`, by the fields of `MotionNoise`."""
 MAX_BEAMS = 10_000

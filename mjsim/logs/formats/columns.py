@@ -196,7 +196,7 @@ class _Tables:
     def _times(self, spec: TimedColumns, table: CsvTable) -> Array:
         times = table.times(spec.time, unit=self._second)
         if back := int(np.count_nonzero(np.diff(times) < 0.0)):
-            self._notes[f"clock of {spec.file}"] = f"goes back {back} times; the rows are sorted by time"
+            self._notes[f"clock of {spec.file}"] = f"set back {back} times; the rows are sorted by time"
         return times
 
     def _rows(self, spec: TimedColumns, table: CsvTable, *columns: Array) -> Array:

@@ -18,7 +18,7 @@ MAX_LENGTH = 10_000
 
 @dataclass(slots=True)
 class MrptBytes:
-    """Reads values one after the other."""
+    """Reads values in sequence."""
 
     data: bytes
     place: int = 0

@@ -30,7 +30,7 @@ from mjsim.logs.resampling import Log, Mount, RobotLog, kept
 
 SUFFIXES = (".rawlog", ".rawlog.gz")
 MIN_UNPACKED, MAX_COMPRESSION = 64 << 20, 30
-"""Maximum length of what is unpacked: so much, or so many times the size of the file [bytes]."""
+"""Maximum length of what is unpacked: absolute [bytes], and as a multiple of the size of the file."""
 HEAD = 4096
 """Bytes in which the first object must begin."""
 MAX_BEAMS, MAX_LANDMARKS, MAX_LIDARS, MAX_KINDS = 10_000, 1000, 20, 50
@@ -134,7 +134,7 @@ def read_rawlog(path: Path) -> Log:
 
 
 def _unpacked(path: Path, notes: dict[str, str]) -> bytes:
-    """Return the contents of a file; one that was cut as far as it goes, which is noted."""
+    """Return the contents of a file; of a truncated one all that there is, which is noted."""
     limit = max(MIN_UNPACKED, MAX_COMPRESSION * path.stat().st_size)
     parts, size = [], 0
     with path.open("rb") as plain:

@@ -28,7 +28,7 @@ RANGE, BEARING = 0.1, math.radians(2.0)
 MAX_SECONDS = 1e6
 """Maximum duration of a recording, as in world files [s]."""
 MIN_TICK_LIMIT, MAX_TICKS_PER_READING = 100_000, 1000
-"""Maximum number of ticks of a recording: so many, and so many for each reading of its log."""
+"""Maximum number of ticks of a recording: in total, and for each reading of its log."""
 TICK_RATES = (10.0, 12.5, 25.0, 50.0, 125.0)
 """Tick rates to choose from by default [Hz]; ticks are whole numbers of physics steps."""
 MIN_TICKS_PER_SCAN = 1.5

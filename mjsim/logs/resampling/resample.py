@@ -176,7 +176,7 @@ def continuous(track: Array) -> tuple[Array, str]:
 
 
 def joined(track: Array, restarts: NDArray[np.intp]) -> Array:
-    """Return odometry that goes on where it was before each restart, shape (K, 4).
+    """Return odometry that continues where it was before each restart, shape (K, 4).
 
     Args:
         track: As in `restarts_of`.

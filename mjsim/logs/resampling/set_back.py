@@ -1,4 +1,4 @@
-"""Logs that were joined, or whose clock was set: their times go on from there."""
+"""Logs that were joined, or whose clock was set: their times continue from there."""
 
 from collections.abc import Sequence
 
@@ -15,11 +15,11 @@ AGREEING_MESSAGES = 5
 MAX_LATE_MESSAGES, MIN_LATE_SECONDS = 200, 1.0
 """Messages that were only written late: times return within this number of them, or they last less than this [s]."""
 ASSUMED_GAP = 0.1
-"""Time between the last message before and the first after, which nothing tells [s]."""
+"""Time between the last message before and the first after, which is unknown [s]."""
 
 
 class ForwardClock:
-    """A clock that goes on where that of a log was set back, or far ahead."""
+    """A clock that continues where that of a log was set back, or far ahead."""
 
     def __init__(self, stamps: Sequence[float]) -> None:
         """Find where it was set.
@@ -54,7 +54,7 @@ class ForwardClock:
         return stamp + self._shifts[int(np.searchsorted(self._rows, number, side="right"))]
 
     def connected(self, track: Array) -> Array:
-        """Return odometry that goes on where it was when the clock was set back, if it jumped there; shape (K, 4).
+        """Return odometry that continues where it was when the clock was set back, if it jumped there; shape (K, 4).
 
         Args:
             track: Rows of time by this clock [s], x, y [m] and heading [rad], in order of time.

@@ -68,7 +68,7 @@ def _rails(body: Element) -> Iterator[tuple[Element, Element]]:
 
 
 def _hinges(item: Element) -> int:
-    """Return the number of hinges in a body and its descendants, as far as its own text shows."""
+    """Return the number of hinges in a body and its descendants in its own text."""
     return sum(joint.get("type", "hinge") == "hinge" for joint in item.iter("joint"))
 
 

@@ -41,7 +41,7 @@ class Engine(ABC):
 
     @abstractmethod
     def start(self, robot: Mapping[str, Tree], rng: Generator, fields: Sequence[str]) -> bool:
-        """Start the process; return whether it wants pictures."""
+        """Start the process; return whether it needs pictures."""
 
     @abstractmethod
     def call(self, method: str, given: Mapping[str, Tree]) -> Answer:

@@ -59,7 +59,7 @@ class OctaveEngine(Engine):
         self._fields: Sequence[str] = ()
 
     def start(self, robot: Mapping[str, Tree], rng: Generator, fields: Sequence[str]) -> bool:
-        """Start Octave, let it read the file, and send it the data of its robot; return whether it wants pictures."""
+        """Start Octave, let it read the file, and send it the data of its robot; return whether it needs pictures."""
         self.close()
         self._folder = self._place.enter().resolve()
         self._function = read_function(self._folder / self._file)

@@ -1,4 +1,4 @@
-"""What the annotation of an argument says of its value, as JSON Schema; nothing is evaluated."""
+"""The type of an argument's value by its annotation, as JSON Schema; nothing is evaluated."""
 
 import ast
 import re
@@ -40,7 +40,7 @@ def schema_of(annotation: ast.expr | None, about: str, names: Mapping[str, ast.e
 
 
 def misfit_of(value: Any, schema: Mapping[str, Any]) -> str | None:
-    """Return what a value of another kind must be, such as 'a number'; None if it fits, as far as kinds go."""
+    """Return what a value of another kind must be, such as 'a number'; None if its type fits."""
     forms = schema.get("anyOf", [schema])
     if any(_fits(value, form) for form in forms):
         return None
@@ -87,7 +87,7 @@ def _generic(name: str, inner: ast.expr, names: Mapping[str, ast.expr], count: i
 
 
 def _row(entry: ast.expr, names: Mapping[str, ast.expr], count: int | None, depth: int) -> Schema:
-    """Return the schema of a list: of so many numbers, or of such rows; {} for any number of numbers."""
+    """Return the schema of a list: of a number of numbers, or of such rows; {} for any number of numbers."""
     forms = list(_forms(entry, names, count, depth - 1)) if depth else []
     if len(forms) != 1 or not forms[0]:
         return {}

@@ -65,7 +65,7 @@ class EglContext:
     def make_current(self) -> None:
         """Make this the context of the OpenGL calls of this thread."""
         if not self._context or not self._egl.make_current(self._display, None, None, self._context):
-            raise OpenGLError("the EGL context was freed, or is at work in another thread")
+            raise OpenGLError("the EGL context was freed, or is in use in another thread")
 
     def renderer(self) -> str:
         """Return the name of the OpenGL renderer; the context must be current."""

@@ -26,7 +26,7 @@ TILTS_DEG = (25.0, 30.0, 35.0, 40.0, 45.0, 50.0, 60.0)
 FIXED_COST_PIXELS = 100_000
 """Number of pixels that take as long as what a picture takes of any size: a third of 640 x 480."""
 RAY_STRIDE = 17
-"""Every so many rays tell which planes are best."""
+"""Every n-th ray is used to choose the planes."""
 
 
 def intrinsics_of(camera: Camera) -> Intrinsics:

@@ -11,7 +11,7 @@ K = TypeVar("K", np.uint8, np.uint16)
 ROOT_OF_WHITE = 1 << 14
 """Square root of the light of white, as integers count it: 14 bits resolve the darkest pixel values as well."""
 ROOT_LEVELS = 1 << 15
-"""Number of roots of light that are told apart; beyond white there is room for four times its light."""
+"""Number of distinct square roots of light; beyond white there is room for four times its light."""
 
 
 def srgb_light(values: NDArray[np.floating[Any]]) -> Array:

@@ -25,7 +25,7 @@ V = TypeVar("V", bound=np.generic)
 class Shutter:
     """The instants at which the rows of a camera are exposed, seen from the camera as it moves.
 
-    Rows are read out one after the other, the middle one at the stamp of the image, and each is the mean over its
+    Rows are read out in sequence, the middle one at the stamp of the image, and each is the mean over its
     exposure time. The camera moves with the velocity of the robot at the stamp; everything else is assumed at rest.
     """
 

@@ -95,6 +95,6 @@ class LedMechanism(MechanismAtWork):
 def mechanism_at_work(
     model: mujoco.MjModel, data: mujoco.MjData, mechanism: Mechanism, *, seed: int, read: Callable[[str], bytes]
 ) -> MechanismAtWork:
-    """Return a running mechanism of the kind that its mode asks for; see `MechanismAtWork`."""
+    """Return a running mechanism of the kind that its mode needs; see `MechanismAtWork`."""
     kind = LedMechanism if mechanism.mode in LED_MODES else MechanismAtWork
     return kind(model, data, mechanism, seed=seed, read=read)

@@ -158,7 +158,7 @@ class OnboardCamera:
 
     @contextmanager
     def _straight_views(self, data: mujoco.MjData) -> Iterator[Iterator[None]]:
-        """Give the camera, one after the other, the undistorted views that the lens distorts; restore it in the end."""
+        """Give the camera each undistorted view that the lens distorts in turn; restore it at the end."""
         bent, index = self._bent, self._index
         assert bent is not None
         fov, axes = self._model.cam_fovy[index], data.cam_xmat[index].copy()

@@ -92,7 +92,7 @@ class Device(Protocol):
         """Return its data sheet."""
 
     def retune(self, sensor: Any) -> None:
-        """Use the noise of this model from now on; random streams go on where they are."""
+        """Use the noise of this model from now on; random streams continue."""
 
     def take(self, stamp: float) -> Any:
         """Return a current reading; `stamp` is the simulated time [s]."""

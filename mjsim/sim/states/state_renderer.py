@@ -112,7 +112,7 @@ class Onlooker(Closes):
         seen &= (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE) & (model.geom_type != mujoco.mjtGeom.mjGEOM_HFIELD)
         geoms = [k for k in np.flatnonzero(seen).tolist() if model.geom(k).name != "floor"]
         if not geoms:
-            raise UsageError("nothing stands on this floor; there is nothing to draw")
+            raise UsageError("this world is empty; there is nothing to draw")
         low, high = box_around(model, scene.data, geoms)
         half = math.radians(float(model.vis.global_.fovy)) / 2.0
         camera = mujoco.MjvCamera()

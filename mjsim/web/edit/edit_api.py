@@ -44,7 +44,7 @@ from mjsim.web.worlds import MAX_FILES as MAX_WATCHED
 from mjsim.world import Change, UnwritableError, World, edited, items_in, parse_world
 
 CACHE_SIZE = 3
-"""Number of parsed texts that are kept: an undo asks for the previous one again."""
+"""Number of parsed texts that are kept: an undo needs the previous one again."""
 MAX_JUDGED = 200
 """Maximum number of pictures that are judged at once."""
 

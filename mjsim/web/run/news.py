@@ -173,7 +173,7 @@ class PastNews(TypedDict):
 
 @_DOCUMENTED
 class ShownNews(TypedDict):
-    """An item that an estimator shows: points, lines, a grid or a text; its keys tell which."""
+    """An item that an estimator shows: points, lines, a grid or a text; its keys show which."""
 
     name: str
     frame: Literal["world", "estimate", "base"]

@@ -173,7 +173,7 @@ class RunApi:
         return world
 
     def _touch(self, request: Touch) -> ShortNews | TouchedNews:
-        """Apply an event to the run; return a message that tells whether a hand or tool reaches its target."""
+        """Apply an event to the run; return a message on whether a hand or tool reaches its target."""
         session, follows = self._session(), request.drag == "next"
         try:
             event = session.touch(request.event, follows=follows)

@@ -77,7 +77,7 @@ def _middle(mask: NDArray[np.bool_]) -> tuple[float, float]:
 def _write_name(
     picture: Picture, name: str, *, at: tuple[float, float], letters: Letters, plates: NDArray[np.bool_]
 ) -> None:
-    """Write a name on a plate around a pixel, unless it would cover another; `plates` says where they are."""
+    """Write a name on a plate around a pixel, unless it would cover another; `plates` holds where they are."""
     width = letters.width(name, 13) + 8
     x = round(min(max(at[0] - width / 2, 0), max(picture.shape[1] - width, 0)))
     y = round(min(max(at[1] - 9, 0), max(picture.shape[0] - 18, 0)))

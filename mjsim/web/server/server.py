@@ -93,7 +93,7 @@ class Server(Closes):
         if not self._ready.wait(START_TIMEOUT):
             raise UsageError(
                 Sentence(
-                    "the page did not come up within {start_timeout:g} s; the machine may be overloaded", START_TIMEOUT
+                    "the server did not start within {start_timeout:g} s; the machine may be overloaded", START_TIMEOUT
                 )
             )
 

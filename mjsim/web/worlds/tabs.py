@@ -48,7 +48,9 @@ class PastAsk(Ask):
     @model_validator(mode="after")
     def _within(self) -> "PastAsk":
         if self.at > len(self.steps):
-            raise ValueError(Sentence("{at} steps lead to the text, but there are {count}", self.at, len(self.steps)))
+            raise ValueError(
+                Sentence("at is {at}; it must be at most {count}, the number of steps", self.at, len(self.steps))
+            )
         if sum(len(step.old) + len(step.fresh) for step in self.steps) > MAX_LETTERS:
             raise ValueError(Sentence("the steps have more than {max_letters} letters", MAX_LETTERS))
         return self
@@ -209,7 +211,7 @@ class Tabs:
 
 
 class _Page:
-    """An open page, and what it was told last."""
+    """An open page, and what was last sent to it."""
 
     def __init__(self, socket: WebSocket, tab: str, watch: DiskWatch) -> None:
         self.socket, self.tab = socket, tab
@@ -224,7 +226,7 @@ class _Page:
             self._watch.show(show.path, stamp=show.stamp, files=show.files)
 
     def news(self, drafts: Drafts) -> list[Json]:
-        """Return what it must be told."""
+        """Return what must be sent to it."""
         with self._lock:
             news = list(self._watch.news())
         others = [draft for draft in drafts.listed() if draft["tab"] != self.tab]

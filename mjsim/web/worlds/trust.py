@@ -40,7 +40,9 @@ class Trust:
             self._refused.add(path)
             self._known = {}
             raise UsageError(
-                Sentence("'{name}' is code that you have not allowed as it is now; start again to be asked", path.name)
+                Sentence(
+                    "'{name}' is code that you have not allowed in its present form; start again to be asked", path.name
+                )
             )
 
     def asks_for(self, world: World) -> dict[str, str]:

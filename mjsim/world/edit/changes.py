@@ -87,7 +87,7 @@ def write_back(text: str, before: dict[str, Any], after: dict[str, Any], *, sour
 
 
 class _Editor:
-    """Applies changes to a draft; `computed` tells whether expressions may be replaced by values."""
+    """Applies changes to a draft; `computed`: whether expressions may be replaced by values."""
 
     def __init__(self, draft: EditedText, *, computed: bool = False) -> None:
         self.draft, self._computed = draft, computed

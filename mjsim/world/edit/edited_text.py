@@ -76,7 +76,7 @@ class EditedText:
             self._restructure([])
 
     def place(self, path: Path) -> TextPlace:
-        """Return where a path leads, as far as it is written.
+        """Return where a path leads, up to its last written value.
 
         Raises:
             UnwritableError: The value is in another file, or is written more than once.
@@ -281,7 +281,7 @@ class EditedText:
             self._root = read_spans(self._text)
         except UnknownTextError as unknown:
             raise UnwritableError(
-                (), Sentence("the text is not changed from here: {reason}; correct it first", unknown)
+                (), Sentence("the text cannot be edited here: {reason}; correct it first", unknown)
             ) from None
         if self._root.kind != "map":
             raise UnwritableError((), "the text is not a world; a world begins with 'mjsim: 1'")

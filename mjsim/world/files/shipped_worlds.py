@@ -11,7 +11,7 @@ from mjsim.sentences import Sentence
 SCHEMA_LINE = re.compile(r"\A# yaml-language-server:.*\n")
 """Line for completion in editors; the schema is only beside the shipped worlds."""
 HEAD = 16_384
-"""A description is looked for in so many bytes."""
+"""Number of bytes in which a description is looked for."""
 
 
 def worlds_folder() -> Path:

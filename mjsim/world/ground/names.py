@@ -94,7 +94,7 @@ def reserved_fault(name: str, *, reserved: Sequence[str] = RESERVED) -> str | No
     """Return why a robot, a mechanism or a person cannot have a name; None if it can."""
     if name == RUN and RUN in reserved:
         return Sentence(
-            "'{name}' is reserved for the figures of the run, beside those of its robots; give another name", name
+            "'{name}' is reserved for the statistics of the run, beside those of its robots; give another name", name
         )
     return Sentence("'{name}' is a reserved name in the scene; give another name", name) if name in reserved else None
 

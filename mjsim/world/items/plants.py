@@ -67,7 +67,9 @@ class TransferFunction(_DelayedFormula):
         if len(self.num) > len(self.den):
             raise fault(
                 Sentence(
-                    "num has degree {num}, den {den}; num's must not be higher", len(self.num) - 1, len(self.den) - 1
+                    "num has degree {num}, den {den}; that of num must not be higher",
+                    len(self.num) - 1,
+                    len(self.den) - 1,
                 ),
                 "num",
             )

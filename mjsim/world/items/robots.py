@@ -204,7 +204,7 @@ def _check_balancing(robot: Robot, drive: BalancingDrive) -> None:
     if low <= 0.0:
         lowest = body.box[2] / 2 - drive.wheel_radius
         raise fault(
-            Sentence("the body reaches {low:g} m into the floor; let center be above {lowest:g}", -low, lowest),
+            Sentence("the body reaches {low:g} m into the floor; set center above {lowest:g}", -low, lowest),
             "body",
             "center",
         )

@@ -126,7 +126,7 @@ class _Parser:
 
     def _unexpected(self) -> ValueError:
         found = (
-            Sentence("'{token}' is not possible there", self._tokens[self._at])
+            Sentence("'{token}' is not allowed there", self._tokens[self._at])
             if self._at < len(self._tokens)
             else "it ends too early"
         )
@@ -224,7 +224,7 @@ def _tokens(text: str) -> list[str]:
             wrong = text[end:].strip()[0]
             raise ValueError(
                 Sentence(
-                    "'{text}' is not an expression: '{wrong}' means nothing; use numbers, names, + - * /",
+                    "'{text}' is not an expression: '{wrong}' is not allowed in it; use numbers, names, + - * /",
                     text.strip(),
                     wrong,
                 )

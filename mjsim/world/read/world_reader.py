@@ -124,7 +124,7 @@ def _refused(path: FilePath, message: str) -> WorldError:
 
 
 def faults_of(error: ValidationError, model: type[Model], *, whole: bool = True) -> Iterator[Fault]:
-    """Yield the errors that a model found; `whole` says whether the text is complete and its parts must fit."""
+    """Yield the errors that a model found; `whole`: whether the text is complete and its parts must fit."""
     faults = [(path_of(details), details) for details in error.errors(include_url=False)]
     unknown = {path for path, details in faults if details["type"] == "extra_forbidden"}
     # Finding a similar word takes long, and the items of a list have the same keys.

@@ -230,7 +230,7 @@ def _check_drives(mechanism: MechanismParts, found: Assembly, values: Array) -> 
     if mechanism.mode != "forward" and rank < found.linkage.size:
         raise fault(
             Sentence(
-                "mode {mode} needs a motion for each degree of freedom: {drives} of {free} are led; add an"
+                "mode {mode} needs a motion for each degree of freedom: {drives} of {free} have one; add an"
                 " angle, position, velocity or distance, or use mode: forward",
                 *(mechanism.mode, len(found.drives), free),
             ),

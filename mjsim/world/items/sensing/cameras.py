@@ -212,7 +212,7 @@ class Camera(Bought):
             edge = np.array([[math.tan(math.radians(self.fov_deg) / 2), 0.0]])
             if not np.allclose(self.lens.straighten(self.lens.bend(edge)), edge, atol=1e-6):
                 message = Sentence(
-                    "fov_deg is {fov_deg:g}; the lens model is not invertible that far, make one of them smaller",
+                    "fov_deg is {fov_deg:g}; the lens model is not invertible up to there, reduce one of them",
                     self.fov_deg,
                 )
                 raise fault(message, "lens")

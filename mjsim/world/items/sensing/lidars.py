@@ -139,14 +139,16 @@ class Lidar3d(Bought):
     def _stacked(self) -> Self:
         given = self.elevation_deg
         if len(given) not in (2, self.rings):
-            right = Sentence("give [lowest, highest], or {rings} as there are rings", self.rings)
+            right = Sentence("give [lowest, highest], or {rings} values, one for each ring", self.rings)
             raise fault(Sentence("elevation_deg has {given} elevations; {right}", len(given), right), "elevation_deg")
         if any(low >= high for low, high in pairwise(given)):
             raise fault("each elevation must be above the one before", "elevation_deg")
         if self.rays > MAX_RAYS:
             raise fault(
                 Sentence(
-                    "a turn has {rays:,} beams; at most {max_rays:,}, make columns or rings fewer", self.rays, MAX_RAYS
+                    "a revolution has {rays:,} beams; at most {max_rays:,}, reduce columns or rings",
+                    self.rays,
+                    MAX_RAYS,
                 ),
                 "columns",
             )

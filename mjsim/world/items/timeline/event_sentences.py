@@ -45,13 +45,15 @@ def event_text(event: WorldEvent) -> str:
             return Sentence("{shove} is shoved by {impulse:g} N s", event.shove, math.hypot(*event.impulse))
         case PushEvent():
             duration = "" if event.seconds is None else Sentence(" for {seconds:g} s", event.seconds)
-            return Sentence("{push} is pushed by a force, a {kind}{duration}", event.push, event.signal.kind, duration)
+            return Sentence(
+                "{push} is pushed with a force of the kind {kind}{duration}", event.push, event.signal.kind, duration
+            )
         case ReachEvent() | LeadEvent():
             return _motion_text(event)
         case ReleaseEvent(hand=str(hand)):
             return Sentence("the {hand} hand of {whose} returns to its initial position", hand, event.release)
         case ReleaseEvent(joint=str(joint)):
-            return Sentence("joint {joint} of {whose} is let go", joint, event.release)
+            return Sentence("joint {joint} of {whose} is released", joint, event.release)
         case ReleaseEvent():
             return Sentence("{arm} of {whose} returns to its navigator", event.arm, event.release)
         case GoalEvent():

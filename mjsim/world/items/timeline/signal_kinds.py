@@ -74,7 +74,7 @@ class AnySignal(Model):
 
     @property
     def in_degrees(self) -> bool | None:
-        """Whether its values are angles; None if its keys do not tell."""
+        """Whether its values are angles; None if its keys do not show it."""
         given = self.given()
         return given[0].endswith("_deg") if given else None
 

@@ -295,7 +295,7 @@ export interface ShortNews {
   metres: number;
 }
 
-/** An item that an estimator shows: points, lines, a grid or a text; its keys tell which. */
+/** An item that an estimator shows: points, lines, a grid or a text; its keys show which. */
 export interface ShownNews {
   name: string;
   /** Frame of its numbers: the world, the robot as estimated, or the true robot. */
