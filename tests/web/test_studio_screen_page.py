@@ -79,6 +79,7 @@ mjsim: 1
 name: far
 walls: [{points: [[500, 500], [1500, 500], [1500, 1500], [500, 1500]], closed: true}]
 robots: [{name: scout, preset: pioneer3dx, at: [1000, 1000]}]
+run: {seconds: 1000}
 """
 
 COLOURS = """
@@ -138,11 +139,28 @@ def test_a_plan_shows_all_of_itself_its_mechanisms_and_brought_pictures(sheet, t
 
 
 def two_views_stand_beside_each_other_and_a_bar_gives_a_panel_its_size(page):
-    large = page.locator("#view-run .run-stage > .run-tile")
+    large = page.locator("#view-run .run-stage .run-tile")
     page.locator("#view-run [data-view='plan']").get_by_role("button", name="Show beside").click()
     expect(large).to_have_count(2)
     page.locator("#view-run").get_by_role("separator", name="Size of the panel").press("ArrowRight")
     expect(page.locator("#view-run .run-side")).to_have_css("width", "304px")
+
+
+def a_view_is_dragged_below_another_and_the_bar_between_them_moved(page):
+    plan, outside = (page.locator(f"#view-run .run-stage [data-view='{key}']") for key in ("plan", "outside"))
+    box = outside.bounding_box()
+    plan.locator("h2").drag_to(outside, target_position={"x": box["width"] / 2, "y": box["height"] - 20})
+    is_above(outside, plan)
+    bar = page.locator("#view-run .run-stage").get_by_role("separator")
+    before = outside.bounding_box()["height"]
+    bar.press("ArrowUp")
+    assert outside.bounding_box()["height"] == pytest.approx(before - 24, abs=1)
+
+
+def is_above(one, other):
+    upper, lower = one.bounding_box(), other.bounding_box()
+    assert upper["y"] + upper["height"] <= lower["y"]
+    assert (upper["x"], upper["width"]) == (lower["x"], lower["width"])
 
 
 def a_chart_fills_the_window_until_escape(page):
@@ -172,6 +190,7 @@ def test_beside_a_large_view_it_is_said_whose_run_it_is_and_all_of_a_far_world_i
         expect(plan).not_to_have_attribute("data-view", before)
         assert holds(plan, [(500, 500), (1500, 1500)])
         two_views_stand_beside_each_other_and_a_bar_gives_a_panel_its_size(page)
+        a_view_is_dragged_below_another_and_the_bar_between_them_moved(page)
         a_chart_fills_the_window_until_escape(page)
         page.keyboard.press("Control+o")
         page.get_by_role("dialog").get_by_role("button", name="near.yaml", exact=True).click()
@@ -180,7 +199,8 @@ def test_beside_a_large_view_it_is_said_whose_run_it_is_and_all_of_a_far_world_i
         expect(page.get_by_text("This is a run of far.yaml")).to_be_visible(timeout=PATIENCE)
         page.reload()
         expect(page.locator("#view-run .run-side")).to_have_css("width", "304px")
-        expect(page.locator("#view-run .run-stage > .run-tile")).to_have_count(2)
+        expect(page.locator("#view-run .run-stage .run-tile")).to_have_count(2)
+        is_above(*(page.locator(f"#view-run .run-stage [data-view='{key}']") for key in ("outside", "plan")))
 
 
 def test_a_further_opening_is_written_where_a_person_would(tmp_path):

@@ -188,6 +188,7 @@ export class Sheet {
   private arrange(): void {
     const kinds = this.kinds.filter((kind) => this.offers.includes(kind));
     for (const kind of [...this.charts.keys()]) if (!kinds.includes(kind)) this.drop(kind);
+    this.element.toggleAttribute("data-nothing", this.offers.length === 0);
     this.element.dataset["empty"] = word(this.offers.length ? "charts.noneChosen" : "charts.nothingToDraw");
     for (const kind of kinds) {
       let chart = this.charts.get(kind);

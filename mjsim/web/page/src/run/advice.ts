@@ -10,7 +10,7 @@ import type { RunNews } from "./protocol";
 export interface Outlook {
   run: RunNews | null;
   /** The world that is open; null for none, and where another began the run. */
-  world: { path: string; hasMotion: boolean } | null;
+  world: { path: string; isBroken: boolean; hasMotion: boolean } | null;
   live: boolean;
   /** Whose keys count. */
   robot: string;
@@ -68,6 +68,7 @@ export class Advice {
         [word("run.newWorld"), this.ways.make],
         [word("run.openAWorld"), this.ways.open],
       ];
+    if (world.isBroken) return [word("run.theWorldHasErrors"), [word("run.goToEdit"), this.ways.edit]];
     if (!world.hasMotion) return [word("run.noRobotIsInThis"), [word("run.goToEdit"), this.ways.edit]];
     return [""];
   }

@@ -51,6 +51,7 @@ export class Floor {
   readonly touch: Touch;
   /** Give a robot a goal, and measure. */
   readonly tools: PlanTools;
+  private readonly legend = legend();
   private robots: RobotFacts[] = [];
   private removed: ReadonlySet<string> = new Set();
   /** People whose hands were led, and mechanisms that stand otherwise than at the start. */
@@ -89,7 +90,7 @@ export class Floor {
       "plan",
       word("run.plan"),
       this.host,
-      legend(),
+      this.legend,
       el("span", { class: "run-spring" }),
       this.layers.element,
       this.touch.button,
@@ -122,6 +123,7 @@ export class Floor {
     this.robots = robots;
     this.facts = joints;
     this.chosen = chosen;
+    this.legend.hidden = robots.length === 0;
     this.plan.drawOver();
   }
 

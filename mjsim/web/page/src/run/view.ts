@@ -273,6 +273,7 @@ export class RunView implements View {
     this.offerRobots(news);
     this.cameras.run(news.robots, news.state !== "idle");
     this.noise.show(news.noise ?? [], this.running() && news.controllable);
+    this.tabs?.offer("noise", news.state === "idle" || (news.noise ?? []).length > 0);
     this.banner.run(news.state === "failed" && news.error ? said(news.error) : null);
     this.keep.show(news);
     this.floor.touch.enable(this.running() && news.controllable);
@@ -402,8 +403,9 @@ export class RunView implements View {
   }
 
   private advise(): void {
-    const { path, items } = this.studio.document;
-    const world = path === null ? null : { path, hasMotion: items.some(canMove) };
+    const { path, items, parsed } = this.studio.document;
+    const isBroken = parsed.problems.some(({ kind }) => kind === "error");
+    const world = path === null ? null : { path, isBroken, hasMotion: items.some(canMove) };
     this.advice.show({
       run: this.run,
       world,

@@ -1,7 +1,8 @@
-/** Framed views with headings: one or two of them are large, as they were left, the others stand beside them. */
+/** Framed views with headings: some of them are large and share their place as they were left, the others stand beside them. */
 
 import { word } from "../words/words";
 import { button, remembered } from "./controls";
+import { kept, keysOf, type Layout, layoutIn, layoutText, placed, type Side, sideAt } from "./docking";
 import { type Child, el, put } from "./dom";
 import { icon } from "./icons";
 import { Signal } from "./signal";
@@ -23,6 +24,12 @@ export function makeTile(key: string, title: string, body: HTMLElement, ...actio
 /** What of a tile is dragged: its key. */
 const DRAGGED = "application/x-mjsim-view";
 
+/** A split of the place of large views, with the bar between its parts. */
+interface Halves {
+  element: HTMLElement;
+  bar: HTMLElement;
+}
+
 /** The large views, and a rail with the others. */
 export class Stage {
   readonly element = el("div", { class: "run-stage" });
@@ -30,17 +37,16 @@ export class Stage {
   /** Told with the keys of the large views when these may be others. */
   readonly arranged = new Signal<readonly string[]>();
   private tiles: Tile[] = [];
-  /** Keys of what is to be large, the first on the left; what is not there now may come. */
-  private large: string[];
-  private readonly bar = splitter(this.element, {
-    label: word("ui.sizeOfTheView"),
-    width: "--first",
-  });
+  /** What is to be large; what is not there now may come. */
+  private layout: Layout | null;
+  /** Splits by their places among the others, as "stage-10": the second part of all, and of that the first. */
+  private readonly halves = new Map<string, Halves>();
+  private target: HTMLElement | null = null;
 
   /** @param key under which the browser keeps what is large */
   constructor(private readonly key: string) {
-    this.large = remembered(key)?.split(" ").filter(Boolean) ?? [];
-    for (const kind of ["dragover", "drop"] as const)
+    this.layout = layoutIn(remembered(key));
+    for (const kind of ["dragover", "dragleave", "drop"] as const)
       for (const place of [this.element, this.rail])
         place.addEventListener(kind, (event) => this.drag(event, place === this.rail));
   }
@@ -54,21 +60,24 @@ export class Stage {
 
   /** Make one of them large, alone or beside the first of those that are. */
   enlarge(key: string, beside = false): void {
-    const [first] = this.shown().map((tile) => tile.key);
-    this.choose(beside && first && first !== key ? [first, key] : [key]);
+    const [first] = keysOf(this.shown());
+    this.choose(beside && first ? placed(this.shown(), key, first, "right") : key);
   }
 
-  private choose(large: string[]): void {
-    this.large = large;
-    remembered(this.key, large.join(" "));
+  private choose(layout: Layout): void {
+    this.layout = layout;
+    remembered(this.key, layoutText(layout));
     this.arrange();
     this.rail.scrollTop = 0;
   }
 
   /** The views that are large, of those that there are. */
-  private shown(): Tile[] {
-    const chosen = this.large.flatMap((key) => this.tiles.find((tile) => tile.key === key) ?? []);
-    return chosen.length ? chosen : this.tiles.slice(0, 1);
+  private shown(): Layout {
+    return kept(this.layout, (key) => this.tile(key) !== undefined) ?? this.tiles[0]?.key ?? "";
+  }
+
+  private tile(key: string): Tile | undefined {
+    return this.tiles.find((tile) => tile.key === key);
   }
 
   private addButtons({ key, element }: Tile): void {
@@ -79,34 +88,69 @@ export class Stage {
     element.querySelector("header")?.append(el("span", { class: "run-ways" }, ...parts));
   }
 
-  /** Views are dragged by their heads: over a large one to its place, to its left or right half to stand beside it. */
+  /** Views are dragged by their heads: to an edge of a large one to split it there, to its middle to take its place. */
   private drag(event: DragEvent, isRail: boolean): void {
     if (!event.dataTransfer?.types.includes(DRAGGED)) return;
     event.preventDefault();
+    const over = isRail ? null : (event.target as Element).closest<HTMLElement>(".run-tile");
+    const side = over ? sideOf(over, event) : "middle";
+    this.point(event.type === "dragover" ? over : null, side);
     if (event.type !== "drop") return;
     const key = event.dataTransfer.getData(DRAGGED);
-    const others = this.shown().flatMap((tile) => (tile.key === key ? [] : [tile.key]));
-    if (isRail) return others.length ? this.choose(others) : undefined;
-    const { left, width } = this.element.getBoundingClientRect();
-    const place = (event.clientX - left) / width;
-    const [first = key] = others;
-    this.choose(place < 1 / 3 ? [key, first] : place > 2 / 3 ? [first, key] : [key]);
+    if (!this.tile(key)) return;
+    const at = over?.dataset["view"];
+    const layout = isRail ? kept(this.shown(), (each) => each !== key) : at && placed(this.shown(), key, at, side);
+    if (layout) this.choose(layout);
+  }
+
+  /** Show where a view would come. */
+  private point(over: HTMLElement | null, side: Side): void {
+    if (this.target !== over) delete this.target?.dataset["drop"];
+    this.target = over;
+    if (over) over.dataset["drop"] = side;
   }
 
   private arrange(): void {
-    const [first, second] = this.shown();
-    const others = this.tiles.filter((tile) => tile !== first && tile !== second);
-    const large = [first?.element, second && this.bar, second?.element];
-    put(
-      this.element,
-      large.filter((each) => each !== undefined),
-    );
-    this.element.toggleAttribute("data-split", second !== undefined);
+    const shown = this.shown();
+    const keys = keysOf(shown);
+    const large = this.drawn(shown, this.key.replace(".", "-"));
+    put(this.element, large ? [large] : []);
+    this.element.toggleAttribute("data-split", keys.length > 1);
     put(
       this.rail,
-      others.map((tile) => tile.element),
+      this.tiles.filter((tile) => !keys.includes(tile.key)).map((tile) => tile.element),
     );
-    this.rail.hidden = others.length === 0;
-    this.arranged.emit(this.shown().map((tile) => tile.key));
+    this.rail.hidden = keys.length >= this.tiles.length;
+    this.arranged.emit(keys);
   }
+
+  /** The element of a view, or of a split with both of its parts; what stays where it is is not touched. */
+  private drawn(layout: Layout, place: string): HTMLElement | undefined {
+    if (typeof layout === "string") return this.tile(layout)?.element;
+    const { element, bar } = this.halvesAt(place);
+    element.dataset["way"] = layout.way;
+    const [first, second] = layout.parts.map((part, k) => this.drawn(part, `${place}${k}`));
+    put(
+      element,
+      [first, bar, second].filter((each) => each !== undefined),
+    );
+    return element;
+  }
+
+  private halvesAt(place: string): Halves {
+    const known = this.halves.get(place);
+    if (known) return known;
+    const element = el("div", { class: `run-split at-${place}` });
+    const made = { element, bar: splitter(element, { label: word("ui.sizeOfTheView"), ...SIZES }) };
+    this.halves.set(place, made);
+    return made;
+  }
+}
+
+/** Properties of the style of a split for the size of its first part. */
+const SIZES = { width: "--first", height: "--first-high" };
+
+function sideOf(tile: HTMLElement, { clientX, clientY }: DragEvent): Side {
+  const { left, top, width, height } = tile.getBoundingClientRect();
+  return sideAt((clientX - left) / width, (clientY - top) / height);
 }

@@ -466,6 +466,7 @@ export const EN = {
   "run.goalTool": "Goal: press at the destination, drag to set the heading",
   "run.measureTool": "Measure: drag from one point to another",
   "run.noPictureYet": "No picture yet",
+  "run.theWorldHasErrors": "The text of this world has errors: correct them in Edit.",
   "run.noRobotIsInThis": "This world has no robot: add one with R in Edit.",
   "run.noWorldIsOpenMake": "No world is open: create or open one.",
   "run.noWorldIsOpenOpen": "No world is open; open or create one, then start it",
