@@ -194,7 +194,7 @@ class Odometry:
     """[m]"""
     turn: Annotated[float, Form("[rad]")]
     """[rad]"""
-    covariance: Annotated[Array, Form("3 x 3", shape=(3, 3))]
+    covariance: Annotated[Array, Form("Of (forward, left, turn), 3 x 3", shape=(3, 3))]
     """Covariance of (forward, left, turn), shape (3, 3) [m, m, rad]."""
     stamp: Annotated[float | None, Form("When the motion ended, if not at the time of the tick [s]"), CLOCK_TIME] = None
     """When the motion ended, if not at the time of the observation: in a log, at the scan that came with it [s]."""

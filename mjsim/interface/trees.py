@@ -95,7 +95,7 @@ def observation_tree(seen: Observation, numbers: Numbers, *, pictures: bool) -> 
         **{
             part.name: _field(part, form, getattr(seen, part.name))
             for part, form in form_fields(Observation)
-            if part.name not in _OWN_FORM
+            if part.name not in OWN_FORM
         },
         "scans": Named({name: _scan(scan) for name, scan in seen.scans.items()}),
         "cameras": Named({name: _camera(frame) for name, frame in seen.cameras.items()} if pictures else {}),
@@ -104,7 +104,7 @@ def observation_tree(seen: Observation, numbers: Numbers, *, pictures: bool) -> 
     }
 
 
-_OWN_FORM = {"sightings", "scans", "cameras", "ranges", "joints"}
+OWN_FORM = {"sightings", "scans", "cameras", "ranges", "joints"}
 """Readings that programs get in a form of their own; all others have the fields that they declare."""
 
 

@@ -93,13 +93,13 @@ def draw(graph: Graph, path: Path) -> None:
 
     spots = {part: (1.9 * x, 1.25 * y) for part, (x, y) in places(graph).items()}
     figure, axes = pyplot.subplots(figsize=(11, 11))
-    for part, lows in essential(graph).items():
-        for low in lows:
+    for part, lows in sorted(essential(graph).items()):
+        for low in sorted(lows):
             (x, y), (u, v) = spots[part], spots[low]
             way = {"arrowstyle": "-|>", "color": LINE, "lw": 1.0, "shrinkA": 0, "shrinkB": 2}
             axes.annotate("", xy=(u, v + 0.27), xytext=(x, y - 0.27), arrowprops=way)
     box = {"boxstyle": "round,pad=0.45", "facecolor": PAPER, "edgecolor": INK, "lw": 1.2}
-    for part, (x, y) in spots.items():
+    for part, (x, y) in sorted(spots.items()):
         axes.text(x, y, part, ha="center", va="center", color=INK, fontsize=12, bbox=box)
     axes.set_xlim(min(x for x, _ in spots.values()) - 1.2, max(x for x, _ in spots.values()) + 1.2)
     axes.set_ylim(-0.6, max(y for _, y in spots.values()) + 0.6)

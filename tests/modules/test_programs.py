@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import runpy
 import shutil
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from tests.modules.processes import gone
 from tests.python_script import HEAD
 
 PROGRAMS = Path(__file__).parents[1] / "data" / "programs"
+MAKER = runpy.run_path(str(Path(__file__).parents[2] / "scripts" / "make" / "programs.py"))
 SCHEMA = json.loads((Path(__file__).parents[2] / "docs" / "programs.schema.json").read_text())
 ROOM = """
 mjsim: 1
@@ -59,6 +61,11 @@ def script(folder: Path, name: str, text: str, *, head: str = HEAD) -> None:
 
 
 @pytest.mark.slow
+def test_the_schema_has_the_readings_as_they_are_declared():
+    text = MAKER["FILE"].read_text(encoding="utf-8")
+    assert MAKER["with_readings"](text) == text
+
+
 def test_a_c_program_and_a_shell_script_drive_a_robot_and_leave_nothing_running(tmp_path, compiled):
     shutil.copy(compiled, tmp_path)
     shutil.copy(PROGRAMS / "ahead.sh", tmp_path)

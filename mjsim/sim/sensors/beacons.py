@@ -1,7 +1,6 @@
 """Beacon sensors: visible beacons, and errors of sightings."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.random import Generator
@@ -11,23 +10,13 @@ from mjsim.compile import robot_from_sensor
 from mjsim.geometry import Array, wrap_angle
 from mjsim.interface import SensorInfo, Sighting
 from mjsim.sim.rays import HIDDEN, Rays
-from mjsim.sim.sensors.device import Mounting, Sensed
+from mjsim.sim.sensors.device import BeaconReading, Mounting
 from mjsim.world import sensors
 
 MAX_OCCLUDER_DEPTH = 0.005
 """Objects this close in front of a beacon do not occlude it: the wall or post that it is fixed to [m]."""
 FINEST_RANGE, FINEST_BEARING = 1e-3, 1e-4
 """Minimum standard deviations in data sheets [m, rad]."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class BeaconReading:
-    """One reading of the sensor."""
-
-    sightings: tuple[Sighting, ...]
-    """For modules, from right to left, so that the order does not reveal identities."""
-    identities: tuple[str | None, ...]
-    """For the recording: the true beacon of each sighting, None for a false sighting."""
 
 
 class BeaconDevice:
@@ -102,11 +91,6 @@ class BeaconDevice:
         self._chances()
         if self._false is not None:
             self._false.draw()
-
-    def publish(self, reading: BeaconReading, sensed: Sensed) -> None:
-        """Append the sightings to those of other beacon sensors."""
-        sensed.extend("sightings", reading.sightings)
-        sensed.identities += reading.identities
 
     def _truth(self) -> tuple[Array, NDArray[np.bool_]]:
         """Return range [m] and bearing [rad] of all beacons from the sensor, shape (n, 2), and which are visible."""

@@ -13,7 +13,7 @@ from mjsim.geometry import Array
 from mjsim.interface import CameraFrame, Picture, SensorInfo
 from mjsim.sim.imaging import BentView, Imager, PlainImager, Shutter, StereoDepth, imager_of, intrinsics_of
 from mjsim.sim.rendering import Canvas, Renderer, instances_of
-from mjsim.sim.sensors.device import Mounting, Sensed
+from mjsim.sim.sensors.device import Mounting
 from mjsim.sim.streams import Streams
 from mjsim.world import Camera, Depth, Photons, Robot
 
@@ -210,10 +210,6 @@ class CameraDevice:
     def take(self, stamp: float) -> CameraFrame:
         """Return a current picture; `stamp` is the simulated time [s]."""
         return self._camera.frame(self._data, stamp)
-
-    def publish(self, reading: CameraFrame, sensed: Sensed) -> None:
-        """Add a picture under the name of the camera."""
-        sensed.by_name("cameras", self._camera.name, reading)
 
 
 def depth_of(camera: Camera) -> Depth | None:

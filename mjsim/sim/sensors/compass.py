@@ -7,7 +7,7 @@ import numpy as np
 from mjsim.compile import robot_from_sensor
 from mjsim.geometry import Array, wrap_angle
 from mjsim.interface import CompassReading, SensorInfo
-from mjsim.sim.sensors.device import Mounting, Sensed
+from mjsim.sim.sensors.device import Mounting
 from mjsim.world import sensors
 
 WAVE_COUNT = 128
@@ -81,7 +81,3 @@ class CompassDevice:
     def pass_over(self) -> None:
         """Draw the random number of a reading that was not requested."""
         self._white.standard_normal()
-
-    def publish(self, reading: CompassReading, sensed: Sensed) -> None:
-        """Add the heading under the name of the compass."""
-        sensed.by_name("compasses", self._compass.compass, reading)

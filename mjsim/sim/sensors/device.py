@@ -8,12 +8,12 @@ import mujoco
 
 from mjsim.compile import carrier_of, robot_from_carrier, robot_from_sensor
 from mjsim.geometry import Array
-from mjsim.interface import ImuReading, SensorInfo
+from mjsim.interface import ImuReading, SensorInfo, Sighting
 from mjsim.modules import Sealed
 from mjsim.sim.bases import RunningGear
 from mjsim.sim.rendering import Canvas, Quality
 from mjsim.sim.streams import Streams
-from mjsim.world import Beacon, Robot, sensors
+from mjsim.world import AnySensor, Beacon, Robot, name_of, sensors
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -58,6 +58,16 @@ class Mounting:
         )
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class BeaconReading:
+    """One reading of a beacon sensor."""
+
+    sightings: tuple[Sighting, ...]
+    """For modules, from right to left, so that the order does not reveal identities."""
+    identities: tuple[str | None, ...]
+    """For the recording: the true beacon of each sighting, None for a false sighting."""
+
+
 class Sensed:
     """The readings of all sensors of a robot at one tick."""
 
@@ -68,13 +78,15 @@ class Sensed:
         self.identities: tuple[str | None, ...] = ()
         """True beacon of each sighting, None for a false sighting; never for modules."""
 
-    def by_name(self, field: str, name: str, reading: object) -> None:
-        """Add a reading to a field with one reading per sensor."""
-        self._by_name.setdefault(field, {})[name] = reading
-
-    def extend(self, field: str, readings: Sequence[object]) -> None:
-        """Append readings to a field with those of all sensors."""
-        self._batches[field] = (*self._batches.get(field, ()), *readings)
+    def add(self, sensor: AnySensor, reading: Any) -> None:
+        """Add what a sensor gave to the field of its kind: under its name, or after the others where all are in one."""
+        if isinstance(reading, BeaconReading):
+            self.identities += reading.identities
+            reading = reading.sightings
+        if isinstance(reading, tuple):
+            self._batches[sensor.reading] = (*self._batches.get(sensor.reading, ()), *reading)
+        else:
+            self._by_name.setdefault(sensor.reading, {})[name_of(sensor)] = reading
 
     def fields(self) -> dict[str, Any]:
         """Return fields of `Observation`; dicts are made read-only here, which would be expensive later."""
@@ -95,13 +107,10 @@ class Device(Protocol):
         """Use the noise of this model from now on; random streams continue."""
 
     def take(self, stamp: float) -> Any:
-        """Return a current reading; `stamp` is the simulated time [s]."""
+        """Return a current reading, or a tuple of several; `stamp` is the simulated time [s]."""
 
     def pass_over(self) -> None:
         """Draw the random numbers of a reading that was not requested."""
-
-    def publish(self, reading: Any, sensed: Sensed) -> None:
-        """Add a reading from `take` to the observation."""
 
 
 @runtime_checkable

@@ -3,7 +3,7 @@
 import numpy as np
 
 from mjsim.interface import SensorInfo, WheelTicks
-from mjsim.sim.sensors.device import Mounting, Sensed
+from mjsim.sim.sensors.device import Mounting
 from mjsim.world import sensors
 
 
@@ -43,7 +43,3 @@ class EncoderDevice:
 
     def pass_over(self) -> None:
         """Do nothing: there are no random numbers."""
-
-    def publish(self, reading: WheelTicks, sensed: Sensed) -> None:
-        """Add the counts under the name of the sensor."""
-        sensed.by_name("encoders", self._encoders.encoders, reading)

@@ -8,7 +8,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.interface import ImuReading, SensorInfo
-from mjsim.sim.sensors.device import Mounting, Sensed
+from mjsim.sim.sensors.device import Mounting
 from mjsim.world import sensors
 
 STATE_LENGTH = 10
@@ -153,10 +153,6 @@ class ImuDevice:
     def pass_over(self) -> None:
         """Draw the random numbers of readings that were not requested, and continue the random walk."""
         self.take(0.0)
-
-    def publish(self, reading: tuple[ImuReading, ...], sensed: Sensed) -> None:
-        """Append the readings to those of other inertial sensors."""
-        sensed.extend("imu", reading)
 
     def _feel(self, rows: Array) -> Array:
         """Return mean specific force [m/s^2] and turn [rad/s] of each step in the sensor's frame, shape (steps, 6).

@@ -7,7 +7,7 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.interface import Scan, SensorInfo
 from mjsim.sim.rays import Rays
-from mjsim.sim.sensors.device import CarriedSensor, Mounting, Sensed
+from mjsim.sim.sensors.device import CarriedSensor, Mounting
 from mjsim.world import sensors
 
 MAX_RANGE_RATIO = 0.1
@@ -116,10 +116,6 @@ class LidarDevice:
             self._noise.standard_normal(count)
         if self._missed is not None:
             self._missed.random(count)
-
-    def publish(self, reading: Scan, sensed: Sensed) -> None:
-        """Add a scan under the name of the lidar."""
-        sensed.by_name("scans", self._lidar.lidar, reading)
 
     def _cast(self, count: int) -> tuple[Array, Array | None]:
         """Return the distance of each ray of the fan [m], and the strength of the return of each beam if measured.

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 from mjsim.interface import PointCloud, SensorInfo
 from mjsim.sim.rays import BatchRays
-from mjsim.sim.sensors.device import Mounting, Sensed
+from mjsim.sim.sensors.device import Mounting
 from mjsim.sim.sensors.lidar import BRIGHT
 from mjsim.world import sensors
 
@@ -34,7 +34,7 @@ class Lidar3dDevice:
             mounting: Its mounting; each option has its own random stream.
         """
         model = mounting.model
-        self._data, self._streams, self._name = mounting.data, mounting.streams, lidar.lidar3d
+        self._data, self._streams = mounting.data, mounting.streams
         step = model.opt.timestep
         self._steps = round(1.0 / (lidar.rate_hz * step))
         self._beams, columns, self._rings = _pattern(lidar)
@@ -108,10 +108,6 @@ class Lidar3dDevice:
             self._noise.standard_normal(len(self._rings))
         if self._missed is not None:
             self._missed.random(len(self._rings))
-
-    def publish(self, reading: PointCloud, sensed: Sensed) -> None:
-        """Add a cloud under the name of the lidar."""
-        sensed.by_name("clouds", self._name, reading)
 
 
 Pattern = tuple[Callable[[int], Array], int, NDArray[np.uint16]]

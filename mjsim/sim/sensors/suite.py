@@ -13,15 +13,16 @@ from mjsim.world import AnySensor, Robot, name_of
 class Timed:
     """Timing of one sensor; `at` or `unasked` is called once per tick."""
 
-    def __init__(self, device: Device, *, period: int = 1, latency: int = 0) -> None:
+    def __init__(self, sensor: AnySensor, device: Device, *, period: int = 1, latency: int = 0) -> None:
         """Initialise.
 
         Args:
-            device: The sensor.
+            sensor: From the world file.
+            device: The sensor in the simulation.
             period: Ticks between two readings.
             latency: Ticks from taking a reading to its delivery.
         """
-        self.device = device
+        self._sensor, self.device = sensor, device
         self._period, self._latency = period, latency
         self._coming: deque[tuple[int, Any]] = deque()
 
@@ -30,7 +31,7 @@ class Timed:
         if tick % self._period == 0:
             self._coming.append((tick + self._latency, self.device.take(stamp)))
         if self._coming and self._coming[0][0] == tick:
-            self.device.publish(self._coming.popleft()[1], sensed)
+            sensed.add(self._sensor, self._coming.popleft()[1])
 
     def unasked(self, tick: int, stamp: float) -> None:
         """Skip a tick without a request: only readings that are delivered later are taken."""
@@ -62,6 +63,7 @@ class Sensors:
         """
         self._timed = {
             name_of(sensor): Timed(
+                sensor,
                 makers[type(sensor)](sensor, mounting(sensor)),
                 period=1 if sensor.between_ticks else ticks_between(rate_hz, sensor.rate_hz),
                 latency=sensor.latency,

@@ -7,7 +7,7 @@ from mjsim.compile import robot_from_sensor
 from mjsim.geometry import Array
 from mjsim.interface import AnchorRanges, SensorInfo
 from mjsim.sim.rays import HIDDEN, Rays
-from mjsim.sim.sensors.device import Mounting, Sensed
+from mjsim.sim.sensors.device import Mounting
 from mjsim.world import sensors
 
 MAX_OCCLUDER_DEPTH = 0.005
@@ -81,10 +81,6 @@ class UwbDevice:
     def pass_over(self) -> None:
         """Draw the random numbers of a reading that was not requested."""
         self._chances()
-
-    def publish(self, reading: AnchorRanges, sensed: Sensed) -> None:
-        """Add the ranges under the name of the tag."""
-        sensed.by_name("ranges", self._uwb.uwb, reading)
 
     def _truth(self) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
         """Return for each anchor the distance [m], whether it is in range, and whether it is obstructed, (n,)."""

@@ -1,7 +1,7 @@
 """All drives by their type."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 from pydantic import BaseModel
 
@@ -18,14 +18,11 @@ from mjsim.world.items.drives.skid_steer import SkidSteerDrive
 from mjsim.world.items.drives.tricycle import TricycleDrive
 from mjsim.world.items.drives.user import UserDrive
 
+RollingDrive = (
+    DifferentialDrive | SkidSteerDrive | AckermannDrive | TricycleDrive | Omni3Drive | MecanumDrive | BalancingDrive
+)
 KINDS: Mapping[str, type[AnyDrive]] = {
-    "differential": DifferentialDrive,
-    "skid_steer": SkidSteerDrive,
-    "ackermann": AckermannDrive,
-    "tricycle": TricycleDrive,
-    "omni3": Omni3Drive,
-    "mecanum": MecanumDrive,
-    "balancing": BalancingDrive,
+    get_args(model.model_fields["type"].annotation)[0]: model for model in get_args(RollingDrive)
 }
 """Drives by their `type`."""
 
@@ -39,15 +36,7 @@ def _kind_of_drive(item: Any, kinds: Mapping[str, type[BaseModel]]) -> str | Non
 
 
 Drive = Annotated[
-    DifferentialDrive
-    | SkidSteerDrive
-    | AckermannDrive
-    | TricycleDrive
-    | Omni3Drive
-    | MecanumDrive
-    | BalancingDrive
-    | UserDrive
-    | FixedDrive,
+    RollingDrive | UserDrive | FixedDrive,
     OneOf(
         {**KINDS, "use": UserDrive, "fixed": FixedDrive},
         Sentence(

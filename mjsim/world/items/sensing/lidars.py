@@ -23,6 +23,7 @@ class Lidar(Bought):
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"lidar": "scan"}]})
     kind: ClassVar[str] = "lidar"
+    is_housed: ClassVar[bool] = True
     reading: ClassVar[str] = "scans"
     noise_keys: ClassVar[tuple[str, ...]] = ("noise", "missed", "mixed_pixels")
     lidar: Name
@@ -56,11 +57,6 @@ class Lidar(Bought):
     intensity: bool = False
     """Whether it also measures the intensity of each return."""
 
-    @property
-    def housing(self) -> Point3:
-        """Position of its round housing, [x, y, z] in the robot frame [m]."""
-        return self.at
-
 
 MAX_RAYS = 300_000
 """Largest number of points in one turn of a lidar."""
@@ -88,6 +84,7 @@ class Lidar3d(Bought):
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"lidar3d": "top", "rings": 16}]})
     kind: ClassVar[str] = "lidar3d"
+    is_housed: ClassVar[bool] = True
     reading: ClassVar[str] = "clouds"
     noise_keys: ClassVar[tuple[str, ...]] = ("noise", "missed")
     lidar3d: Name
@@ -118,11 +115,6 @@ class Lidar3d(Bought):
     """Noise of a range."""
     missed: Chance = 0.0
     """Probability that a beam gets no return although it hits something."""
-
-    @property
-    def housing(self) -> Point3:
-        """Position of its round housing, [x, y, z] in the robot frame [m]."""
-        return self.at
 
     @property
     def elevations_deg(self) -> tuple[float, ...]:

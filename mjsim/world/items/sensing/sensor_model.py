@@ -34,13 +34,15 @@ class SensorModel(Model):
     """The field of `Observation` with its readings."""
     noise_keys: ClassVar[tuple[str, ...]] = ("noise",)
     """Keys of its noise, which may change during a run."""
+    is_housed: ClassVar[bool] = False
+    """Whether it has a round housing at the key `at`."""
     between_ticks: ClassVar[bool] = False
     """Whether it measures between ticks, so that a tick gets several readings."""
 
     @property
     def housing(self) -> Point3 | None:
         """Position of its round housing, [x, y, z] in the robot frame [m]; None if it has none."""
-        return None
+        return getattr(self, "at", None) if self.is_housed else None
 
     def misfit(self, robot: Any) -> str | None:
         """Return a sentence that says why a robot cannot carry this sensor; None if it can."""

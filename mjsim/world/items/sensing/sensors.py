@@ -37,6 +37,7 @@ class BeaconSensor(SensorModel):
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"beacons": "ring"}]})
     kind: ClassVar[str] = "beacons"
+    is_housed: ClassVar[bool] = True
     reading: ClassVar[str] = "sightings"
     noise_keys: ClassVar[tuple[str, ...]] = ("noise", "missed", "false_rate", "outliers", "heavy_tails")
     beacons: Name
@@ -65,11 +66,6 @@ class BeaconSensor(SensorModel):
     """Probability that a sighting is an outlier, uniform in the field of view."""
     heavy_tails: Annotated[float, Field(gt=2, le=1000)] | None = None
     """Degrees of freedom of Student's t for the errors, with the same standard deviation; default: normal."""
-
-    @property
-    def housing(self) -> Point3:
-        """Position of its round housing, [x, y, z] in the robot frame [m]."""
-        return self.at
 
 
 class ImuError(Model):
@@ -170,6 +166,7 @@ class Uwb(SensorModel):
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"uwb": "tag", "noise": {"range": 0.1}}]})
     kind: ClassVar[str] = "uwb"
+    is_housed: ClassVar[bool] = True
     reading: ClassVar[str] = "ranges"
     noise_keys: ClassVar[tuple[str, ...]] = ("noise", "nlos", "missed")
     uwb: Name
@@ -190,11 +187,6 @@ class Uwb(SensorModel):
     """Errors without line of sight."""
     missed: Chance = 0.0
     """Probability that the reading of an anchor in range is missed."""
-
-    @property
-    def housing(self) -> Point3:
-        """Position of its round housing, [x, y, z] in the robot frame [m]."""
-        return self.at
 
 
 class HeadingNoise(Model):
@@ -220,6 +212,7 @@ class Compass(SensorModel):
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"compass": "compass", "noise": {"heading_deg": 2}}]})
     kind: ClassVar[str] = "compass"
+    is_housed: ClassVar[bool] = True
     reading: ClassVar[str] = "compasses"
     compass: Name
     """Its name."""
@@ -235,11 +228,6 @@ class Compass(SensorModel):
     """Bias by place."""
     declination_deg: Degrees = 0.0
     """Magnetic north, clockwise from the world's y axis; modules are not told."""
-
-    @property
-    def housing(self) -> Point3:
-        """Position of its round housing, [x, y, z] in the robot frame [m]."""
-        return self.at
 
 
 AnySensor = Camera | Lidar | BeaconSensor | Imu | Encoders | Uwb | Lidar3d | Compass
