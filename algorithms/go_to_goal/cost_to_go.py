@@ -21,6 +21,8 @@ DOUBT = 1.3
 """Factor on the time in cells that no sensor has seen."""
 TOUCH = 0.01
 """Obstacles may seem this much nearer than they are, on the grid [m]."""
+TIGHT = 4.0
+"""By how much more a metre costs where the body barely fits: it may not get through there."""
 SLOWEST, GROWTH = 0.3, 3.5
 """Speed beside obstacles that nearly touch [m/s], and its growth with the clearance [1/s]."""
 
@@ -206,7 +208,8 @@ def time_per_metre(
         doubt: Cells that nobody has seen: they take longer, since the way may end there.
     """
     free = clearance - half_width
-    price = 1.0 / np.minimum(top, allowed_speed(free)) * (1.0 + np.maximum(0.0, 1.0 - free / max(gap, 1e-3)))
+    lacking = np.maximum(0.0, 1.0 - free / max(gap, 1e-3))
+    price = (1.0 + lacking + TIGHT * lacking**2) / np.minimum(top, allowed_speed(free))
     if doubt is not None:
         price = np.where(doubt, DOUBT * price, price)
     return np.where(free > -TOUCH, price, math.inf)

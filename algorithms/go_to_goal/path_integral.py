@@ -42,6 +42,8 @@ CHANGE = 0.01
 """Cost of a change of the twist by the robot's limits [s]."""
 RESERVE = 0.85
 """Share of the robot's acceleration that is planned with."""
+FEW, FINEST = 0.25, 0.1
+"""Below this share of motions that are free, the next are sampled finer, down to this share of the robot's limits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +99,7 @@ class PathIntegral:
         self._spread = (self._limits * (0.35, 0.35, 0.4)).astype(np.float32)
         self._plan = np.zeros((STEPS, 3), dtype=np.float32)
         self._fan = _fan(self._limits, self._bend)
+        self._scale = 1.0
         self.motion: Array = np.zeros((0, 3))
         """Poses of the chosen motion, shape (STEPS, 3)."""
         self.clearance = 0.0
@@ -138,6 +141,9 @@ class PathIntegral:
         twists = self._limited(wanted, speed, prices.top)
         self._sampled = pose, twists
         cost, hits = self._judged(pose, twists, map, field, prices)
+        # Between posts nearly all motions of full size collide.
+        scale = 0.5 if np.count_nonzero(~hits) < FEW * len(hits) else 2.0
+        self._scale = min(max(scale * self._scale, FINEST), 1.0)
         if hits.all():
             self.reset()
             return None
@@ -173,13 +179,14 @@ class PathIntegral:
 
     def _samples(self) -> Array:
         """Return wanted twists, shape (k, STEPS, 3)."""
-        knots = self._rng.standard_normal((SAMPLES, KNOTS, 3), dtype=np.float32) * self._spread
+        knots = self._rng.standard_normal((SAMPLES, KNOTS, 3), dtype=np.float32) * (self._scale * self._spread)
         at = np.linspace(0.0, KNOTS - 1, STEPS, dtype=np.float32)
         low = np.minimum(at.astype(int), KNOTS - 2)
         share = (at - low)[:, None]
         noise = knots[:, low] * (1.0 - share) + knots[:, low + 1] * share
         noise[0] = 0.0
-        return np.concatenate([self._plan + noise, np.broadcast_to(self._fan, (len(self._fan), STEPS, 3))])
+        fan = self._scale * self._fan
+        return np.concatenate([self._plan + noise, np.broadcast_to(fan, (len(fan), STEPS, 3))]).astype(np.float32)
 
     def _limited(self, wanted: Array, speed: Array, top: float) -> Array:
         """Return twists that the robot can drive, shape (k, STEPS, 3)."""

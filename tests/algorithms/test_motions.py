@@ -130,6 +130,29 @@ def test_the_chosen_motion_is_the_one_that_its_twists_drive_and_keeps_its_cleara
     assert not local.can_turn(pose, 0.0, map) or local.can_turn(pose, 0.1, map)
 
 
+class Ahead(Toward):
+    """Time to a place in a straight line, with the front first."""
+
+    def direction(self, points):
+        x, y = super().direction(points)
+        return -x, -y
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_in_a_slit_it_samples_finer_motions_until_enough_are_free(seed):
+    # 10 cm wider than the body, which is askew: motions of full size collide.
+    x = np.linspace(-0.5, 1.6, 85)
+    walls = np.concatenate([np.stack([x, np.full_like(x, side)], axis=-1) for side in (-0.25, 0.25)])
+    local, pose, twist = PathIntegral(robot(), np.random.default_rng(seed), top=2.0), Pose(0.0, 0.0, 0.08), np.zeros(3)
+    map = ObstacleMap(np.zeros(2), walls, cell=0.025, half=local.reach)
+    for _ in range(25):
+        local.shift(STEP)
+        chosen = local.twist(pose, twist, map, Ahead(np.array([4.0, 0.0])), MotionPrices())
+        twist = np.zeros(3) if chosen is None else chosen
+        pose = pose @ Pose(*(STEP * twist).tolist())
+    assert pose.x > 0.3
+
+
 @pytest.mark.parametrize("angle", [math.pi, -math.pi, 1.0, -1.0])
 def test_it_turns_on_the_spot_where_its_body_does_not_touch(angle):
     outline = np.array([[-0.1, -0.2], [0.7, -0.2], [0.7, 0.2], [-0.1, 0.2]])

@@ -115,7 +115,8 @@ def test_a_metre_takes_longer_beside_obstacles_and_where_nobody_has_seen():
         found = time_per_metre(clearance, half_width=0.2, gap=0.1, top=0.8, doubt=doubt)
         for value, far in zip(found.tolist(), (clearance - 0.2).tolist(), strict=True):
             speed = min(0.8, max(0.3, 0.3 + 3.5 * far))
-            expected = factor / speed * (2.0 - far / 0.1 if far < 0.1 else 1.0)
+            lacking = max(1.0 - far / 0.1, 0.0)
+            expected = factor / speed * (1.0 + lacking + 4.0 * lacking**2)
             assert value == (math.inf if far < -0.01 else pytest.approx(expected))
     np.testing.assert_allclose(time_per_metre(clearance[3:], half_width=0.2, gap=0.0, top=9.0)[0], 1 / 0.475)
     np.testing.assert_allclose(allowed_speed(np.array([-1.0, 0.0, 0.2])), [0.3, 0.3, 1.0])
