@@ -186,7 +186,7 @@ class PathIntegral:
         noise = knots[:, low] * (1.0 - share) + knots[:, low + 1] * share
         noise[0] = 0.0
         fan = self._scale * self._fan
-        return np.concatenate([self._plan + noise, np.broadcast_to(fan, (len(fan), STEPS, 3))]).astype(np.float32)
+        return np.concatenate([self._plan + noise, np.broadcast_to(fan, (len(fan), STEPS, 3))])
 
     def _limited(self, wanted: Array, speed: Array, top: float) -> Array:
         """Return twists that the robot can drive, shape (k, STEPS, 3)."""
