@@ -2,6 +2,7 @@
 
 import doctest
 import fnmatch
+import functools
 import importlib
 import itertools
 import re
@@ -55,10 +56,11 @@ def test_prose_is_wrapped_at_120_columns(page):
 TREE = re.compile(r"^```\{toctree\}\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
-def anchors(text: str) -> set[str]:
+@functools.cache
+def anchors(page: Path) -> set[str]:
     """Return what links may point to in a page: its headings as GitHub writes them, the second of a name as NAME-1."""
     found: set[str] = set()
-    for heading in re.findall("^#+ (.*)$", FENCED.sub("", text), re.MULTILINE):
+    for heading in re.findall("^#+ (.*)$", FENCED.sub("", page.read_text(encoding="utf-8")), re.MULTILINE):
         shown = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", heading)
         name = re.sub(r"[^\w\- ]", "", shown.lower()).replace(" ", "-")
         again = (f"{name}-{count}" for count in itertools.count(1))
@@ -79,7 +81,7 @@ def test_links_of_a_page_lead_somewhere(page):
             continue
         name, _, anchor = target.partition("#")
         to = (folder / name).resolve() if name else page
-        if not to.exists() or (anchor and to.suffix == ".md" and anchor not in anchors(to.read_text(encoding="utf-8"))):
+        if not to.exists() or (anchor and to.suffix == ".md" and anchor not in anchors(to)):
             dead.append(target)
     assert dead == []
 
@@ -152,6 +154,7 @@ def test_every_script_that_a_page_names_is_there():
     assert [name for name in sorted(named) if not (ROOT / name).is_file()] == []
 
 
+@pytest.mark.slow
 def test_the_page_of_the_world_file_is_what_the_schema_says():
     made = runpy.run_path(str(ROOT / "scripts" / "make" / "world_page.py"))["world_page"]()
     assert (ROOT / "docs" / "world-file.md").read_text(encoding="utf-8") == made

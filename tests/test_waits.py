@@ -44,7 +44,9 @@ OWNERS = {"tests/children.py", "tests/limits.py"}
 """Who may start programs in tests: they kill them."""
 
 
-_SUSPICIOUS = re.compile(rf"\.({'|'.join(WAITS)})\(\)|\b(subprocess|select|os)\.\w")
+_SUSPICIOUS = re.compile(
+    rf"\.({'|'.join(WAITS)})\(\)|\bsubprocess\.({'|'.join(PROGRAMS)})\b|\bselect\.select\b|\bos\.wait"
+)
 """What a source needs to have for a wait: parsing all takes seconds."""
 
 

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.linalg
 from numpy.typing import ArrayLike
-from scipy.optimize import linear_sum_assignment
 from scipy.special import gammaincinv
 
 from mjsim.geometry import Array, wrap_angles
@@ -52,6 +51,8 @@ def nearest_neighbour(
     References:
         Bar-Shalom, Li, Estimation and Tracking (1993), section 6.3: global nearest neighbour.
     """
+    from scipy.optimize import linear_sum_assignment  # slow to import, and beacons with names do without
+
     candidates = _Candidates.of(slam, measurements, measurement_covariance, among=among, confidence=confidence)
     cost = np.where(candidates.fits, candidates.distance, 1e6)
     rows, columns = linear_sum_assignment(cost)

@@ -91,6 +91,7 @@ def test_lidar_slam_needs_no_odometry(drive):
     assert errors.max() < 0.2
 
 
+@pytest.mark.slow
 def test_without_odometry_walls_are_found_once_in_each_scan(drive, monkeypatch):
     robot, seen, _ = drive
     found, slam = [], LidarSlam()
@@ -103,6 +104,7 @@ def test_without_odometry_walls_are_found_once_in_each_scan(drive, monkeypatch):
     assert len(found) == sum("scan" in each.scans for each in seen[:200])
 
 
+@pytest.mark.slow
 def test_a_scan_that_waited_for_late_odometry_has_its_own_walls(drive, monkeypatch):
     robot, seen, _ = drive
     added, slam = [], LidarSlam()
@@ -132,6 +134,7 @@ def test_odometry_of_wheels_is_used_as_it_is():
         assert not ScanOdometry.is_needed(sim.sense("scout"))
 
 
+@pytest.mark.slow
 def test_a_robot_that_stands_still_does_not_drift(drive):
     robot, seen, _ = drive
     lidar, odometry, way = LevelLidar(robot, None), ScanOdometry(), np.zeros(3)

@@ -7,7 +7,6 @@ from contextlib import ExitStack
 
 from mjsim.bench.asked import ASKED, ASKED_HEAD, ASKED_OF_PEERS, verdict
 from mjsim.bench.figure import Clock, Figure
-from mjsim.bench.figures import FIGURES
 from mjsim.errors import UsageError, did_you_mean
 
 HEAD = f"{'figure':<26}{'median':>10}{'min':>10}{'max':>10}  {'unit':<28}{'runs':>4}"
@@ -43,6 +42,8 @@ def measure(only: Sequence[str], *, runs: int, peers: bool = False, clock: Clock
 
 
 def _chosen(only: Sequence[str], *, peers: bool) -> list[Figure]:
+    from mjsim.bench.figures import FIGURES  # which import every algorithm; who takes another module does without
+
     known = {figure.name: figure for figure in FIGURES}
     if peers:
         from mjsim.bench.peers import PEER_FIGURES

@@ -389,6 +389,7 @@ class _Repeated:
         return itertools.repeat(self.tick, self.count)
 
 
+@pytest.mark.slow
 def test_inertial_readings_are_written_as_the_recording_is_read(run: Recording, tmp_path: Path):
     repeated = _Repeated(run, 1000)
     tracemalloc.start()

@@ -196,6 +196,7 @@ def test_a_robot_on_an_open_floor_starts_where_the_scene_has_it(start, kept, tmp
     assert any("is not free" in line for line in found.report) != kept
 
 
+@pytest.mark.slow
 def test_a_house_in_one_mesh_becomes_its_walls(tmp_path):
     outer = prism([(0, 0), (6, 0), (6, 4), (0, 4)], 2.5, 0)
     inner = prism([(0.2, 0.2), (5.8, 0.2), (5.8, 3.8), (0.2, 3.8)], 2.5, 8, inward=True)

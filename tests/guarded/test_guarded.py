@@ -81,7 +81,7 @@ def test_a_crash_is_one_line_and_the_next_file_is_read(reader):
     assert reader.call(f"{HERE}:same", 1, about="y") == 1
 
 
-@pytest.mark.parametrize("function", ["hang", "turn"])
+@pytest.mark.parametrize("function", ["hang", pytest.param("turn", marks=pytest.mark.slow)])
 def test_what_never_ends_is_ended(function, monkeypatch):
     monkeypatch.setattr("mjsim.guarded.guarded_reader.limits_for", lambda size: Allowance(seconds=0.51))
     with Reader(f"{HERE}:same") as reader:
@@ -102,6 +102,7 @@ def test_memory_is_bounded(reader):
     assert said(reader.call, f"{HERE}:swell", 900).startswith("'x.mat' cannot be read: it needs more than 805 MB")
 
 
+@pytest.mark.slow
 @linux
 def test_what_lacks_memory_in_a_used_child_is_read_by_a_new_one():
     with Reader(f"{HERE}:same") as reader:
@@ -196,6 +197,7 @@ def test_a_temporary_file_needs_a_scratch_folder_and_goes_with_the_child(reader)
     assert "cannot be read" in said(reader.call, f"{HERE}:temporary", "text")
 
 
+@pytest.mark.slow
 @linux
 @pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGKILL])
 def test_the_child_ends_with_its_parent(sign):
@@ -223,6 +225,7 @@ def test_answers_of_another_form_are_one_line(answer):
         assert "its reader gave no valid answer" in said(reader.call, f"{HERE}:same", 1)
 
 
+@pytest.mark.slow
 def test_a_child_that_takes_no_further_call_is_ended():
     with Reader(f"{HERE}:deaf") as reader:
         reader.call(f"{HERE}:deaf", about="x")

@@ -107,11 +107,13 @@ def test_zeros_poles_and_gain_are_the_transfer_function():
         assert complex(system(s)) == pytest.approx(12 * (s + 3) / (s * (s + 8) * ((s + 1) ** 2 + 4)))
 
 
+@pytest.mark.slow
 def test_twenty_equal_poles_stay_where_they_are():
     poles = study(linear_of(f"zpk: {{poles: [{', '.join(['-1'] * 20)}], gain: 1}}")).poles
     np.testing.assert_allclose(poles, -1.0, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_a_design_of_discrete_time_has_its_closed_loop():
     linear = linear_of("ss: {a: [[1, 0.1], [0, 1]], b: [[0.005], [0.1]], c: [[1, 0]], dt: 0.1}")
     placed = placed_design(linear, [0.8 + 0.1j, 0.8 - 0.1j])
@@ -131,6 +133,7 @@ def test_a_design_of_discrete_time_has_its_closed_loop():
         pid_design(linear, "simc")
 
 
+@pytest.mark.slow
 def test_a_sampled_pid_closes_the_loop_as_its_difference_equation():
     linear = linear_of("zpk: {poles: [0.9, 0.6], gain: 0.04, dt: 0.1}")
     found = pid_design(linear, "ziegler-nichols")
@@ -176,6 +179,7 @@ def test_limits_act_on_both_sides():
     )
 
 
+@pytest.mark.slow
 def test_the_delay_of_a_simulated_loop_is_exact():
     # e^-s / s under u = r - y: a ramp, then a parabola.
     found, _ = loop_of("tf: {num: [1], den: [1, 0], delay: 1}", lambda linear: pid_design(linear, "ziegler-nichols"))
@@ -226,6 +230,7 @@ def test_formulas_read_back_equal_and_their_figures_are_scipys():
     assert ("poles", "0.5-0.3j, 0.5+0.3j, 0.9") in _facts(found).rows
 
 
+@pytest.mark.slow
 def test_a_notebook_shows_a_plant_with_its_figures():
     world = parse_world("mjsim: 1\nplants: [{name: p, tf: {num: [6], den: [1, 6, 11, 6]}}]\n")
     shown = experiment(world, world.plants[0])._repr_html_()

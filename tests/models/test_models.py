@@ -212,6 +212,7 @@ def test_a_robot_may_start_under_a_table_but_not_in_its_leg():
     assert "starts inside obstacles[0]" in str(problem)
 
 
+@pytest.mark.slow
 def test_a_movable_model_weighs_what_the_world_says_or_else_the_file():
     masses = {}
     for key, mass in (("own", ""), ("small", ", scale: 0.5"), ("said", ", mass: 9")):
@@ -359,6 +360,7 @@ def test_an_object_that_the_physics_cannot_move_is_an_error_before_the_run(folde
         check_models(world_of(folder, "at: [1, 1], model: twisted.xml, scale: 1e-4, movable: true"))
 
 
+@pytest.mark.slow
 def test_a_recording_alone_holds_all_that_its_models_need(folder):
     obstacle = "name: t, model: twisted.xml, at: [4, 2], movable: true"
     world = world_of(

@@ -160,6 +160,7 @@ def test_noise_that_cannot_be_is_answered_in_a_line_by_hand_and_in_a_file(touche
     assert said in problem.message
 
 
+@pytest.mark.slow
 def test_noise_that_was_changed_by_hand_is_changed_so_again_to_the_bit_and_a_restart_keeps_it(tmp_path):
     session = mjsim.Session(mjsim.parse_world(FLAT), record=tmp_path / "hand.mcap", overwrite=True)
     session.start(paused=True)

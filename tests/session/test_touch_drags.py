@@ -73,6 +73,7 @@ def test_a_drag_is_one_event_with_its_targets_and_repeats_to_the_byte(tmp_path, 
     assert len(mjsim.read_recording(hand).events) == 8  # each target is told of exactly
 
 
+@pytest.mark.slow
 def test_a_joint_follows_what_is_dragged_within_a_third_of_a_second():
     targets = np.linspace(0, 40, 26)  # [deg], in a second
     with mjsim.Simulation(mjsim.parse_world(bars().replace("slope_deg: 60", "slope_deg: 0"))) as sim:
@@ -87,6 +88,7 @@ def test_a_joint_follows_what_is_dragged_within_a_third_of_a_second():
     assert np.diff(values).min() > 0
 
 
+@pytest.mark.slow
 def test_drags_at_the_same_time_are_one_event_each_and_other_targets_of_a_tick_replace_each_other(tmp_path):
     hand = tmp_path / "hand.mcap"
     up = [{"lead": "lift", "joint": "up", "to_deg": 0.5 + 0.1 * k} for k in range(4)]

@@ -60,7 +60,7 @@ def test_computed_torque_keeps_the_pumas_path_within_half_a_thousandth():
 @pytest.mark.slow
 def test_adaptive_control_learns_masses_that_computed_torque_has_wrong():
     # What does not learn errs by the same there and back, every 4 s.
-    wrong = errors(controlled("ComputedTorque", mass_scale=0.8), seconds=8.0, repeat="true")
+    wrong = errors(controlled("ComputedTorque", mass_scale=0.8), seconds=4.0, repeat="true")
     learns = errors(controlled("Adaptive", mass_scale=0.8), seconds=12.0, repeat="true")
     last = slice(-100, None)  # there and back
     # 11 times; 9 with masses of 1.2.

@@ -313,6 +313,7 @@ run: {seconds: 3, events: [{time: 0.2, reach: r, joints_deg: [30, 0, 0, 0, 0, 0]
 """
 
 
+@pytest.mark.slow
 def test_an_event_moves_an_arm_at_a_radian_a_second_and_then_its_tool_to_a_place():
     world = parse_world(ARM.replace("PLACE", "[0.5, 0.2, 0.6]"))
     with Simulation(world) as sim:

@@ -78,6 +78,7 @@ def whole(model: mujoco.MjModel, canvas: Canvas) -> tuple[np.ndarray, np.ndarray
     return seen_from(model, canvas)
 
 
+@pytest.mark.slow
 def test_a_merged_room_looks_as_its_parts_do(apart: mujoco.MjModel, canvas: Canvas, whole):
     picture, _, depth, drawn = seen_from(apart, canvas)
     assert whole[3] <= drawn / 2

@@ -63,6 +63,7 @@ def test_a_3d_lidar_meets_a_hand_where_it_was_led_and_no_longer_where_it_was():
     assert min(seen[-3:]) < seen[0] - 0.1
 
 
+@pytest.mark.slow
 def test_a_hand_out_of_reach_moves_as_close_as_possible_and_the_event_has_the_distance():
     event = "{time: 0, reach: anna, hand: left, to: [-3, 0, 1.2]}"
     with mjsim.Simulation(mjsim.parse_world(ROOM.replace("EVENTS", event))) as sim:
@@ -89,6 +90,7 @@ def speeds(sim, ticks):
     return np.linalg.norm(np.diff(places, axis=0), axis=2) / sim.dt
 
 
+@pytest.mark.slow
 def test_hands_move_no_faster_than_people_do_and_without_jolts_also_when_led_elsewhere_on_the_way():
     again = "{time: 0.6, reach: anna, hand: right, to: [1.7, -0.3, 1.5]}"
     back = "{time: 1.0, release: anna, hand: right}"
@@ -104,6 +106,7 @@ def test_hands_move_no_faster_than_people_do_and_without_jolts_also_when_led_els
         np.testing.assert_allclose(sim.model.body_quat, start, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_hand_that_is_given_back_leaves_the_other_one_where_it_was_led():
     left = "{time: 0, reach: anna, hand: left, to: [1.6, -0.2, 1.1]}"
     back = "{time: 0.4, release: anna, hand: right}"
@@ -153,6 +156,7 @@ def test_a_plan_draws_people_as_they_stand_when_a_hand_was_led_and_says_nothing_
         np.testing.assert_allclose(outline, was, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_still_scene_shows_a_hand_on_its_way_as_the_run_had_it():
     world = mjsim.parse_world(ROOM.replace("EVENTS", EVENT))
     scene = StillScene(world)

@@ -92,6 +92,7 @@ def test_a_hand_sags_under_a_weight_as_its_spring_does_and_shows_where_it_wants_
         assert motion.torques[0] == 0.0  # of actuators, of which there are none
 
 
+@pytest.mark.slow
 def test_a_hand_is_no_stronger_than_it_says():
     with mjsim.Simulation(mjsim.parse_world(BAR.replace("MASS", "100"))) as sim:
         sim.lead("bar", "swing", -60)
@@ -101,6 +102,7 @@ def test_a_hand_is_no_stronger_than_it_says():
     assert max(angles) == pytest.approx(most, abs=0.02)  # a tick from the turning point, and what it goes until F
 
 
+@pytest.mark.slow
 def test_a_joint_comes_no_faster_than_a_radian_a_second_is_stopped_first_and_falls_once_it_is_let_go():
     with mjsim.Simulation(mjsim.parse_world(BAR.replace("MASS", "2"))) as sim:
         with mjsim.Simulation(mjsim.parse_world(BAR.replace("MASS", "2"))) as free:
@@ -117,6 +119,7 @@ def test_a_joint_comes_no_faster_than_a_radian_a_second_is_stopped_first_and_fal
         assert first.accelerations[0] == pytest.approx(1.5 * GRAVITY * math.cos(first.positions[0]), rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_hand_does_the_same_whether_or_not_somebody_looks():
     with mjsim.Simulation(mjsim.parse_world(POLE)) as seen, mjsim.Simulation(mjsim.parse_world(POLE)) as alone:
         for sim in (seen, alone):

@@ -97,6 +97,7 @@ def test_walls_and_things_block_a_way_at_the_height_at_which_it_leads():
     assert set(low[0]) == {"above"}
 
 
+@pytest.mark.slow
 def test_a_blocked_range_is_too_long_by_an_exponentially_distributed_excess_and_others_are_not():
     told = columns(", nlos: {bias: 0.4}", "wall", "window", "desk", count=3000, world=WALLED)
     truth = [math.dist((0, 0, 1.2), place) for place in ((4, 2.5, 1.2), (4, 0.3, 1.4), (-3, 0, 0.5))]

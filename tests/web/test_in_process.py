@@ -166,6 +166,7 @@ def test_a_run_without_viewers_is_closed_at_once(folder):
     assert time.monotonic() - began < 0.5 * FAREWELL_SECONDS
 
 
+@pytest.mark.slow
 def test_a_picture_from_where_a_robot_is_moved_shows_what_stands_there(edit):
     def seen(text=LOOKING, status=200, **keys):
         asks = {"path": "room.yaml", "text": text, "robot": "scout", "camera": "front", "at": [0, 0], "width": 64}

@@ -134,6 +134,7 @@ def test_a_model_that_an_event_takes_away_is_neither_seen_nor_touched():
     assert nearest[-1] > 3.0
 
 
+@pytest.mark.slow
 def test_the_example_of_the_page_is_a_world_that_runs_and_whose_things_lie_still():
     page = (Path(__file__).parents[2] / "docs" / "things.md").read_text(encoding="utf-8")
     (example,) = re.findall(r"```yaml\n(.*?)```", page, flags=re.DOTALL)
