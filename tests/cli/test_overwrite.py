@@ -2,6 +2,7 @@
 
 import os
 import shutil
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,8 @@ from typer.main import get_command
 
 import mjsim
 from mjsim.cli import app
+from mjsim.ergonomics import workplace_study
+from mjsim.ergonomics.reach import AZIMUTHS, ELEVATIONS, reach_envelope
 from tests.cli.shell import ROOM, shell, typed, wait_for_ticks
 
 CONSTANT = "mjsim.algorithms.constant:ConstantCommand"
@@ -191,6 +194,8 @@ def test_every_command_refuses_what_exists_keeps_what_is_not_its_own_and_obeys_o
 ):
     if line.startswith("octave") and shutil.which("octave-cli") is None:
         pytest.skip("no Octave here")
+    few = partial(reach_envelope, azimuths=AZIMUTHS[::4], elevations=ELEVATIONS[::4])
+    monkeypatch.setattr(workplace_study, "reach_envelope", few)  # all directions take 5 s
     shutil.copytree(made, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
     place = Path(file)
