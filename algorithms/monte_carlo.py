@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from typing import Literal
 
 import numpy as np
-from filterpy.monte_carlo import systematic_resample
 from numpy.random import Generator
 from numpy.typing import NDArray
 
@@ -316,16 +315,19 @@ def log_likelihood(field: DistanceGrid, points: Array, *, sigma: float, random: 
 
 
 def systematic_resample_with(weights: Array, rng: Generator) -> Array:
-    """Return the indices from filterpy's systematic resampling, with our own random stream.
+    """Return which particle each of the new ones is a copy of, by systematic resampling, shape (n,).
 
-    filterpy draws one number from NumPy's global generator; that is seeded from ours, so that runs are reproducible.
+    Args:
+        weights: Of the particles, shape (n,); their sum is 1.
+        rng: Draws one number.
+
+    References:
+        Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 4.4, the low variance sampler.
     """
-    state = np.random.get_state()  # noqa: NPY002, filterpy draws from there
-    np.random.seed(int(rng.integers(2**32)))  # noqa: NPY002
-    try:
-        return np.asarray(systematic_resample(weights))
-    finally:
-        np.random.set_state(state)  # noqa: NPY002
+    # The stream of NumPy's older generator, with which runs were recorded.
+    offset = np.random.RandomState(int(rng.integers(2**32))).random_sample()
+    places = (offset + np.arange(len(weights))) / len(weights)
+    return np.minimum(np.searchsorted(np.cumsum(weights), places, side="right"), len(weights) - 1)
 
 
 def _bins(poses: Array) -> NDArray[np.int64]:

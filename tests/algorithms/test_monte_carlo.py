@@ -123,6 +123,24 @@ def test_resampling_draws_in_proportion_and_repeats_with_the_same_stream():
     np.testing.assert_array_equal(drawn, again)
 
 
+@pytest.mark.slow
+def test_resampling_is_filterpys():
+    from filterpy.monte_carlo import systematic_resample
+
+    rng = np.random.default_rng(6)
+    for number in (1, 2, 7, 300):
+        weights = rng.dirichlet(np.full(number, 0.3))
+        drawn = systematic_resample_with(weights, np.random.default_rng(number))
+        np.random.seed(int(np.random.default_rng(number).integers(2**32)))  # noqa: NPY002, filterpy draws from there
+        np.testing.assert_array_equal(drawn, systematic_resample(weights))
+
+
+def test_particles_without_weight_leave_nothing_and_rounding_leads_to_the_last_one():
+    rng = np.random.default_rng(0)
+    assert systematic_resample_with(np.array([0.0, 1.0, 0.0]), rng).tolist() == [1, 1, 1]
+    assert systematic_resample_with(np.zeros(3), rng).tolist() == [2, 2, 2]
+
+
 def test_an_unknown_map_and_a_missing_lidar_are_errors():
     with pytest.raises(ValueError, match="map: known"):
         MonteCarloLocalization().take_map(None)
