@@ -31,7 +31,7 @@ class Map:
     """A Gaussian over a pose and landmarks, or over landmarks alone."""
 
     names: tuple[Hashable, ...]
-    """Of n landmarks."""
+    """Names of n landmarks."""
     mean: Array
     """Shape (3 + 2 n,) or (2 n,) [m, rad]."""
     covariance: Array

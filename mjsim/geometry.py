@@ -91,7 +91,7 @@ class Pose3:
     z: float
     """Up [m]."""
     qx: float
-    """Of the unit quaternion of the rotation outer_from_inner, as are `qy`, `qz` and `qw`."""
+    """Component x of the unit quaternion of the rotation outer_from_inner, as are `qy`, `qz` and `qw`."""
     qy: float
     qz: float
     qw: float

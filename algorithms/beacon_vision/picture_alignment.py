@@ -56,9 +56,9 @@ class Alignment:
     """Alignment of a picture with the image."""
 
     homography: Array
-    """From the plane of the picture [m] to the image [px], shape (3, 3)."""
+    """Homography from the plane of the picture [m] to the image [px], shape (3, 3)."""
     covariance: Array
-    """Of the corners (u, v) in turn, estimated from the residuals, shape (8, 8) [px^2]."""
+    """Covariance of the corners (u, v) in turn, estimated from the residuals, shape (8, 8) [px^2]."""
     correlation: float
     """Correlation of the visible part with the picture, at most 1."""
     seen: float
@@ -78,13 +78,13 @@ class _Fit:
 
     homography: Array
     values: NDArray[np.float32]
-    """Of the image at the template's inner pixels."""
+    """Values of the image at the template's inner pixels."""
     left: NDArray[np.float32]
     """Residuals, 0 for ignored pixels."""
     seen: Mask | None
     """Which pixels are used; None for all."""
     inverse: Array
-    """Of the matrix of the normal equations, shape (12, 12)."""
+    """Inverse of the matrix of the normal equations, shape (12, 12)."""
     solution: Array
     """Eight of homography times gain, gain, offset, two slopes."""
     settled: bool

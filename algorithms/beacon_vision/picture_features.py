@@ -62,7 +62,7 @@ class Bank:
     owners: NDArray[np.intp]
     """Index of the picture of each feature."""
     to_middle: Array
-    """From the feature to the picture's center in its view, shape (n, 2) [px of that view]."""
+    """Vector from the feature to the picture's center in its view, shape (n, 2) [px of that view]."""
     front: NDArray[np.bool_]
     """Whether that view is from the front."""
 

@@ -27,7 +27,7 @@ MARGIN = 20
 WALL = 200
 """Gray of the wall."""
 NOISE = 2.0
-"""Of a view, standard deviation [gray values of 255]."""
+"""Noise of a view, standard deviation [gray values of 255]."""
 FINER = 2
 """Pixels of the picture that are averaged to one of a view, in each direction."""
 TOO_LIKE = 0.9

@@ -40,13 +40,13 @@ class PictureTemplate:
     gray: Gray
     """Shape (rows, columns)."""
     plane_from_pixel: Array
-    """From pixels of the template to [m] in the plane of the picture, shape (3, 3)."""
+    """Transform from pixels of the template to [m] in the plane of the picture, shape (3, 3)."""
     pixel_from_plane: Array
     """The inverse."""
     unit: float
     """Factor from [m] to coordinates of -1 to 1, in which corrections are small numbers [1/m]."""
     corners: Array
-    """In the plane of the picture, from its top left clockwise, shape (4, 2) [m]."""
+    """Corners in the plane of the picture, from its top left clockwise, shape (4, 2) [m]."""
     side: int
     """Long side [px]."""
     plane_from_inner: Array
@@ -68,7 +68,7 @@ class PictureTemplate:
     blocks: NDArray[np.float32]
     """The design again, block by block; 0 where one is short; shape (blocks, 12, BLOCK^2)."""
     inverse: Array
-    """Of design @ design.T, shape (12, 12)."""
+    """Inverse of design @ design.T, shape (12, 12)."""
     contrast: float
     """Variance of `own`."""
 

@@ -33,7 +33,7 @@ class PlanarPose:
     position: Array
     """The picture's center, shape (3,) [m]."""
     covariance: Array
-    """Of (position, rotation vector in the camera's frame), shape (6, 6) [m, rad]."""
+    """Covariance of (position, rotation vector in the camera's frame), shape (6, 6) [m, rad]."""
     misfit: float
     """Squared Mahalanobis distance of the corners, 8 - 6 degrees of freedom."""
 

@@ -112,9 +112,9 @@ class _Candidates:
     fits: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
     """Whether it is within the gate, shape (k, n)."""
     expected_covariance: Array
-    """Of all expected measurements together, H P H^T, shape (2 n, 2 n)."""
+    """Covariance of all expected measurements together, H P H^T, shape (2 n, 2 n)."""
     R: Array
-    """Of the measurements, shape (k, 2, 2)."""
+    """Covariance of the measurements, shape (k, 2, 2)."""
 
     @classmethod
     def of(

@@ -56,7 +56,7 @@ for [rad]."""
 SYSTEMATIC_LENGTH = 1.0
 """Distance over which systematic errors of odometry are assumed to equal its noise [m, rad]."""
 Innovations = tuple[tuple[Hashable, Array, Array], ...]
-"""Of accepted sightings: landmark, innovation (2,) and its covariance (2, 2)."""
+"""Innovations of accepted sightings: landmark, innovation (2,) and its covariance (2, 2)."""
 
 _ASSOCIATIONS = {"nearest": nearest_neighbour, "joint": joint_compatibility}
 

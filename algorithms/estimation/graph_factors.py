@@ -88,7 +88,7 @@ class PoseSightings(NamedTuple):
     sightings: list[Sighting]
     """The measurements."""
     covariances: list[Array]
-    """Of range and bearing, shape (2, 2) each."""
+    """Covariances of range and bearing, shape (2, 2) each."""
 
 
 def pose_factor(gtsam: Any, keys: tuple[int, int, int], leg: tuple[Array, Array, Array], seen: PoseSightings) -> Any:

@@ -39,7 +39,7 @@ class Leg:
     step: Array
     """Pose of the second in the frame of the first, shape (3,) [m, m, rad]."""
     covariance: Array
-    """Of the step, in the axes of the first, shape (3, 3)."""
+    """Covariance of the step, in the axes of the first, shape (3, 3)."""
     slopes: Array
     """Derivative of the step by the systematic errors of odometry, shape (3, 4)."""
 
@@ -53,11 +53,11 @@ class MeasuredGraph:
     landmarks: Mapping[str, Array]
     """World frame, shape (2,) each [m]."""
     first_covariance: Array
-    """Of the first pose, in the world's axes, shape (3, 3)."""
+    """Covariance of the first pose, in the world's axes, shape (3, 3)."""
     legs: Sequence[Leg]
     """n - 1 of them."""
     sightings: Sequence[tuple[int, Sighting]]
-    """Index of the pose, and sighting; each of a landmark by its name."""
+    """Sightings of named landmarks, each with the index of its pose."""
     systematic_variances: Array
     """Variances of the systematic errors of odometry, shape (4,)."""
 

@@ -40,7 +40,7 @@ class RangeView:
     first: float
     """Bearing of the first range in the sensor's frame [rad]."""
     step: float
-    """Between neighbouring bearings, above 0 [rad]."""
+    """Step between neighbouring bearings, above 0 [rad]."""
     ranges: Array
     """Shape (n,) [m]; +inf for nothing within `farthest`, 0 for unknown."""
     farthest: float

@@ -22,7 +22,7 @@ class LevelScan:
 
     scan: Scan
     robot_from_lidar: Pose
-    """In the level frame of the robot."""
+    """Pose in the level frame of the robot."""
 
     def points(self) -> Array:
         """Return the points hit by beams, in the level frame of the robot, shape (n, 2) [m]."""

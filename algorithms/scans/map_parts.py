@@ -53,9 +53,9 @@ class Keyframe:
     surface: Surface
     """The walls that it shows, in the robot's frame."""
     part: int
-    """Of the map."""
+    """Number of its part in the map."""
     place: "UncertainPlace"
-    """In the frame of the part."""
+    """Pose in the frame of the part."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -70,7 +70,7 @@ class Candidate(NamedTuple):
     newest: Array
     """Pose of the newest scan then, world frame, shape (3,)."""
     cost: float
-    """Of the match, for `COMPARED` elements."""
+    """Cost of the match, for `COMPARED` elements."""
     information: Array
     """Inverse of the covariance of the newest pose, shape (3, 3)."""
 

@@ -134,7 +134,7 @@ class Match:
     """Alignment of a scan with a surface."""
 
     pose: Array
-    """Of the scan's frame in the surface's, shape (3,) [m, m, rad]."""
+    """Pose of the scan's frame in the surface's, shape (3,) [m, m, rad]."""
     information: Array
     """Inverse of the pose's covariance from points and guess, shape (3, 3)."""
     share: float

@@ -40,7 +40,7 @@ BEHIND = 0.1
 QUANTILE = 6.3
 """90 % quantile of chi-square with three degrees of freedom."""
 CORNERS = np.stack(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5]), axis=-1).reshape(-1, 3)
-"""Of a cube of side 1 around the origin: where a cell of the lattice is tried at the next level."""
+"""Corners of a cube of side 1 around the origin: where a cell of the lattice is tried at the next level."""
 MUCH = 0.4
 """A match that explains this share of a scan is accepted near odometry."""
 KNOWN, ENOUGH = 0.85, 40
@@ -78,11 +78,11 @@ class MatchedPose:
     """The pose of a new scan in the frame of older walls."""
 
     pose: Array
-    """Of the scan's frame in that of the walls, shape (3,) [m, m, rad]."""
+    """Pose of the scan's frame in that of the walls, shape (3,) [m, m, rad]."""
     covariance: Array
-    """Of the pose, shape (3, 3)."""
+    """Covariance of the pose, shape (3, 3)."""
     own: Array
-    """Of the pose given the systematic errors of odometry, shape (3, 3)."""
+    """Covariance of the pose given the systematic errors of odometry, shape (3, 3)."""
     lasting: Array
     """The part of `own` that accumulates along consecutive poses, shape (3, 3)."""
     follows: Array

@@ -39,7 +39,7 @@ class RecordedTick:
     """One robot at one tick."""
 
     row: int
-    """Of the recording."""
+    """Row of the recording."""
     moment: float
     """When the robot was there: in a log, at the scan or picture that came with the tick [s]."""
     truth: Pose3 | None

@@ -28,7 +28,7 @@ class Form:
     about: str
     """Meaning, unit and frame, for schemas."""
     shape: tuple[int, ...] = (-1,)
-    """Of an array; -1 for a size that varies."""
+    """Shape of an array; -1 for a size that varies."""
     packed: str = ""
     """NumPy type of an array that recordings hold as base64; '' for a list of numbers."""
     names: str = ""

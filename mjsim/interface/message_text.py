@@ -5,7 +5,7 @@ import json
 import numpy as np
 
 MAX_CHARACTERS = 1 << 20
-"""Of a message in JSON."""
+"""Maximum number of characters of a message in JSON."""
 
 
 def message_text(content: object) -> str:

@@ -85,7 +85,7 @@ class Detection:
     position: Array
     """Its centre in the camera's optical frame (x right, y down, z ahead), shape (3,) [m]."""
     covariance: Array
-    """Of the position, shape (3, 3) [m^2]."""
+    """Covariance of the position, shape (3, 3) [m^2]."""
     corners: Array
     """Shape (4, 2) [px], from the picture's own top left clockwise."""
 
@@ -164,7 +164,7 @@ class SensorInfo:
     noise: Mapping[str, float] = field(default_factory=dict)
     """Standard deviations by the names that the world file uses."""
     intrinsics: Intrinsics | None = None
-    """Of a camera."""
+    """Intrinsics of a camera."""
     latency: int = 0
     """Delay of a reading [ticks]; its stamp is the time of measurement."""
     range: tuple[float, float] | None = None

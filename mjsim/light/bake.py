@@ -270,9 +270,9 @@ class _Solved:
 
     around: Surroundings
     direct: Light
-    """Of lamps, windows and glowing surfaces on texels, shape (texels, 3 groups)."""
+    """Direct light of lamps, windows and glowing surfaces on texels, shape (texels, 3 groups)."""
     indirect: Light
-    """Of the sky and reflected on cells, shape (cells, 3 groups)."""
+    """Light of the sky and reflected on cells, shape (cells, 3 groups)."""
     leaving: Light
     """What each cell reflects, and a row of zeros, shape (cells + 1, 3 groups)."""
     rays: Gathered

@@ -52,7 +52,7 @@ class LightGroup:
     """Factor of its light relative to physics, for the sky and ceilings in full light: rooms are as bright as in
     plain light on the average."""
     angle: float = 0.0
-    """Of a door: the angle for weight 1, as events open it, positive to the left side of its wall [rad]."""
+    """Angle of a door: the angle for weight 1, as events open it, positive to the left side of its wall [rad]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

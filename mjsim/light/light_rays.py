@@ -44,7 +44,7 @@ class Rectangle:
     along: Array
     """Half of the other, shape (3,) [m]."""
     radiance: float
-    """Relative to full light: pi times it is the light on a surface that sees nothing else."""
+    """Radiance relative to full light: pi times it is the light on a surface that sees nothing else."""
 
     @property
     def outward(self) -> Array:

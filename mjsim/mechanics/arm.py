@@ -32,10 +32,10 @@ class Arm:
     """
 
     links: tuple[Link, ...]
-    """From the base outwards."""
+    """Links from the base outwards."""
     name: str = "arm"
     convention: str | None = None
-    """Of the table that it comes from: 'standard' or 'modified'."""
+    """Convention of the table that it comes from: 'standard' or 'modified'."""
     base: Array = field(default_factory=lambda: IDENTITY)
     """world_from_base, shape (4, 4) [m]."""
     tool: Array = field(default_factory=lambda: IDENTITY)

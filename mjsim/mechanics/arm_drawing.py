@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COLORS = ("#d62728", "#2ca02c", "#1f77b4")
-"""Of the axes x, y and z of the tool."""
+"""Colours of the axes x, y and z of the tool."""
 BONE, JOINT, SHADOW = "#5b6470", "#e8a33d", "#c9ced6"
 AXIS_LENGTH = 0.15
 """Length of the drawn axes as a fraction of the arm's reach."""

@@ -44,13 +44,13 @@ class Link:
     """Dry friction at the motor for positive motion of the joint (at least 0), and negative motion (at most 0) [N
     m]."""
     max_torque: float = math.inf
-    """At the joint [N m, N]."""
+    """Maximum torque at the joint [N m, N]."""
     max_velocity: float = math.inf
-    """Of the joint [rad/s, m/s]."""
+    """Maximum velocity of the joint [rad/s, m/s]."""
     bone: tuple[Vector3, Vector3] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     """Ends of the capsule that represents it, in its frame [m]."""
     radius: float = 0.05
-    """Of that capsule [m]."""
+    """Radius of that capsule [m]."""
     dh: tuple[float, float, float, float] | None = None
     """theta [rad], d [m], a [m], alpha [rad] of the table that it comes from."""
     label: str = ""

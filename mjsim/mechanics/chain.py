@@ -23,9 +23,9 @@ class Chain:
     last: Array
     """flange_from_tool, shape (4, 4)."""
     before: Array
-    """Of each link, shape (n, 4, 4)."""
+    """Fixed transform before the joint of each link, shape (n, 4, 4)."""
     after: Array
-    """Of each link, shape (n, 4, 4)."""
+    """Fixed transform after the joint of each link, shape (n, 4, 4)."""
     slides: Array
     """1.0 for prismatic joints, else 0.0, shape (n,)."""
     turns: Array

@@ -26,9 +26,9 @@ class Masses:
     mass: Array
     """Shape (n,) [kg]."""
     center: Array
-    """In the frame of each link, with a 1 below, shape (n, 4) [m]."""
+    """Centre of mass in the frame of each link, with a 1 below, shape (n, 4) [m]."""
     inertia: Array
-    """About the centre in the frame of each link, shape (n, 3, 3) [kg m^2]."""
+    """Inertia about the centre in the frame of each link, shape (n, 3, 3) [kg m^2]."""
     armature: Array
     """Inertia of the rotors at the joints, shape (n,) [kg m^2, kg]."""
     viscous: Array

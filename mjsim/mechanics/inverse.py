@@ -29,7 +29,7 @@ MAX_DAMPING, MIN_GAIN = 1e9, 1e-12
 NOTABLE_MISS = 1e-6
 """What is not reached is left as near to its start as it is, unless another try misses by so much less [m + rad]."""
 MISS_TOLERANCE, AGREEING_TRIES = 1e-5, 2
-"""Of a goal beyond all reach, so many tries that miss by as much as the nearest one, within [m + rad], are enough."""
+"""For a goal out of reach, the search ends when this number of tries misses as little as the best, within [m + rad]."""
 TURN = 2.0 * np.pi
 
 
@@ -58,7 +58,7 @@ class PoseGoals:
     goals: Array
     """world_from_tool, shape (m, 4, 4)."""
     weights: Array
-    """Of x, y, z and the rotation about them, shape (6,); 0 for free coordinates."""
+    """Weights of x, y, z and the rotation about them, shape (6,); 0 for free coordinates."""
 
     def part(self, rows: NDArray[np.intp]) -> "PoseGoals":
         """Return the task of some of the rows."""

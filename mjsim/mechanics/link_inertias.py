@@ -28,9 +28,9 @@ class Solid:
     mass: float
     """[kg]"""
     center: Vector3
-    """In the frame of the body [m]."""
+    """Centre of mass in the frame of the body [m]."""
     inertia: Six
-    """About the centre, along the axes of that frame [kg m^2]."""
+    """Inertia about the centre, along the axes of that frame [kg m^2]."""
 
 
 def tensor(inertia: Six) -> Array:

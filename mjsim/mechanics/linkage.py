@@ -79,7 +79,7 @@ class Placement:
     slides: Array
     """Whether a column slides, bool, shape (values,)."""
     axes: Array
-    """Of each column, shape (values, 3)."""
+    """Axes of each column, shape (values, 3)."""
     anchors: Array
     """A point of each column's axis, shape (values, 3)."""
 

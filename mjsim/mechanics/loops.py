@@ -91,7 +91,7 @@ class BodyPoint:
 
     body: int
     at: Array
-    """In the frame of the body, shape (3,) [m]."""
+    """Position in the frame of the body, shape (3,) [m]."""
 
     def place(self, placed: Placement) -> Array:
         """Return where it is in the frame of the ground, shape (3,) [m]."""

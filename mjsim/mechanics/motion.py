@@ -14,9 +14,9 @@ class JointMotion:
     velocities: Array
     """[rad/s, m/s]"""
     accelerations: Array
-    """In the last step of the physics [rad/s^2, m/s^2]."""
+    """Accelerations in the last step of the physics [rad/s^2, m/s^2]."""
     torques: Array
-    """Of the motors, at the joints [N m, N]."""
+    """Torques of the motors, at the joints [N m, N]."""
     goal: Array
     """Set-points of the joints."""
     tool: Array | None = None

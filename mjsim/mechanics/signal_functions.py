@@ -106,7 +106,7 @@ class Periodic(TimeSignal):
     frequency: float
     """[Hz]"""
     phase: float = 0.0
-    """At time 0 [rad]."""
+    """Phase at time 0 [rad]."""
     offset: float = 0.0
 
 

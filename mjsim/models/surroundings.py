@@ -25,15 +25,15 @@ class SceneGeom:
     """A geom that collides."""
 
     kind: str
-    """As in MJCF: 'box', 'mesh', ..."""
+    """Kind as in MJCF: 'box', 'mesh', ..."""
     size: Array
-    """As in MJCF, shape (3,) [m]."""
+    """Size as in MJCF, shape (3,) [m]."""
     pose: Array
-    """In the world, shape (4, 4) [m]."""
+    """Pose in the world, shape (4, 4) [m]."""
     color: str | None
     """'#rrggbb'; None if the file gives none."""
     vertices: Array
-    """Of a mesh, in the frame of the geom, shape (n, 3) [m]."""
+    """Vertices of a mesh, in the frame of the geom, shape (n, 3) [m]."""
     faces: NDArray[np.int64]
     """Shape (m, 3)."""
 
@@ -47,7 +47,7 @@ class SceneJoint:
     anchor: Array
     """A point on its axis, in the world, shape (3,) [m]."""
     axis: Array
-    """In the world, shape (3,)."""
+    """Axis in the world, shape (3,)."""
     range: tuple[float, float] | None = None
     """[rad or m]"""
     damping: float = 0.0
@@ -71,7 +71,7 @@ class SceneBody:
 
     name: str
     pose: Array
-    """In the world, shape (4, 4) [m]."""
+    """Pose in the world, shape (4, 4) [m]."""
     geoms: Sequence[SceneGeom]
     mass: float
     """Mass of what moves as one [kg]."""

@@ -42,7 +42,7 @@ class Head:
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     """Records by name."""
     schemas: dict[str, Schema] = field(default_factory=dict)
-    """Of each topic that has one."""
+    """Schemas of each topic that has one."""
     whole: bool = False
     """Whether the file is complete; known after its last message."""
 

@@ -23,7 +23,7 @@ class JointTrack:
     """
 
     names: tuple[str, ...]
-    """Of n joints."""
+    """Names of n joints."""
     positions: Array
     """Shape (N, n)."""
     velocities: Array

@@ -27,7 +27,7 @@ class LoggedCamera:
 
     intrinsics: Intrinsics
     robot_from_camera: Array | None = None
-    """Of its optical frame (x right, y down, z ahead), shape (4, 4) [m]; by default as in the world."""
+    """Pose of its optical frame (x right, y down, z ahead), shape (4, 4) [m]; by default as in the world."""
     has_depth: bool = False
     """Whether some of its pictures come with depth."""
 

@@ -378,5 +378,5 @@ def checked_metadata(metadata: Mapping[str, str]) -> tuple[int, dict[str, str]]:
     _MODULES.validate_json(others.get("modules", "{}"))
     _USES.validate_json(others.get("replayed modules", "{}"))
     if any(key.startswith("replayed ") for key in others) and "replayed robot" not in others:
-        raise ValueError("it does not say which robot was replayed")
+        raise ValueError("it does not name the robot that was replayed")
     return seed, others

@@ -350,7 +350,7 @@ def _remarks(
         both = len(seeds_a & seeds_b)
         if both == 1:
             yield Sentence(
-                "{first} and {second} have one seed in common; a single pair cannot decide which is better",
+                "{first} and {second} have one seed in common; one pair is too few for a verdict",
                 a.label,
                 b.label,
             )

@@ -132,7 +132,7 @@ def _reason(
     if not differences.any():
         return "no difference at all"
     if n == 1:
-        return "a single pair cannot decide; run more seeds"
+        return "one pair is too few for a verdict; run more seeds"
     if interval is None:
         return Sentence(
             "{n} pairs are too few to decide; at least {fewest_pairs} are needed", n, fewest_pairs(confidence)

@@ -20,7 +20,7 @@ SENSOR_DATA = Qos(reliable=False, depth=5)
 RELIABLE = Qos(reliable=True)
 """`rmw_qos_profile_default`."""
 LATCHED = Qos(reliable=True, transient_local=True, depth=1)
-"""Of `/tf_static` and maps."""
+"""Quality of service of `/tf_static` and maps."""
 COMMANDS = Qos(reliable=False, depth=1)
 """For received commands: matches senders of both kinds, and keeps only the newest."""
 SERVICES = Qos(reliable=True)

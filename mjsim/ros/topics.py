@@ -13,7 +13,7 @@ class RosTopic:
     name: str
     """'/scout/scan' and so on."""
     type: str
-    """Of its messages: 'sensor_msgs/msg/LaserScan' and so on."""
+    """Type of its messages: 'sensor_msgs/msg/LaserScan' and so on."""
     qos: Qos = RELIABLE
 
 
@@ -22,7 +22,7 @@ class Outgoing(NamedTuple):
 
     topic: RosTopic
     message: Any
-    """Of the class that `typestore().types` has for the topic's type."""
+    """Message of the class that `typestore().types` has for the topic's type."""
 
 
 CLOCK = RosTopic("/clock", "rosgraph_msgs/msg/Clock")

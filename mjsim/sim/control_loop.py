@@ -24,7 +24,7 @@ class DrivenPart:
     name: str
     """'drive', or the name of an arm."""
     motors: Sequence[str]
-    """In the order of the torques; hinges or slides and their motors are `ROBOT/MOTOR`."""
+    """Motors in the order of the torques; hinges or slides and their motors are `ROBOT/MOTOR`."""
     wanted: Callable[[float], Command]
     """Gives the set-points for the next time [s]."""
     senses: Callable[[], FastSenses]

@@ -43,7 +43,7 @@ class WallOpening:
     right: float
     """[m]"""
     thickness: float
-    """Of the wall [m]."""
+    """Thickness of the wall [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

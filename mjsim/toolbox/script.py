@@ -48,7 +48,7 @@ MARK = "mjsim-error: "
 OTHER_FORMATS = ("eps", "svg", "jpg", "jpeg", "tif", "tiff")
 """Formats that a script may request, beside PNG and PDF."""
 DPI = 110
-"""Of PNG files [dots per inch]."""
+"""Resolution of PNG files [dots per inch]."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -65,7 +65,7 @@ MJCF = (DATA / "safety_gymnasium" / "xmls" / "car.xml").read_bytes()
         ("plain.urdf", b'<robot name="r"><link name="base"/></robot>', OWN, "is URDF, which has no servos"),
         ("car.xml", MJCF, OWN, "no body named 'base'"),
         ("car.xml", MJCF, "type: differential", "mjsim new --robot-from car.xml"),
-        ("car.xml", MJCF, "type: mecanum", "does not say which joints of .car.xml. are its wheels"),
+        ("car.xml", MJCF, "type: mecanum", "does not name the joints of .car.xml. that are its wheels"),
         ("robot.xml", rover(assets='<mesh name="m" file="gone.stl"/>'), OWN, "no file 'gone.stl'"),
         ("robot.xml", rover(looks='<geom type="mesh" mesh="m"/>'), OWN, "mesh"),
         ("robot.xml", rover(assets='<mesh name="m" file="../../x.stl"/>'), OWN, "names the file '../../x.stl'"),

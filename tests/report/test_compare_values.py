@@ -54,7 +54,7 @@ def test_a_verdict_needs_as_many_pairs_as_chance_cannot_agree_in():
         told = paired_difference(by_seed(np.arange(pairs) + 5.0), by_seed(np.arange(pairs) * 0.5))
         assert (told.verdict, told.low) == ("", None)
         assert told.pairs == pairs
-    assert "single pair cannot decide" in paired_difference({1: 1.0}, {1: 2.0}).reason
+    assert "one pair is too few" in paired_difference({1: 1.0}, {1: 2.0}).reason
     assert paired_difference(by_seed(np.arange(6) + 5.0), by_seed(np.arange(6) * 0.5)).verdict == "second"
 
 
@@ -119,7 +119,7 @@ def test_what_is_certain_is_said_with_its_size_and_the_number_of_pairs():
 def test_two_single_runs_cannot_decide_and_that_is_said():
     found = compare_tables([*runs("a", [0.1]), *runs("b", [0.5])])
     assert found.verdicts == ()
-    assert any("a single pair cannot decide" in remark for remark in found.remarks)
+    assert any("one pair is too few" in remark for remark in found.remarks)
     assert "No difference is significant." in "\n".join(comparison_lines(found))
 
 

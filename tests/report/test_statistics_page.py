@@ -40,4 +40,4 @@ def test_every_key_stands_in_the_page_and_its_examples_run(tmp_path, monkeypatch
     assert not {*keys_of(figures["run"]), *keys_of(figures["robots"]["scout"])} - named
     for code in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
         exec(code, {"mjsim": mjsim})
-    assert "a single pair cannot decide" in capsys.readouterr().out
+    assert "one pair is too few" in capsys.readouterr().out

@@ -177,7 +177,7 @@ def touched():
             "joint 'up' of mechanism 'lift' cannot go to 1.5; its range",
         ),
         ({"release": "truss", "joint": "t1"}, "joint 't1' of mechanism 'truss' cannot be led, as it does not move"),
-        ({"release": "lift"}, "'lift' is a mechanism; say which joint"),
+        ({"release": "lift"}, "'lift' is a mechanism; name the joint"),
         ({"release": "lift", "joint": "up", "hand": "left"}, "'joint' is for mechanisms, 'hand' for people"),
         ({"lead": "rockers", "joint": "p2", "to_deg": 180}, "mechanism 'rockers' locks: with 'p2' at"),
     ],

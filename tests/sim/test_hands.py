@@ -199,7 +199,7 @@ def test_a_reach_that_is_half_said_is_refused(event, said):
 
 @pytest.mark.parametrize("event", ["{time: 0, release: anna}", "{time: 0, reach: anna, tool: [1, 1, 1]}"])
 def test_an_event_of_a_person_that_says_no_hand_is_refused(event):
-    said = "'anna' is a person; say which hand: left or right"
+    said = "'anna' is a person; name the hand: left or right"
     world = mjsim.parse_world(ROOM.replace("EVENTS", event))
     assert said in str(check_world(world)[0])
     with pytest.raises(UsageError, match=said):

@@ -113,7 +113,7 @@ class _Part:
     carrier: mujoco.MjsBody
     """The body that moves it; the world for a static one."""
     surface: Triangles
-    """In the frame of the carrier."""
+    """Surface in the frame of the carrier."""
     look: Look
 
 

@@ -27,7 +27,7 @@ class _Edge(NamedTuple):
     """Two sheets that meet in an upright edge."""
 
     length: float
-    """Of the shorter sheet [m]."""
+    """Length of the shorter sheet [m]."""
     first: int
     second: int
     end: bool

@@ -13,7 +13,7 @@ from mjsim.world import CylinderObstacle, Floor, Modules, Run, Use, World
 WORLD_COUNT, TEST_STRIDE = 300, 6
 """Number of worlds of the benchmark; the challenge tests on every sixth of them, and these are not shipped."""
 RADIUS, HEIGHT = 0.075, 1.0
-"""Of the cylinders; the height is ours [m]."""
+"""Radius and height of the cylinders; the height is an assumption [m]."""
 START, HEADING_DEG, GOAL = (-2.25, 3.0), 90.0, (-2.25, 13.0)
 """Position [m] and heading of the robot at the start, and its goal [m]."""
 TIME_LIMIT = 100.0

@@ -42,7 +42,7 @@ class SceneSkin:
     scale: Array
     """Along x, y and z, shape (3,)."""
     pose: Array
-    """In the frame of its thing or of the world, shape (4, 4) [m]."""
+    """Pose in the frame of its thing or of the world, shape (4, 4) [m]."""
 
     def moved(self, outer_from_inner: Array) -> "SceneSkin":
         """Return it in an outer frame."""
@@ -57,11 +57,11 @@ class SceneSolid:
     size: tuple[float, ...]
     """Full sizes x, y, z of a box; radius and height of a cylinder; radius of a sphere; () for a mesh [m]."""
     pose: Array
-    """In the frame of its thing or of the world, shape (4, 4) [m]."""
+    """Pose in the frame of its thing or of the world, shape (4, 4) [m]."""
     color: str | None = None
     """'#rrggbb'."""
     vertices: Array = field(default_factory=lambda: np.zeros((0, 3)))
-    """Of a mesh, in its own frame, shape (n, 3) [m]."""
+    """Vertices of a mesh, in its own frame, shape (n, 3) [m]."""
     faces: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64))
     """Vertices of its triangles, shape (m, 3)."""
     texture: SceneTexture | None = None
@@ -158,7 +158,7 @@ class SceneThing:
     solids: Sequence[SceneSolid]
     """Poses in the world frame."""
     pose: Array
-    """Of its own frame in the world, shape (4, 4) [m]."""
+    """Pose of its own frame in the world, shape (4, 4) [m]."""
     mass: float | None = None
     """Mass of a movable thing, without its parts [kg]; None for a static one."""
     parts: Sequence[ScenePart] = ()

@@ -33,7 +33,7 @@ class Slab:
     line: tuple[float, float, float]
     """Direction in [0, pi) [rad], distance from the origin, left positive, and thickness [m]."""
     span: tuple[float, float]
-    """From where to where along the line [m]."""
+    """Start and end along the line [m]."""
     heights: tuple[float, float]
     color: str | None
     texture: SceneTexture | None

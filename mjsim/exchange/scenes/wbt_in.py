@@ -25,7 +25,7 @@ MAX_TEXT = 50_000_000
 MAX_PROTOS = 20
 """Maximum nesting of PROTO nodes."""
 DENSITY = 1000.0
-"""Of a body without a mass [kg/m^3]."""
+"""Density of a body without a mass [kg/m^3]."""
 GROUPS = ("Group", "Transform", "Pose", "Billboard")
 MOVING = {"HingeJoint": "hinge", "SliderJoint": "slide"}
 SEEN = ("Shape", "CadShape")

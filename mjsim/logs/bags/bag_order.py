@@ -44,7 +44,7 @@ class FileOrder:
     """The messages of a file in its order."""
 
     topics: Sequence[str]
-    """Of each message."""
+    """Topic of each message."""
     times: NDArray[np.int64]
     """When they were recorded [ns]."""
     read: Messages

@@ -17,7 +17,7 @@ from mjsim.models import any_picture_size
 from mjsim.record import LoggedFrame, filed_frame
 
 SEPARATOR = re.compile(r"\s*,\s*|\s+")
-"""Between the time and the path of a picture."""
+"""Separator between the time and the path of a picture."""
 SAMPLE_COUNT = 9
 """Number of pictures of a camera whose sizes are compared."""
 

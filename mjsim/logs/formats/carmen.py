@@ -69,7 +69,7 @@ class _Found:
     left_out: Counter[str] = field(default_factory=Counter)
     clock: ForwardClock = field(default_factory=lambda: ForwardClock(()))
     stamps: list[float] = field(default_factory=list)
-    """Of all messages in the order of the file, as written [s]."""
+    """Stamps of all messages in the order of the file, as written [s]."""
 
 
 def is_carmen(path: Path) -> bool:

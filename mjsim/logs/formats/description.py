@@ -118,7 +118,7 @@ class Scans(TimedColumns):
     range: Annotated[tuple[Positive, ...], Field(strict=False, min_length=2, max_length=2)]
     """[minimum, maximum] range; larger values mean no return [m]."""
     name: Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,39}$")] = "scan"
-    """Of the lidar."""
+    """Name of the lidar."""
     at: Annotated[tuple[Finite, ...], Field(strict=False, min_length=3, max_length=3)] = (0.0, 0.0, 0.3)
     """Its position on the robot [m]."""
     yaw_deg: Finite = 0.0
@@ -168,15 +168,15 @@ class Noise(Model):
     """Noise of readings, as standard deviations; the defaults are guesses."""
 
     distance: Annotated[float, Field(ge=0, le=10)] = MOTION.distance
-    """Of odometry [m/sqrt(m)]."""
+    """Noise of odometry [m/sqrt(m)]."""
     turn: Annotated[float, Field(ge=0, le=10)] = MOTION.turn
-    """Of odometry [rad/sqrt(rad)]."""
+    """Noise of odometry [rad/sqrt(rad)]."""
     veer: Annotated[float, Field(ge=0, le=10)] = MOTION.veer
-    """Of odometry's heading, over distance [rad/sqrt(m)]."""
+    """Noise of odometry's heading, over distance [rad/sqrt(m)]."""
     range: Annotated[float, Field(gt=0, le=100)] = RANGE
-    """Of a sighting [m]."""
+    """Noise of a sighting [m]."""
     bearing_deg: Annotated[float, Field(gt=0, le=180)] = math.degrees(BEARING)
-    """Of a sighting."""
+    """Noise of a sighting."""
 
 
 class Description(Model):

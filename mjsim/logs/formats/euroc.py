@@ -46,7 +46,7 @@ TRUTH_FOLDERS = ("state_groundtruth_estimate0", "mocap0")
 DETERMINANT_TOLERANCE = 0.01
 """Tolerance of the determinant of a rotation in a file."""
 MAX_LETTERS = 1_000_000
-"""Of a calibration."""
+"""Maximum number of characters of a calibration."""
 LENSES = {"radial-tangential": "brown", "radtan": "brown", "plumb_bob": "brown", "equidistant": "fisheye"}
 
 

@@ -38,9 +38,9 @@ MAX_BEAMS, MAX_LANDMARKS, MAX_LIDARS, MAX_KINDS = 10_000, 1000, 20, 50
 MIN_RANGE = 0.02
 """Smaller ranges were not measured [m]."""
 UNIX_EPOCH = 11_644_473_600
-"""Of times in MRPT, which begin in 1601 and count 100 ns [s]."""
+"""Start of Unix time in times of MRPT, which begin in 1601 and count 100 ns [s]."""
 USUAL_PERIOD = 0.1
-"""From one action to the next, if the file has no times [s]."""
+"""Usual period from one action to the next, if the file has no times [s]."""
 MAX_TILT = math.radians(5.0)
 """A scanner tilted by more does not measure horizontally [rad]."""
 VERSIONS: Mapping[str, range] = {

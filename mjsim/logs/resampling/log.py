@@ -59,7 +59,7 @@ class Log:
     """Name of the format."""
     robot: RobotLog
     name: str = "robot"
-    """Of the robot."""
+    """Name of the robot."""
     mounts: Mapping[str, Mount] = field(default_factory=dict)
     """By the name of the lidar, or of the inertial sensor."""
     cameras: Mapping[str, LoggedCamera] = field(default_factory=dict)

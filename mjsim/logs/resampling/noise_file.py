@@ -29,15 +29,15 @@ class MeasuredNoise(Model):
     """Standard deviations; missing ones are the defaults of the log's format."""
 
     distance: Deviation | None = None
-    """Of the distance by odometry [m/sqrt(m)]."""
+    """Noise of the distance by odometry [m/sqrt(m)]."""
     turn: Deviation | None = None
-    """Of the turn by odometry [rad/sqrt(rad)]."""
+    """Noise of the turn by odometry [rad/sqrt(rad)]."""
     veer: Deviation | None = None
-    """Of the heading by odometry, over distance [rad/sqrt(m)]."""
+    """Noise of the heading by odometry, over distance [rad/sqrt(m)]."""
     range: Annotated[float, Field(gt=0, le=100)] | None = None
-    """Of a sighting [m]."""
+    """Noise of a sighting [m]."""
     bearing_deg: Annotated[float, Field(gt=0, le=180)] | None = None
-    """Of a sighting."""
+    """Noise of a sighting."""
 
     def motion(self) -> dict[str, float]:
         """Return the measured noise of odometry, by the fields of `MotionNoise`."""

@@ -32,13 +32,13 @@ class MotionNoise:
     """Noise of the logged motion: variances grow with distance and turn."""
 
     distance: float
-    """Of the distance, for one metre driven [m/sqrt(m)]."""
+    """Noise of the distance, for one metre driven [m/sqrt(m)]."""
     turn: float
-    """Of the heading, for one radian turned [rad/sqrt(rad)]."""
+    """Noise of the heading, for one radian turned [rad/sqrt(rad)]."""
     veer: float
-    """Of the heading, for one metre driven, because of errors in steering and in following commands [rad/sqrt(m)]."""
+    """Noise of the heading, for one metre driven, due to errors in steering and following commands [rad/sqrt(m)]."""
     aside: float = 0.004
-    """Of the sideways position, for one metre driven, because tyres slip [m/sqrt(m)]."""
+    """Noise of the sideways position, for one metre driven, because tyres slip [m/sqrt(m)]."""
 
 
 def motions(twists: Array, edges: Array, noise: MotionNoise) -> list[Odometry]:

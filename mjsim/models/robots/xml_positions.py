@@ -19,9 +19,9 @@ class ElementStart(NamedTuple):
 
     tag: str
     line: int
-    """From 1."""
+    """Line, counted from 1."""
     column: int
-    """From 1."""
+    """Column, counted from 1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -19,7 +19,7 @@ MAX_BITS = 256
 MAX_CALLS = 750
 """Maximum nesting of elements, macros, properties and expressions [calls of Python, which allows 1000]."""
 MAX_NAME_LENGTH, MAX_NAMES = 60, 100
-"""Of names that messages suggest."""
+"""Maximum length and number of names that messages suggest."""
 CHARACTERS_PER_STEP = 8
 """Number of characters that cost a step."""
 

@@ -30,9 +30,9 @@ class XacroNode:
     file: str = ""
     """The file in which it is written, as messages name it."""
     line: int = 0
-    """From 1."""
+    """Line, counted from 1."""
     column: int = 0
-    """From 1."""
+    """Column, counted from 1."""
     word: str | None = None
     """Name of the element among those of xacro, such as `if` or that of a macro; None for other elements."""
     children: list["XacroNode | str"] = field(default_factory=list)

@@ -15,7 +15,7 @@ _OWN = {codec.field: codec for codec in (SIGHTINGS, CAMERAS, SCANS, IMU, ENCODER
 """Those with more than is declared: formats of others, tables and arrays."""
 _FIELDS = dict.fromkeys((*ORDER, *(part.name for part, _ in form_fields(Observation))))
 CODECS: tuple[Codec, ...] = tuple(_OWN.get(field) or derived(field) for field in _FIELDS)
-"""In the order of the keys in a message of `/R/observation`."""
+"""Codecs in the order of the keys in a message of `/R/observation`."""
 
 
 def codec_of(kind: str) -> Codec:

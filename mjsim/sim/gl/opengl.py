@@ -189,4 +189,4 @@ _OPEN: Mapping[str, Callable[[], ContextMaker]] = {
 }
 
 BACKENDS = tuple(_OPEN)
-"""In the order in which they are tried."""
+"""Backends in the order in which they are tried."""

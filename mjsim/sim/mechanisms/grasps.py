@@ -92,7 +92,7 @@ class Rotation:
     sign: float
     """-1 if the joint is traversed backwards."""
     axis: Array | None
-    """In the frame of the joint, shape (3,); None for a ball."""
+    """Axis in the frame of the joint, shape (3,); None for a ball."""
 
     @property
     def size(self) -> int:
@@ -146,7 +146,7 @@ class Along:
     model: mujoco.MjModel
     curve: "SpaceCurve"
     site: int
-    """Of the point."""
+    """Site of the point."""
     carrier: int
     """Body of the curve."""
     carrier_from_curve: Array

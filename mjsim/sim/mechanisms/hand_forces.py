@@ -35,7 +35,7 @@ class _Hold:
 
     grasp: Grasp
     columns: tuple[int, ...]
-    """Of its values."""
+    """Columns of its values."""
     lever: float
     """[m]; 1 for a sliding joint."""
     courses: tuple[Blend, ...]

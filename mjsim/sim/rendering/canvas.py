@@ -146,7 +146,7 @@ class Canvases(Closes):
 
 
 SQUARE_SIDE = 8
-"""Of each of three squares in a picture, one beside the other [px]."""
+"""Side of each of three squares in a picture, one beside the other [px]."""
 SCENE = f"""
 <mujoco>
   <visual>

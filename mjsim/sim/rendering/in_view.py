@@ -39,7 +39,7 @@ class Frustum:
     half_height: float
     """Tangent of half the vertical field of view."""
     columns: int
-    """Of the picture [px]."""
+    """Columns of the picture [px]."""
 
     def beside(self, offsets: Array, radii: Array) -> NDArray[np.bool_]:
         """Say of balls whether they lie wholly beside or behind the view; their middles from the eye, shape (n, 3)."""

@@ -29,7 +29,7 @@ class MergedSurface:
     """A surface drawn at once: of one body, with one texture or none."""
 
     triangles: Triangles
-    """In the frame of the body."""
+    """Triangles in the frame of the body."""
     colors: Array
     """RGBA of each corner as it is displayed, in [0, 1], shape (n, 4)."""
     texture: int | None

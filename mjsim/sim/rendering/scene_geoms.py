@@ -20,7 +20,7 @@ _FIELDS = {
 }
 """Type of each field in use, and its place in `mjvGeom` [byte]."""
 _SIZE = 252
-"""Of an `mjvGeom` [byte]."""
+"""Size of an `mjvGeom` [byte]."""
 GEOM = np.dtype(
     {
         "names": list(_FIELDS),

@@ -25,7 +25,7 @@ class CarriedSensor:
     carrier_from_sensor: Array
     """Shape (4, 4) [m]."""
     robot_from_sensor: Array
-    """At the start, shape (4, 4) [m]."""
+    """Pose in the robot frame at the start, shape (4, 4) [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -37,7 +37,7 @@ class Mounting:
     data: mujoco.MjData
     """Its state, read at each measurement."""
     robot: Robot
-    """From the world file."""
+    """The robot of the world file."""
     gear: RunningGear
     """Its wheels and their encoders."""
     beacons: Sequence[Beacon]

@@ -90,14 +90,14 @@ class JointGrip(TypedDict):
     grip: tuple[float, float, float]
     """The point to drag."""
     ball: NotRequired[BallFrame]
-    """Of a ball joint, which has no axis."""
+    """Whether it is of a ball joint, which has no axis."""
     curve: NotRequired[CurveFrame]
-    """Of a point on a curve, whose axis is its tangent."""
+    """Whether it is of a point on a curve, whose axis is its tangent."""
     toward: NotRequired[tuple[float, float, float]]
     """In a mechanism with one degree of freedom and loops: how the point moves with the value, as its axis moves too
     [m, m/rad]."""
     loop: NotRequired[bool]
-    """Of a joint in a mechanism with loops: its axis may move with its value."""
+    """Whether it is of a joint in a mechanism with loops: its axis may move with its value."""
 
 
 @_DOCUMENTED
@@ -113,4 +113,4 @@ class MechanismTick(TypedDict):
     """A mechanism at one tick."""
 
     positions: list[float]
-    """Of the joints that can be led [rad, m]."""
+    """Positions of the joints that can be led [rad, m]."""

@@ -11,7 +11,7 @@ from mjsim.world.items import LeadEvent, Mechanism, ReleaseEvent, World, single_
 RANGE_TOLERANCE = 1e-6
 """Tolerance for values beyond the range, because a world file rounds them [rad, m]."""
 Led = tuple[bool, float, float]
-"""Of a value that can be led: whether it is a length, and the limits of its range [rad, m]."""
+"""Whether a value that can be led is a length, and the limits of its range [rad, m]."""
 
 
 def misled_joints(world: World) -> Iterator[Finding]:

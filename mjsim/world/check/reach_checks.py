@@ -62,9 +62,9 @@ def arm_of_event(world: World, event: ReachEvent | ReleaseEvent) -> RobotArm:
     name: str = getattr(event, event_key(event))
     arms = {robot.name: {item.name: item for item in robot.arms} for robot in world.robots}
     if name not in arms and any(person.name == name for person in world.people):
-        raise ValueError(Sentence("'{name}' is a person; say which hand: left or right", name))
+        raise ValueError(Sentence("'{name}' is a person; name the hand: left or right", name))
     if name not in arms and any(each.name == name for each in world.mechanisms):
-        raise ValueError(Sentence("'{name}' is a mechanism; say which joint", name))
+        raise ValueError(Sentence("'{name}' is a mechanism; name the joint", name))
     if name not in arms:
         raise ValueError(Sentence("no robot '{name}' in this world{meant}", name, did_you_mean(name, arms)))
     if event.arm not in arms[name]:

@@ -70,7 +70,7 @@ class Shaped:
     """Annotates a union whose choices differ in shape, named in their order; errors then refer only to one choice."""
 
     shapes: tuple[str, ...]
-    """Of truth, number, word, list, keys."""
+    """Shapes of truth, number, word, list, keys."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Return the validation schema: the shape of a value chooses."""

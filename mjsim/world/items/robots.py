@@ -180,7 +180,7 @@ def _model_misfit(body: ModelBody, drive: AnyDrive) -> str | None:
         return BALANCING_BODY
     if not body.ready:
         return Sentence(
-            "it does not say which joints of '{model}' are its wheels; mjsim new --robot-from {model} -o"
+            "it does not name the joints of '{model}' that are its wheels; mjsim new --robot-from {model} -o"
             " ROBOT.yaml finds them",
             body.model,
         )

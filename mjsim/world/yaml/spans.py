@@ -20,7 +20,7 @@ class Comment:
     """A comment and its position."""
 
     text: str
-    """From the # on, without trailing spaces."""
+    """Text from the # on, without trailing spaces."""
     index: int
     line: int
     column: int

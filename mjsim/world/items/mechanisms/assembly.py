@@ -44,11 +44,11 @@ class Motion:
     column: int
     """Column of the value; -1 for a distance."""
     ends: tuple[BodyPoint, BodyPoint] | None
-    """Of a distance."""
+    """Ends of a distance."""
     signal: TimeSignal
     """[rad, m]"""
     name: str = ""
-    """Of a distance."""
+    """Name of a distance."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,7 +122,7 @@ class Assembly:
     places: Mapping[str, tuple[Place, Place]]
     """By joint: the points that coincide."""
     names: tuple[str, ...]
-    """Of the values."""
+    """Names of the values."""
     columns: Mapping[str, range]
     """By joint."""
     slides: tuple[bool, ...]
@@ -133,9 +133,9 @@ class Assembly:
     springs: tuple[Spring, ...] = ()
     tracks: tuple[CurvePoint, ...] = ()
     start: Array
-    """Of the values, shape (values,) [rad, m]."""
+    """Start of the values, shape (values,) [rad, m]."""
     speeds: Array
-    """At the start, shape (values,) [1/s]."""
+    """Speeds at the start, shape (values,) [1/s]."""
     found: Mapping[int, float] = field(default_factory=dict)
     """Torques and forces found by trimming, by the number of their actuator [N m, N]."""
 

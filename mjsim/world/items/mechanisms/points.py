@@ -49,7 +49,7 @@ class Place:
     body: str
     """Or 'ground'."""
     at: tuple[float, ...]
-    """In the frame of the body, [x, y, z] [m]."""
+    """Position in the frame of the body, [x, y, z] [m]."""
 
 
 def place_of(

@@ -161,7 +161,7 @@ class _Swing(AnySignal):
 
     needs, may_have = ("amplitude",), ("offset",)
     amplitude: Value | None = None
-    """From the mean to the peak."""
+    """Amplitude from the mean to the peak."""
     amplitude_deg: Value | None = None
     """The same for an angle."""
     offset: Value | None = None

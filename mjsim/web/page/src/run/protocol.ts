@@ -127,13 +127,13 @@ export interface JointGrip {
   axis: [number, number, number];
   /** The point to drag. */
   grip: [number, number, number];
-  /** Of a ball joint, which has no axis. */
+  /** Whether it is of a ball joint, which has no axis. */
   ball?: BallFrame;
-  /** Of a point on a curve, whose axis is its tangent. */
+  /** Whether it is of a point on a curve, whose axis is its tangent. */
   curve?: CurveFrame;
   /** In a mechanism with one degree of freedom and loops: how the point moves with the value, as its axis moves too [m, m/rad]. */
   toward?: [number, number, number];
-  /** Of a joint in a mechanism with loops: its axis may move with its value. */
+  /** Whether it is of a joint in a mechanism with loops: its axis may move with its value. */
   loop?: boolean;
 }
 
@@ -151,7 +151,7 @@ export interface MechanismFacts {
 
 /** A mechanism at one tick. */
 export interface MechanismTick {
-  /** Of the joints that can be led [rad, m]. */
+  /** Positions of the joints that can be led [rad, m]. */
   positions: number[];
 }
 
