@@ -1,1 +1,1 @@
-"""What several estimators share: models, systematic errors, graphs of poses, relocalization."""
+"""Parts that several estimators share: models, systematic errors, graphs of poses, relocalization."""

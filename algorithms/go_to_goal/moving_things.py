@@ -30,7 +30,7 @@ TRAVELLED, STRAY = 0.15, 0.15
 MAX_PREDICTED = 6
 """Number of things that are predicted: the nearest."""
 BEHIND = 0.08
-"""What is seen is the near side; the middle is this much farther [m]."""
+"""Distance of the middle of a thing behind the side that is seen [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

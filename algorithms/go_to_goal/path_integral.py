@@ -48,7 +48,7 @@ FEW, FINEST = 0.25, 0.1
 
 @dataclass(frozen=True, slots=True)
 class MotionPrices:
-    """What a motion is judged by."""
+    """Criteria by which a motion is judged."""
 
     reverse: float = 1.0
     """Cost of driving backwards [s/m]."""
@@ -59,7 +59,7 @@ class MotionPrices:
 
 
 class Leads(Protocol):
-    """What leads a motion: the time to a goal, and the direction to face."""
+    """Goals of a motion: the time to a goal, and the direction to face."""
 
     def at(self, points: Array) -> Array:
         """Return the times from points (..., 2) [s]."""

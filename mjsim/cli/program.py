@@ -58,7 +58,7 @@ ENDS = {
     "sweep": "; the same command continues the sweep",
     "experiments": "; the same command continues with what is missing",
 }
-"""What is left of a command that is interrupted, where something is."""
+"""What remains of an interrupted command, if anything."""
 BRIEF = {"check", "schema", "worlds"}
 """Commands that end within a second or so; help does too."""
 

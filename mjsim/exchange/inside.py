@@ -14,7 +14,7 @@ from mjsim.world import format_world
 NAMED_FILE, MAX_NAMED = 50_000, 500
 """For what size each file counts that a scene names [bytes], and the maximum number of those that count."""
 NAMING = (b"<uri>", b"<mesh ", b"Mesh {", b"EXTERNPROTO")
-"""What is before the name of a file in a scene."""
+"""Text before the name of a file in a scene."""
 MAX_SCENE = 8_000_000
 """Maximum size of a scene in which such names are counted [bytes]."""
 

@@ -1,4 +1,4 @@
-"""What the importers of worlds take and give."""
+"""Inputs and results of the importers of worlds."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

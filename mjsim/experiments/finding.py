@@ -8,7 +8,7 @@ class Finding:
     """One figure of an experiment."""
 
     what: str
-    """What was measured, with its unit."""
+    """A measured quantity with its unit."""
     value: float
     wanted: str
     """The expectation, as text."""

@@ -16,7 +16,7 @@ from mjsim.guarded.limits import Allowance, limits_for
 from mjsim.guarded.request import Call
 
 DAMAGED = "the file may be damaged"
-"""What a line about a file that cannot be read ends with, unless its caller knows better."""
+"""Default end of the message on a file that cannot be read."""
 
 _SHARED: ContextVar["Reader | None"] = ContextVar("_SHARED", default=None)
 """The child of `one_reader`, which serves all calls."""

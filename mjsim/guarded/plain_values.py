@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 Plain: TypeAlias = "bool | int | float | str | bytes | NDArray[Any] | Sequence[Plain] | Mapping[str, Plain] | None"
-"""What a child may hand back."""
+"""Types that a child may return."""
 KINDS = "biuf"
 """Kinds of the numbers in arrays, as in `numpy.dtype.kind`: bool, int, unsigned and float."""
 HEAD_DIVISOR = 16

@@ -1,4 +1,4 @@
-"""What a function can ask and report in the child process: progress, where it runs, and which limits are missing."""
+"""Functions for code in the child process: progress, where it runs, and which limits are missing."""
 
 from collections.abc import Callable, Sequence
 from contextvars import ContextVar
@@ -6,7 +6,7 @@ from contextvars import ContextVar
 REPORT: ContextVar[Callable[[], None] | None] = ContextVar("REPORT", default=None)
 """Sends messages to the parent; None outside of a child."""
 MISSING: ContextVar[Sequence[str]] = ContextVar("MISSING", default=())
-"""What this system has no limits for, in words; empty outside of a child."""
+"""Limits that this system lacks, in words; empty outside of a child."""
 
 
 def still_working() -> None:

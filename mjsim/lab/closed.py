@@ -40,7 +40,7 @@ class ClosedLoop:
     """The step response of the simulated plant under a design, which acts at each step."""
 
     what: str = "nonlinear, MuJoCo"
-    """What is simulated, for a legend."""
+    """Name of the simulated system, for a legend."""
     time: Array
     """Shape (k,) [s]; shorter than the linear response if the plant diverges."""
     step: Array

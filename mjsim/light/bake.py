@@ -56,7 +56,7 @@ DOOR_RADIUS = 6.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sources:
-    """All that shines, and the group of each."""
+    """All light sources, and the group of each."""
 
     names: tuple[str, ...]
     """Names of the groups."""

@@ -1,4 +1,4 @@
-"""What shines in a world: lamps as small areas, windows as areas of the sky, the ceiling or the sky itself."""
+"""Light sources of a world: lamps as small areas, windows as areas of the sky, the ceiling or the sky itself."""
 
 import math
 from collections.abc import Callable, Sequence

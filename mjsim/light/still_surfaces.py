@@ -1,4 +1,4 @@
-"""What stands still in a compiled model: visible surfaces as triangles in the world, with colour and own light."""
+"""Static parts of a compiled model: visible surfaces as triangles in the world, with colour and own light."""
 
 from dataclasses import dataclass
 

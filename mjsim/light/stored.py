@@ -30,7 +30,7 @@ MAX_BYTES = 300_000_000
 BAKE_TIMEOUT, POLL_SECONDS = 300.0, 0.2
 """Longest time to wait for another process that bakes the same light, and between two looks [s]."""
 BROKEN = (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, zlib.error)
-"""What reading a broken file raises."""
+"""Exceptions on reading a broken file."""
 OF_GEOMS = ("geom_type", "geom_size", "geom_rgba", "geom_matid", "geom_dataid")
 """Arrays of the model with a row per geom that change light."""
 OF_MATERIALS = ("mat_rgba", "mat_emission", "mat_texid", "mat_texrepeat", "mat_texuniform")

@@ -27,7 +27,7 @@ MIN_DAMPING = 1e-14
 MAX_DAMPING, MIN_GAIN = 1e9, 1e-12
 """Damping beyond which no step helps, and the relative gain of a step below which none helps much."""
 NOTABLE_MISS = 1e-6
-"""What is not reached is left as near to its start as it is, unless another try misses by so much less [m + rad]."""
+"""A goal out of reach keeps the solution nearest to its start, unless another misses by this much less [m + rad]."""
 MISS_TOLERANCE, AGREEING_TRIES = 1e-5, 2
 """For a goal out of reach, the search ends when this number of tries misses as little as the best, within [m + rad]."""
 TURN = 2.0 * np.pi

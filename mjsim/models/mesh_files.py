@@ -47,7 +47,7 @@ _UPRIGHT: Mapping[str, Array] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeshPart:
-    """What has one colour or texture in a mesh."""
+    """A part of a mesh with one colour or texture."""
 
     data: bytes
     """A binary STL; with a texture, an OBJ."""

@@ -62,7 +62,7 @@ class Workstation:
 
 @dataclass(frozen=True, slots=True)
 class _Key:
-    """Who sits where; equal if body, seat and goals are equal."""
+    """A person on a seat; equal if body, seat and goals are equal."""
 
     key: Hashable
     figure: "Figure" = field(compare=False)

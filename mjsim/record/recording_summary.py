@@ -1,4 +1,4 @@
-"""What a recording holds, read from its head and its end alone: for lists of many recordings."""
+"""Summary of a recording, read from its head and its end alone: for lists of many recordings."""
 
 import json
 import re
@@ -18,7 +18,7 @@ _NAME = re.compile(r"^name:[ \t]*(\S.*?)[ \t]*(?:#.*)?$", re.MULTILINE)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordingSummary:
-    """What a recording is of."""
+    """The world and robots of a recording."""
 
     world: str
     """Name of its world; '' if it has none."""

@@ -1,4 +1,4 @@
-"""What was recorded of one robot, as arrays."""
+"""Recorded data of one robot, as arrays."""
 
 from collections.abc import Hashable
 from dataclasses import dataclass, field, replace

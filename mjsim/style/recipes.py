@@ -68,7 +68,7 @@ class RoomStyle:
     cover: str
     """What covers windows: blinds from above, or curtains at both sides."""
     shelf: tuple[str, ...]
-    """What stands on shelves."""
+    """Things on shelves."""
     hung: tuple[WallItem, ...]
     """Things on walls, the most important first."""
     duct: bool = False

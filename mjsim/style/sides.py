@@ -61,7 +61,7 @@ class Side:
     beacons: tuple[Rectangle, ...]
     """Beacons with a margin, which stays free."""
     things: tuple[Rectangle, ...]
-    """What stands before the wall."""
+    """Things in front of the wall."""
     seed: list[int] = field(default_factory=list)
     """For random choices on it: depends on its position alone."""
 

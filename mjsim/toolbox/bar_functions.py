@@ -198,4 +198,4 @@ BAR_FUNCTIONS: Mapping[str, Drawing] = {
     "rose": _rose,
     "boxplot": _boxes,
 }
-"""What draws each call."""
+"""Function that draws each call."""

@@ -271,4 +271,4 @@ FUNCTIONS: Mapping[str, Drawing] = {
     "zlim": _limits("set_zlim"),
     "view": _view,
 }
-"""What draws each call; others, such as drawnow, draw nothing."""
+"""Function that draws each call; others, such as drawnow, draw nothing."""

@@ -135,4 +135,4 @@ IMAGE_FUNCTIONS: Mapping[str, Drawing] = {
     "tiledlayout": ScriptFigures.tile,
     "nexttile": ScriptFigures.next_tile,
 }
-"""What draws each call."""
+"""Function that draws each call."""

@@ -62,7 +62,7 @@ class ScriptRun:
     driven: Path | None
     """File of the arm for which the script opened sliders."""
     error: str | None
-    """What ended the script before its end; its figures until then are written."""
+    """Error that ended the script early; figures drawn until then are written."""
 
 
 def run_script(script: Path, folder: Path, *, overwrite: bool = False) -> ScriptRun:

@@ -153,4 +153,4 @@ SOLID_FUNCTIONS: Mapping[str, Drawing] = {
     "bar3": _blocks,
     "ribbon": _ribbons,
 }
-"""What draws each call."""
+"""Function that draws each call."""

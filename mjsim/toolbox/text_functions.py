@@ -145,4 +145,4 @@ TEXT_FUNCTIONS: Mapping[str, Drawing] = {
     "legend": _legend,
     "colorbar": _colorbar,
 }
-"""What draws each call."""
+"""Function that draws each call."""

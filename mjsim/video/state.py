@@ -22,7 +22,7 @@ MAX_TRAIL_STEP = 1.0
 
 
 class PlanState:
-    """What stands and what moves on the plan of a world, at instants of one robot's run."""
+    """Static and moving things on the plan of a world, at instants of one robot's run."""
 
     def __init__(self, world: World, robot: str, display: View) -> None:
         """Prepare the shapes at the start.

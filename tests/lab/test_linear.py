@@ -172,7 +172,7 @@ def test_what_is_no_plant_is_said_in_one_line(keys, message):
         ("tf: {num: [1], dem: [1]}", "unknown key 'dem'; did you mean 'den'?"),
         ("tf: {num: [1], den: [1, 1]}, input: torque", "input is for a part of the scene; leave it out beside tf"),
         ("ss: {a: [[0, 1]], b: [[1]], c: [[1]]}", "a must have 1 rows of 1 each, as a has 1 rows"),
-        ("ss: {a: [[0]], b: [[1, 2]], c: [[1]]}", "input is missing; the state space has u1, u2, name one of them"),
+        ("ss: {a: [[0]], b: [[1, 2]], c: [[1]]}", "input is missing; the state space has u1, u2; name one"),
         ("ss: {a: [[0]], b: [[1, 2]], c: [[1]]}, input: u3", "input has 'u3'; the state space has u1, u2"),
         ("ss: {a: [[0]], b: [[1]], c: [[1]]}, outputs: [y2]", "outputs has 'y2'; the state space has y"),
         ("ss: {a: [[0]], b: [[1], [2]], c: [[1]]}", "b must have 1 rows of 1 each, as a has 1 rows"),

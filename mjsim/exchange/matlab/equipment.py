@@ -57,7 +57,7 @@ PAIRS: Mapping[tuple[str, str], tuple[str, str]] = {
 POSES = ("pose", "start", "x0", "initial", "initialpose", "xtrue")
 OWNERS = {"robot": "robot", "vehicle": "robot", "sensor": "sensor", "sensors": "sensor", "observation": "sensor"}
 DATA = re.compile(r"_?(params?|parameters|config|data)$")
-"""What names of structs may end in, as robotParams."""
+"""Possible ends of names of structs, as in robotParams."""
 ALONE = {
     **dict.fromkeys(("wheelbase", "robotradius", "sigmav", "vmax", "wmax", "wheelradius"), "robot"),
     **dict.fromkeys(("maxrange", "sigmar", "sigmab"), "sensor"),
@@ -77,7 +77,7 @@ class Equipment:
     """Start [m, rad]."""
     preset: str | None = None
     told: tuple[str, ...] = ()
-    """What each value became."""
+"""Notes on each value."""
 
     def sensor_over(self, usual: Mapping[str, Any]) -> dict[str, Any]:
         """Return the keys of the sensor, with usual values for those that the file lacks."""

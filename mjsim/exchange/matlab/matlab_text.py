@@ -34,11 +34,11 @@ ELEMENTWISE = {"+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide}
 
 
 class _NotLiteralError(Exception):
-    """What is written is no literal."""
+    """A value is not a literal."""
 
 
 MISTAKES = (_NotLiteralError, ValueError, TypeError, LookupError, ArithmeticError, AttributeError, RecursionError)
-"""What a statement that is no literal assignment ends in."""
+"""Exceptions on a statement that is not a literal assignment."""
 
 
 @dataclass(frozen=True, slots=True)

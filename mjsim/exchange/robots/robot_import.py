@@ -1,4 +1,4 @@
-"""What the importer of robots takes and gives; it loads nothing of the importer."""
+"""Inputs and results of the importer of robots; without loading the importer."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -51,7 +51,7 @@ class _Model:
     robot_from_model: Array
     """Shape (4, 4) [m]."""
     names: str = ""
-    """What the names of its parts begin with."""
+    """Prefix of the names of its parts."""
     folder: str = ""
     """URI of its folder; '' for the folder of the robot."""
     depth: int = 0

@@ -61,7 +61,7 @@ class Drives:
 
 @dataclass(frozen=True, slots=True)
 class Learned:
-    """What was estimated from the drives of a robot."""
+    """Slip estimated from the drives of a robot."""
 
     drives: int
     center: float

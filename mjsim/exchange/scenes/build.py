@@ -29,10 +29,10 @@ from mjsim.inventory import Fate
 from mjsim.world import BoxObstacle, CylinderObstacle, Lamp, ModelObstacle, Source, SphereObstacle, Wall, World
 
 MAX_FLOOR_HEIGHT, MAX_SLAB_HEIGHT, MIN_SLAB_AREA = 0.03, 0.12, 4.0
-"""What ends at most this high above the floor is floor, and so is what ends below the second height [m] and is at least
-this large [m^2]."""
+"""Parts that end below the first height are floor, as are those that end below the second [m] and have this area
+[m^2]."""
 MIN_OVERHEAD = 2.2
-"""What begins above this height meets no robot [m]."""
+"""Height above which objects cannot touch a robot [m]."""
 MAX_SLAB_TOP, MIN_AREA_SHARE = 0.3, 0.5
 """Maximum height of a slab on which things stand [m], and its minimum fraction of the area of the scene."""
 MAX_LAMPS = 100

@@ -20,7 +20,7 @@ MAX_BYTES = 60_000_000
 MAX_LOOKS, MAX_SIDE = 64 << 20, 512
 """Maximum size of what cameras see of all meshes of a scene [bytes], and maximum side of a picture on them [px]."""
 MAX_PARTS = 200
-"""Above this number of connected parts, a mesh is taken as it is."""
+"""Above this number of connected parts, a mesh is used unchanged."""
 MIN_BOX_SHARE = 0.98
 """A part that fills at least this fraction of its smallest box is that box."""
 MAX_FLAT_RATIO = 1e-3

@@ -1,4 +1,4 @@
-"""What the files of other simulators consist of, whatever their format: solids with their poses, lamps, robots."""
+"""Contents of files of other simulators in any format: solids with their poses, lamps, robots."""
 
 import math
 from collections.abc import Sequence
@@ -113,7 +113,7 @@ class SceneSolid:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScenePart:
-    """What joints move: the leaf of a door, a drawer."""
+    """A part moved by joints: the leaf of a door, a drawer."""
 
     name: str
     joints: Sequence[SceneJoint]
@@ -197,7 +197,7 @@ class Scene:
     starts: list[tuple[float, float, float]] = field(default_factory=list)
     """Poses of its robots: x, y [m], heading [rad]."""
     items: list[FileItem] = field(default_factory=list)
-    """What became of its parts."""
+"""Notes on its parts."""
     _count: int = 0
     """Number of its solids."""
 

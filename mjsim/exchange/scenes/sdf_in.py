@@ -56,7 +56,7 @@ def read_sdf(path: Path, *, search: list[Path]) -> Scene:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Outer:
-    """What a model or an include is in: the world, or a model."""
+    """The parent of a model or an include: the world, or a model."""
 
     frames: SdfFrames
     world_from_outer: Array

@@ -25,7 +25,7 @@ CELL_SIDE, MAX_CELLS = 0.025, 2000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Traced:
-    """What was made of the hollow meshes of a thing."""
+    """Results for the hollow meshes of a thing."""
 
     walls: Sequence[Wall] = ()
     things: Sequence[BoxObstacle | CylinderObstacle] = ()

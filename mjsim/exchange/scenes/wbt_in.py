@@ -39,7 +39,7 @@ LAMP_REACH = 10.0
 
 @dataclass(slots=True, eq=False)
 class _Body:
-    """What moves as one: solids, and what joints move on it."""
+    """Solids that move together, and what joints move on them."""
 
     solids: list[SceneSolid] = field(default_factory=list)
     mass: float = 0.0

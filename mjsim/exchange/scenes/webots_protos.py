@@ -1,4 +1,4 @@
-"""What PROTO nodes of Webots' library consist of, as nodes that collide: walls, doors, arenas, furniture.
+"""Contents of PROTO nodes of Webots' library, as nodes that collide: walls, doors, arenas, furniture.
 
 Sizes are those of the library (x is depth, y width, z height); of furniture without sizes in its fields it is a box.
 """

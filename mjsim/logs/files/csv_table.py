@@ -17,7 +17,7 @@ from mjsim.logs.files.text_lines import MAX_NUMBER, left_out_cut, lines_of
 DECIMAL = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
 """A number with a decimal comma."""
 BLANK_CELLS = ("", "nan")
-"""What other programs write for a value that they do not have."""
+"""Texts that other programs write for missing values."""
 SEPARATOR_LINE = re.compile(r"sep=([;,\t|])", re.IGNORECASE)
 SEPARATORS = (";", "\t", "|", ",")
 """Column separators, tried in this order before white space. Unless it is a comma, numbers may have decimal commas."""

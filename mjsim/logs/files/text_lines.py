@@ -112,7 +112,7 @@ def _ended(file: Any) -> Any:
 
 
 class _Whole(io.RawIOBase):
-    """What can be unpacked of a compressed text that may have been cut."""
+    """The readable part of a compressed text that may be truncated."""
 
     def __init__(self, unpacked: Any, path: Path, notes: dict[str, str]) -> None:
         """Take what unpacks it."""

@@ -1,4 +1,4 @@
-"""What of a log can be recorded."""
+"""Selects the part of a log that can be recorded."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -8,7 +8,7 @@ from mjsim.errors import did_you_mean
 
 Kept = TypeVar("Kept")
 Value: TypeAlias = bool | int | float | str | list[Any] | tuple[Any, ...] | dict[Any, Any] | None
-"""What expressions of a file consist of."""
+"""Types of the values of expressions."""
 
 STEPS = 1_000_000
 """Maximum number of steps in which a file is expanded; a value costs its size."""

@@ -18,7 +18,7 @@ MAX_CHARACTERS = 4000
 Known: TypeAlias = Value | Function | Module | Scope
 """What a name may stand for."""
 _FAULTS = (TypeError, ValueError, ArithmeticError, LookupError)
-"""What operations and functions raise for values that do not fit."""
+"""Exceptions of operations and functions for unsuitable values."""
 
 
 def evaluated(text: str, lookup: Callable[[str], Known], budget: XacroBudget) -> Value:

@@ -19,7 +19,7 @@ MAX_PARAMETERS = 200
 
 @dataclass(frozen=True, slots=True)
 class Default:
-    """What a parameter is if a call does not name it."""
+    """Value of a parameter that a call does not name."""
 
     forward: bool
     """Whether it is the property of this name where the macro is called, if there is one."""

@@ -20,7 +20,7 @@ _TOKEN = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """What the user gives to a file; a file has nothing else from outside its folders."""
+    """Inputs of the user for a file; it gets nothing else from outside its folders."""
 
     arguments: Mapping[str, str] = field(default_factory=dict)
     """Values of `xacro:arg`."""

@@ -196,7 +196,7 @@ METHODS: Mapping[type, Mapping[str, Function]] = {
     tuple: _table({"count": tuple.count, "index": tuple.index}),
     dict: _table({"get": dict.get, **{name: _as_list(getattr(dict, name)) for name in ("items", "keys", "values")}}),
 }  # fmt: skip
-"""What values are asked to do by `value.name(...)`: entries of this table, not attributes."""
+"""Methods of values, called by `value.name(...)`: entries of this table, not attributes."""
 BINARY: Mapping[str, Callable[[Any, Any], Any]] = {
     "Add": operator.add,
     "Sub": operator.sub,

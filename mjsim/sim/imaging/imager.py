@@ -198,7 +198,7 @@ class Imager:
 
     @property
     def memory(self) -> Memory:
-        """What automatic exposure remembers of the pictures before."""
+        """State of automatic exposure between pictures."""
         return self._auto.memory
 
     @memory.setter

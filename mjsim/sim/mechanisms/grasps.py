@@ -1,4 +1,4 @@
-"""What a hand holds of a mechanism: one value of a joint, the rotation of a body, or a point on a curve.
+"""The part of a mechanism that a hand holds: one value of a joint, the rotation of a body, or a point on a curve.
 
 A rotation is that of the second body in the frame of the joint on the first one. It is measured from the orientations
 of both bodies, so that it also exists where a loop is cut and the physics has no joint.

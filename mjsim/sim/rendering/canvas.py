@@ -28,7 +28,7 @@ SHADOW_PIXELS, HIGH_QUALITY = 4096, 4
 BACKGROUND_COLOR = (0.87, 0.91, 0.95)
 """Colour of the background in full light, red, green, blue."""
 _left: list[tuple[GLContext, mujoco.MjrContext]] = []
-"""What canvases have left that nobody closed. MuJoCo frees by numbers in the context that is current: if the garbage
+"""Resources of canvases that were never closed. MuJoCo frees by numbers in the context that is current: if the garbage
 collector did that, a canvas at work could lose its own resources, and its pictures would stand still."""
 
 

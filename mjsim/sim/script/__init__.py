@@ -1,4 +1,4 @@
-"""What happens in a world by its script: events, movers, doors and other joints, shoves."""
+"""Scripted motions of a world: events, movers, doors and other joints, shoves."""
 
 from mjsim.faces import face
 

@@ -17,11 +17,11 @@ class _Motion:
 
     goal: float
     set_point: float
-    """Where the motor wants it now."""
+    """Current set-point of the motor."""
 
 
 class _Placed:
-    """What of the compiled world belongs to one joint."""
+    """Elements of the compiled world that belong to one joint."""
 
     def __init__(self, model: mujoco.MjModel, joint: MotorJoint) -> None:
         found = model.joint(joint.name)

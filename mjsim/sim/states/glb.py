@@ -72,7 +72,7 @@ def glb_bytes(
     geoms that were merged into it, each with its number of triangles.
 
     glTF has no light maps: with baked light, static surfaces are of material KHR_materials_unlit, and divided so finely
-    that the colours of their corners hold the light. What moves is left to the light of the viewer.
+    that the colours of their corners hold the light. Moving parts are lit by the viewer.
 
     Args:
         model: The model.

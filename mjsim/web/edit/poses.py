@@ -21,7 +21,7 @@ HANDS = ("left", "right")
 
 
 class PullAsk(Ask):
-    """What is dragged in a drawing, with start and end points [m]."""
+    """The part dragged in a drawing, with start and end points [m]."""
 
     look: Look
     part: str

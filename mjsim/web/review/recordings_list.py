@@ -20,7 +20,7 @@ MARGIN = 0.3
 
 
 class Recorded:
-    """What the recordings of a folder are of; each file is read again only after it has changed."""
+    """The worlds and robots of the recordings of a folder; each file is read again only after it has changed."""
 
     def __init__(self, folder: Folder) -> None:
         """Store the folder."""

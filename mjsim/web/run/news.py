@@ -96,7 +96,7 @@ class NoiseFigure(TypedDict):
 
 @_DOCUMENTED
 class RunNews(TypedDict):
-    """What the run is, and its state."""
+    """The run and its state."""
 
     kind: Literal["run"]
     state: RunState

@@ -46,7 +46,7 @@ class _View:
 
 
 class Viewer:
-    """A browser. What it is too slow for is dropped, never queued, and blocks nobody else."""
+    """A browser. Data for which it is too slow are dropped, never queued, and do not block others."""
 
     def __init__(self, socket: WebSocket, stage: Stage, *, solids: Scene3dShelf) -> None:
         """Serve an authenticated browser; `solids` contains the 3-D scene that it requested."""

@@ -62,7 +62,7 @@ _SHAPES: Mapping[str, tuple[str, tuple[type, ...]]] = {
     "list": ("a list", (list, tuple)),
     "keys": ("keys with values", (Mapping, BaseModel)),
 }
-"""What a value of each shape is called, and its types."""
+"""Name and types of a value of each shape."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -239,7 +239,7 @@ class Plant(Model):
         """Raise a fault for an input or output that a state space model does not have."""
         if self.input is None and len(model.inputs) > 1:
             raise fault(
-                Sentence("input is missing; the state space has {inputs}, name one of them", ", ".join(model.inputs)), "ss"
+                Sentence("input is missing; the state space has {inputs}; name one", ", ".join(model.inputs)), "ss"
             )
         for key, given, known in (
             ("input", (self.input,) if self.input else (), model.inputs),

@@ -1,4 +1,4 @@
-"""What happens during a run, as described in a world file: events and signals."""
+"""Events and signals during a run, as described in a world file."""
 
 from mjsim.faces import face
 

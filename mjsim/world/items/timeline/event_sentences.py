@@ -1,4 +1,4 @@
-"""What happens, in sentences for people."""
+"""Descriptions of events, for people."""
 
 import math
 

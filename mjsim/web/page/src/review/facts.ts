@@ -1,4 +1,4 @@
-/** What a recording is of. */
+/** The world and robots of a recording. */
 
 export interface RecordingCard {
   path: string;

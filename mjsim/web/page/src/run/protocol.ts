@@ -247,7 +247,7 @@ export interface RobotTick {
   show?: ShownNews[];
 }
 
-/** What the run is, and its state. */
+/** The run and its state. */
 export interface RunNews {
   kind: "run";
   state: RunState;
