@@ -58,6 +58,7 @@ from .shown import ShownText as ShownText
 from .shown import require_bounds as require_bounds
 from .sweeps import SMOOTH as SMOOTH
 from .sweeps import swept as swept
+from .trees import OWN_FORM as OWN_FORM
 from .trees import Named as Named
 from .trees import Numbers as Numbers
 from .trees import RecordList as RecordList

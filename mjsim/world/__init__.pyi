@@ -131,6 +131,7 @@ from .items import RobotArm as RobotArm
 from .items import RollerDrive as RollerDrive
 from .items import RollerRatio as RollerRatio
 from .items import Rollers as Rollers
+from .items import RollingDrive as RollingDrive
 from .items import Run as Run
 from .items import Seat as Seat
 from .items import Sensor as Sensor

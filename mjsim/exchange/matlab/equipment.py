@@ -77,7 +77,7 @@ class Equipment:
     """Start [m, rad]."""
     preset: str | None = None
     told: tuple[str, ...] = ()
-"""Notes on each value."""
+    """Notes on each value."""
 
     def sensor_over(self, usual: Mapping[str, Any]) -> dict[str, Any]:
         """Return the keys of the sensor, with usual values for those that the file lacks."""

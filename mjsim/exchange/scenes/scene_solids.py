@@ -197,7 +197,7 @@ class Scene:
     starts: list[tuple[float, float, float]] = field(default_factory=list)
     """Poses of its robots: x, y [m], heading [rad]."""
     items: list[FileItem] = field(default_factory=list)
-"""Notes on its parts."""
+    """Notes on its parts."""
     _count: int = 0
     """Number of its solids."""
 

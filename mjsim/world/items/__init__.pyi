@@ -36,6 +36,7 @@ from .drives import Omni3Drive as Omni3Drive
 from .drives import RollerDrive as RollerDrive
 from .drives import RollerRatio as RollerRatio
 from .drives import Rollers as Rollers
+from .drives import RollingDrive as RollingDrive
 from .drives import SkidSteerDrive as SkidSteerDrive
 from .drives import Slip as Slip
 from .drives import TorqueMotor as TorqueMotor

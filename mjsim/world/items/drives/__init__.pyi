@@ -22,6 +22,7 @@ from .differential import DifferentialDrive as DifferentialDrive
 from .fixed import FixedDrive as FixedDrive
 from .kinds import KINDS as KINDS
 from .kinds import Drive as Drive
+from .kinds import RollingDrive as RollingDrive
 from .mecanum import MecanumDrive as MecanumDrive
 from .odometry import OdometryNoise as OdometryNoise
 from .odometry import WheelOdometry as WheelOdometry
