@@ -1,4 +1,4 @@
-"""Each tutorial runs as its notebook in a clean folder; notebooks and pictures are those of the pages."""
+"""Each tutorial runs as its notebook in a clean folder; notebooks and all pictures of the docs are those of today."""
 
 import json
 import runpy
@@ -9,6 +9,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 MAKER = runpy.run_path(str(ROOT / "scripts" / "make" / "tutorials.py"))
 PAGES = sorted(MAKER["FOLDER"].glob("*.md"))
+PICTURES = runpy.run_path(str(ROOT / "scripts" / "make" / "pictures.py"))
 NEEDS_NETWORK = {"ros2"}
 """Tutorials that run in a private network, which not every machine allows."""
 
@@ -30,6 +31,24 @@ def test_the_pictures_are_those_of_the_code_of_the_page(page):
     made, text = json.loads(MAKER["SOURCES"].read_text(encoding="utf-8")), page.read_text(encoding="utf-8")
     assert made[page.stem] == MAKER["digest"](text), "run scripts/make/tutorials.py --pictures"
     assert all(path.is_file() for path in MAKER["pictures"](page))
+
+
+def test_pictures_and_film_of_the_docs_are_no_older_than_their_scripts_and_worlds():
+    assert [path.name for path in PICTURES["stale"]()] == [], "run scripts/make/pictures.py"
+
+
+def test_pictures_are_stale_after_a_change_of_a_world_that_their_script_names(tmp_path, monkeypatch):
+    script = tmp_path / "one_picture.py"
+    script.write_text('load_world("gallery")')
+    world = tmp_path / "worlds" / "gallery.yaml"
+    world.parent.mkdir()
+    world.write_text("mjsim: 1\n")
+    monkeypatch.setitem(PICTURES["digest"].__globals__, "ROOT", tmp_path)
+    before = PICTURES["digest"](script)
+    (world.parent / "office.yaml").write_text("mjsim: 1\n")
+    assert PICTURES["digest"](script) == before
+    world.write_text("mjsim: 1\nname: other\n")
+    assert PICTURES["digest"](script) != before
 
 
 @pytest.mark.slow

@@ -86,7 +86,7 @@ def run(page: Page) -> None:
     """Show the run in the east, on its first round."""
     page.get_by_role("tab", name="Run", exact=True).click()
     page.get_by_label("Record to a file").check()
-    page.get_by_label("Speed").select_option("max")
+    page.get_by_label("Speed", exact=True).select_option("max")
     page.get_by_role("button", name="Start", exact=True).click()
     page.wait_for_function(REACHED, arg=UNTIL)
     page.get_by_role("button", name="Pause", exact=True).click()
