@@ -7,6 +7,7 @@ scripts/make/pictures.py [--list | --keep] [SCRIPT ...]
 """
 
 import argparse
+import ast
 import hashlib
 import json
 import subprocess
@@ -20,6 +21,14 @@ ELSEWHERE = {"architecture_picture.py", "classic_page.py", "robot_page.py", "tut
 """Scripts of generated pages, which tests compare with these."""
 
 
+class Undocumented(ast.NodeTransformer):
+    """Leaves text that is no part of an expression away."""
+
+    def visit_Expr(self, node: ast.Expr) -> ast.Expr | None:  # noqa: N802
+        """Return an expression that is a statement, or None for a text."""
+        return None if isinstance(node.value, ast.Constant) else node
+
+
 def makers() -> list[Path]:
     """Return the scripts that make pictures."""
     found = (path for path in Path(__file__).parent.glob("*.py") if path != Path(__file__))
@@ -27,11 +36,11 @@ def makers() -> list[Path]:
 
 
 def digest(script: Path) -> str:
-    """Return what identifies a script and the shipped worlds that it names."""
-    text = script.read_text(encoding="utf-8")
+    """Return what identifies the code of a script, without docstrings, and the shipped worlds that it names."""
+    text = ast.unparse(Undocumented().visit(ast.parse(script.read_text(encoding="utf-8"))))
     worlds = sorted((ROOT / "worlds").rglob("*.yaml"))
-    named = [path for path in worlds if f'"{path.stem}"' in text or path.name in text]
-    return hashlib.sha256(b"\0".join(path.read_bytes() for path in [script, *named])).hexdigest()
+    named = [path.read_bytes() for path in worlds if f"'{path.stem}'" in text or path.name in text]
+    return hashlib.sha256(b"\0".join([text.encode(), *named])).hexdigest()
 
 
 def stale() -> list[Path]:
