@@ -2,6 +2,7 @@
 
 import gc
 import itertools
+import sys
 
 import pytest
 
@@ -20,6 +21,13 @@ def pytest_configure(config):
     config.pluginmanager.register(shares)
     if hasattr(config, "workerinput") or not config.option.numprocesses:
         config.pluginmanager.register(Watch())
+
+
+def pytest_sessionfinish(session):
+    """Keep the plugin of hypothesis from loading all of it, half a second, where no test has used it."""
+    plugins = session.config.pluginmanager
+    if "hypothesis" not in sys.modules and plugins.has_plugin("hypothesispytest"):
+        plugins.unregister(name="hypothesispytest")
 
 
 def pytest_ignore_collect(collection_path, config):

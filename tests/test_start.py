@@ -11,7 +11,7 @@ from tests import ONE_THREAD
 START = runpy.run_path(str(Path(__file__).parents[1] / "scripts" / "measure" / "start.py"))
 SPARE = 1.2
 """Machines differ in what NumPy takes beside all else."""
-FEW, MANY = 3, 25
+FEW, MANY = 1, 25
 """Rounds: processor time wanders on a loaded machine, so where a few say no, more decide."""
 
 
