@@ -12,11 +12,12 @@ import numpy as np
 
 from mjsim.compile.arm_shapes import add_shapes, add_stand, original_of, passing
 from mjsim.compile.geom_groups import DARK, MATERIAL, SEEN, make_decor
+from mjsim.compile.mechanism_bodies import set_mass
 from mjsim.compile.mechanism_specs import solids_of
 from mjsim.compile.models import LoadedFile
 from mjsim.compile.textures import color_of
 from mjsim.geometry import Array
-from mjsim.mechanics import Arm, Link, inverted, is_valid, nearest_valid, tensor
+from mjsim.mechanics import Arm, Link, inverted, is_valid, tensor
 from mjsim.models import matrix_of, pose_keys
 from mjsim.world import NoBody, Robot, RobotArm, World
 
@@ -64,7 +65,7 @@ def _add_links(spec: mujoco.MjSpec, base: mujoco.MjsBody, item: RobotArm, name: 
         carrier, previous = (base, arm.base) if parent < 0 else (bodies[parent], np.eye(4))
         pose = previous @ link.before @ _motion(link, start) @ link.after
         body = carrier.add_body(name=f"{name}/link{number}", **pose_keys(pose))
-        _set_mass(body, link)
+        set_mass(body, link.solid)
         _add_joint(body, link, f"{name}/joint{number}", start)
         _add_motor(spec, link, f"{name}/joint{number}")
         bodies.append(body)
@@ -128,14 +129,6 @@ def _motion(link: Link, value: float) -> Array:
         c, s = math.cos(value), math.sin(value)
         pose[:2, :2] = [[c, -s], [s, c]]
     return pose
-
-
-def _set_mass(body: mujoco.MjsBody, link: Link) -> None:
-    solid = link.solid if is_valid(link.solid) else nearest_valid(link.solid)
-    xx, yy, zz, xy, yz, xz = solid.inertia
-    body.explicitinertial = True
-    body.mass, body.ipos = solid.mass, solid.center
-    body.fullinertia = [xx, yy, zz, xy, xz, yz]
 
 
 def _add_joint(body: mujoco.MjsBody, link: Link, name: str, start: float) -> None:

@@ -53,3 +53,4 @@ from .transforms import placed as placed
 from .transforms import rotation_of as rotation_of
 from .transforms import rotation_vector as rotation_vector
 from .transforms import rpy_of as rpy_of
+from .transforms import screw as screw

@@ -19,16 +19,17 @@ _YZX, _ZXY = np.array([1, 2, 0]), np.array([2, 0, 1])
 def about_z(angle: ArrayLike, offset: ArrayLike = 0.0) -> Array:
     """Return a rotation about z [rad] with a displacement along it [m], shape (..., 4, 4)."""
     angle, offset = np.broadcast_arrays(np.asarray(angle, dtype=float), np.asarray(offset, dtype=float))
-    return _screw(angle, offset, axis=2)
+    return screw(angle, offset, axis=2)
 
 
 def about_x(angle: ArrayLike, offset: ArrayLike = 0.0) -> Array:
     """Return a rotation about x [rad] with a displacement along it [m], shape (..., 4, 4)."""
     angle, offset = np.broadcast_arrays(np.asarray(angle, dtype=float), np.asarray(offset, dtype=float))
-    return _screw(angle, offset, axis=0)
+    return screw(angle, offset, axis=0)
 
 
-def _screw(angle: Array, offset: Array, *, axis: int) -> Array:
+def screw(angle: Array, offset: ArrayLike, *, axis: int) -> Array:
+    """Return a rotation about an axis of the frame, 0 for x [rad], with a displacement along it [m], (..., 4, 4)."""
     matrix = np.zeros((*angle.shape, 4, 4))
     c, s = np.cos(angle), np.sin(angle)
     i, j = (axis + 1) % 3, (axis + 2) % 3

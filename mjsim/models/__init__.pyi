@@ -7,6 +7,7 @@ from .colours import color_of as color_of
 from .colours import hex_of as hex_of
 from .content_notes import note as note
 from .content_notes import noted as noted
+from .inertia_repair import finite_number as finite_number
 from .inertia_repair import gyrations as gyrations
 from .mesh_files import MeshPart as MeshPart
 from .mesh_files import gazebo_triangles as gazebo_triangles
@@ -57,7 +58,6 @@ from .rotations import quaternion_of as quaternion_of
 from .sdf import MAX_HINGE_LIMIT as MAX_HINGE_LIMIT
 from .sdf import SdfFrames as SdfFrames
 from .sdf import axis_of as axis_of
-from .sdf import finite_number as finite_number
 from .sdf import floats as floats
 from .sdf import has_joint_frames as has_joint_frames
 from .sdf import is_robot as is_robot

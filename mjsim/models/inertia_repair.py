@@ -52,7 +52,7 @@ def mend_inertias(root: Element, path: str, *, feather: float = FEATHER_MASS) ->
 def mend_weightless(root: Element, path: str) -> Iterator[str]:
     """For a URDF robot without any mass, derive masses from its shapes; yield notes on what was done."""
     links = root.findall("link")
-    masses = [number_of(mass.get("value")) for link in links for mass in link.findall("inertial/mass")]
+    masses = [finite_number(mass.get("value")) for link in links for mass in link.findall("inertial/mass")]
     if root.tag != "robot" or any(mass is not None and mass >= MIN_STATED for mass in masses):
         return
     for link in links:
@@ -116,7 +116,7 @@ def mend_impossible(root: Element, path: str, model: Any) -> Iterator[str]:
             continue
         factor = (USUAL_SHARE * reach / gyration) ** 2
         for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz", "diaginertia", "fullinertia"):
-            numbers = [number_of(word) for word in tensor.get(key, "").split()]
+            numbers = [finite_number(word) for word in tensor.get(key, "").split()]
             if numbers and None not in numbers:
                 tensor.set(key, " ".join(format(factor * (value or 0.0), DIGITS) for value in numbers))
         yield (
@@ -142,7 +142,7 @@ def _mend_urdf(root: Element, path: str, feather: float) -> Iterator[str]:
                 yield f"{path}: link '{name}' has no mass; its shapes get a density of 1000 kg/m^3 instead"
             continue
         mass, inertia = inertial.find("mass"), inertial.find("inertia")
-        weight = number_of(mass.get("value") if mass is not None else None)
+        weight = finite_number(mass.get("value") if mass is not None else None)
         if weight is None or weight < MIN_STATED:
             link.remove(inertial)
             instead = "its shapes get a density of 1000 kg/m^3 instead" if has else "it gets a negligible mass instead"
@@ -151,7 +151,7 @@ def _mend_urdf(root: Element, path: str, feather: float) -> Iterator[str]:
         if inertia is None:
             yield from _ball(inertial, weight, f"{path}: link '{name}'")
             continue
-        a, b, c, ab, ac, bc = (number_of(inertia.get(key, "0")) or 0.0 for key in _URDF_KEYS)
+        a, b, c, ab, ac, bc = (finite_number(inertia.get(key, "0")) or 0.0 for key in _URDF_KEYS)
         found = mended(np.array([[a, ab, ac], [ab, b, bc], [ac, bc, c]]))
         if found is None and max(a, b, c) <= MIN_MOMENT:
             inertial.remove(inertia)
@@ -167,7 +167,7 @@ def _mend_urdf(root: Element, path: str, feather: float) -> Iterator[str]:
 def _stated(link: Element) -> float:
     """Return the mass that the file states for a link of URDF, 0 if none [kg]."""
     mass = link.find("inertial/mass")
-    return number_of(mass.get("value") if mass is not None else None) or 0.0
+    return finite_number(mass.get("value") if mass is not None else None) or 0.0
 
 
 def _weight_of(link: Element) -> float:
@@ -215,13 +215,13 @@ def _mend_mjcf(root: Element, path: str) -> Iterator[str]:
         if inertial is None:
             continue
         called = f"body '{body.get('name', '?')}'"
-        weight = number_of(inertial.get("mass"))
+        weight = finite_number(inertial.get("mass"))
         if weight is None or weight < MIN_STATED:
             body.remove(inertial)
             yield f"{path}: {called} has a mass of {_shown(weight)} kg; its mass is computed from its shapes instead"
             continue
         for key, count in (("diaginertia", 3), ("fullinertia", 6)):
-            numbers = [number_of(word) for word in inertial.get(key, "").split()]
+            numbers = [finite_number(word) for word in inertial.get(key, "").split()]
             if len(numbers) != count:
                 continue
             values = np.array([np.nan if number is None else number for number in numbers])
@@ -249,7 +249,7 @@ def _moments(matrix: Array) -> str:
     return f"{', '.join(f'{value:.3g}' for value in np.linalg.eigvalsh(matrix))} kg m^2"
 
 
-def number_of(text: str | None) -> float | None:
+def finite_number(text: str | None) -> float | None:
     """Return a finite number from a text; None if it is not one."""
     try:
         value = float(text or "")

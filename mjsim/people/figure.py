@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from mjsim.errors import did_you_mean
 from mjsim.geometry import Array
-from mjsim.mechanics import Solid, six_of, tensor
+from mjsim.mechanics import Solid, screw, six_of, tensor
 from mjsim.people.deleva import PAIRED, share_of
 from mjsim.people.figure_frame import BodyFrame, Spot, Vector3, body_frame
 from mjsim.people.figure_joints import SIDES, Joint, joints
@@ -168,7 +168,8 @@ class Figure:
             step = np.eye(4)
             step[:3, 3] = segment.at
             for joint in segment.joints:
-                step = step @ _turn(joint.axis, columns[joint.name])
+                axis = int(np.argmax(np.abs(joint.axis)))
+                step = step @ screw(columns[joint.name] * math.copysign(1.0, joint.axis[axis]), 0.0, axis=axis)
             found[name] = found[segment.parent] @ step
         return found
 
@@ -191,18 +192,6 @@ class Figure:
             name: poses[mark.segment][..., :3, :3] @ mark.at + poses[mark.segment][..., :3, 3]
             for name, mark in self.landmarks.items()
         }
-
-
-def _turn(axis: Vector3, angle: Array) -> Array:
-    """Return rotations by an angle [rad] about an axis of the frame or its opposite, shape (..., 4, 4)."""
-    place = int(np.argmax(np.abs(axis)))
-    c, s = np.cos(angle), np.sin(angle) * math.copysign(1.0, axis[place])
-    i, j = (place + 1) % 3, (place + 2) % 3
-    found = np.zeros((*np.shape(angle), 4, 4))
-    found[..., place, place] = found[..., 3, 3] = 1.0
-    found[..., i, i] = found[..., j, j] = c
-    found[..., i, j], found[..., j, i] = -s, s
-    return found
 
 
 def _both_sides(left: Mapping[str, Vector3]) -> dict[str, Vector3]:

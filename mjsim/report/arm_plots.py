@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from mjsim.geometry import Array
 from mjsim.plan import GROUPS
 from mjsim.record import JointTrack
-from mjsim.report.plots import sheet
+from mjsim.report.plots import joint_legend, joint_sheet, sheet
 
 XYZ = ("#d55e00", "#009e73", "#0072b2")
 """Colours of X, Y and Z that the colour-blind can distinguish."""
@@ -40,20 +40,13 @@ def drive_plots(time: Array, track: JointTrack) -> dict[str, Figure]:
     if not known.any():
         return {}
     part, times = track.at(np.flatnonzero(known)), time[known]
-    figure, panels = sheet(3, height=7.0)
-    behind = np.degrees(part.goal - part.positions)
     rows = (
-        (behind, "behind its goal [deg]"),
+        (np.degrees(part.goal - part.positions), "behind its goal [deg]"),
         (np.degrees(part.velocities), "rate [deg/s]"),
         (part.torques, "torque [N m]"),
     )
-    for axes, (values, label) in zip(panels, rows, strict=True):
-        for number, name in enumerate(part.names):
-            axes.plot(times, values[:, number], color=GROUPS[number % len(GROUPS)], lw=1.0, label=name)
-        axes.set_ylabel(label)
-    panels[0].set_title("Wheels", loc="left")
-    panels[0].legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=4, frameon=False, fontsize=8)
-    panels[-1].set_xlabel("time [s]")
+    figure, panels = joint_sheet(times, part.names, rows, title="Wheels", height=7.0)
+    joint_legend(panels[0])
     return {"wheels": figure}
 
 
@@ -62,23 +55,17 @@ def _joints(time: Array, track: JointTrack, slides: Array) -> Figure:
     scale = np.where(slides, 1.0, 180.0 / np.pi)
     angle = "m" if slides.all() else "deg, m" if slides.any() else "deg"
     torque = "N" if slides.all() else "N m, N" if slides.any() else "N m"
-    figure, panels = sheet(4, height=9.0)
     rows = (
         (track.positions * scale, f"q [{angle}]"),
         (track.velocities * scale, f"qd [{angle}, per s]"),
         (track.accelerations * scale, f"qdd [{angle}, per s^2]"),
         (track.torques, f"torque [{torque}]"),
     )
-    for axes, (values, label) in zip(panels, rows, strict=True):
-        for number, name in enumerate(track.names):
-            axes.plot(time, values[:, number], color=GROUPS[number % len(GROUPS)], lw=1.2, label=name)
-        axes.set_ylabel(label)
+    figure, panels = joint_sheet(time, track.names, rows)
     for number, goal in enumerate((track.goal * scale).T):
         color = GROUPS[number % len(GROUPS)]
         panels[0].plot(time, goal, color=color, lw=1.0, ls=":", label="goals" if number == 0 else None)
-    panels[0].set_title("Joints", loc="left")
-    panels[0].legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=7, frameon=False, fontsize=8)
-    panels[-1].set_xlabel("time [s]")
+    joint_legend(panels[0])
     return figure
 
 

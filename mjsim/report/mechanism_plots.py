@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from mjsim.geometry import Array
 from mjsim.plan import GROUPS
 from mjsim.record import JointTrack, SensorTrack
-from mjsim.report.plots import sheet
+from mjsim.report.plots import joint_legend, joint_sheet, sheet
 
 MAX_LINES = 16
 """Maximum number of values in one panel, and of sensors in one sheet."""
@@ -33,7 +33,6 @@ def mechanism_plots(time: Array, joints: JointTrack, slides: Array, sensors: Sen
 
 def _joints(time: Array, track: JointTrack, slides: Array) -> Figure:
     """Draw positions, speeds, accelerations and efforts; angles in degrees."""
-    figure, panels = sheet(4, height=9.0)
     scale = np.where(slides, 1.0, 180.0 / np.pi)
     angle = "m" if slides.all() else "deg, m" if slides.any() else "deg"
     effort = "N" if slides.all() else "N m, N" if slides.any() else "N m"
@@ -43,13 +42,8 @@ def _joints(time: Array, track: JointTrack, slides: Array) -> Figure:
         (track.accelerations * scale, f"acceleration [{angle}, per s²]"),
         (track.torques, f"actuators [{effort}]"),
     )
-    for axes, (values, label) in zip(panels, rows, strict=True):
-        for number, name in enumerate(track.names[:MAX_LINES]):
-            axes.plot(time, values[:, number], color=GROUPS[number % len(GROUPS)], lw=1.2, label=name)
-        axes.set_ylabel(label)
-    panels[0].set_title("Joints", loc="left")
-    panels[0].legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=8, frameon=False, fontsize=8)
-    panels[-1].set_xlabel("time [s]")
+    figure, panels = joint_sheet(time, track.names[:MAX_LINES], rows)
+    joint_legend(panels[0])
     return figure
 
 

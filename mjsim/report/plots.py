@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from mjsim.geometry import Array, ellipse_points
-from mjsim.plan import INKS, draw_plan
+from mjsim.plan import GROUPS, INKS, draw_plan
 from mjsim.record import Track
 from mjsim.report import metrics
 from mjsim.report.consistency import STATES, chi_square_bounds, normalised_innovations
@@ -169,6 +169,33 @@ PLOTS: tuple[tuple[str, Callable[[World, Track, str], Figure | None]], ...] = (
 )
 """Name of the file and its drawing function, in the order of the page; the latter takes the name of the estimate, and
 returns None if there is nothing to draw."""
+
+
+def joint_sheet(
+    time: Array, names: Sequence[str], rows: Sequence[tuple[Array, str]], *, title: str = "Joints", height: float = 9.0
+) -> tuple[Figure, Sequence[Axes]]:
+    """Draw a line for each joint in panels over time.
+
+    Args:
+        time: Shape (N,) [s].
+        names: Of the joints drawn, the first ones of each row.
+        rows: Values, shape (N, joints), and label of each panel.
+        title: Of the sheet.
+        height: [in]
+    """
+    figure, panels = sheet(len(rows), height=height)
+    for axes, (values, label) in zip(panels, rows, strict=True):
+        for number, name in enumerate(names):
+            axes.plot(time, values[:, number], color=GROUPS[number % len(GROUPS)], lw=1.2, label=name)
+        axes.set_ylabel(label)
+    panels[0].set_title(title, loc="left")
+    panels[-1].set_xlabel("time [s]")
+    return figure, panels
+
+
+def joint_legend(axes: Axes) -> None:
+    """Add the legend of joints above the right end of a panel."""
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=8, frameon=False, fontsize=8)
 
 
 def sheet(rows: int, columns: int = 1, *, height: float) -> tuple[Figure, list[Axes]]:

@@ -208,6 +208,7 @@ from .plan import Hung as Hung
 from .plan import Leaf as Leaf
 from .plan import PlacedTarget as PlacedTarget
 from .plan import Route as Route
+from .plan import aimed as aimed
 from .plan import cells_of as cells_of
 from .plan import cells_within as cells_within
 from .plan import drawing_from_world as drawing_from_world

@@ -9,6 +9,7 @@ import pytest
 
 from mjsim.geometry import Pose, wrap_angle
 from mjsim.interface import ShownGrid, ShownLines, ShownPoints, ShownText
+from mjsim.models import bounded
 from mjsim.web.review.fields import MAX_DEPTH, MAX_LIST_LENGTH, numbers_in
 from mjsim.web.review.review_api import _number
 from mjsim.web.run.history import plain, track_json
@@ -18,7 +19,7 @@ from mjsim.web.server.answers import RefusedError
 from mjsim.web.worlds.folder import Folder
 from mjsim.web.worlds.mechanism_poses import moved, sliders, start_values
 from mjsim.web.worlds.shipped_parts import SHIPPED, is_shipped, shipped
-from mjsim.web.worlds.uploaded_pictures import MAX_SIDE, _plain, _within, bring_picture, decoded, encoded, small_picture
+from mjsim.web.worlds.uploaded_pictures import MAX_SIDE, _plain, bring_picture, decoded, encoded, small_picture
 from mjsim.web.worlds.viewpoints import look_at
 from mjsim.web.worlds.world_files import new_world, read_world, source_of, stamp_of
 from mjsim.world import parse_world
@@ -164,8 +165,8 @@ def test_pictures_become_eight_bits_and_three_colours_within_a_size():
     np.testing.assert_array_equal(blended[0, 0], 255)
     np.testing.assert_array_equal(blended[1, 1], 100)
     np.testing.assert_allclose(blended[0, 1], 255 - 155 * 100 / 255, atol=1.0)
-    assert _within(np.zeros((10, 3 * MAX_SIDE, 3), np.uint8), MAX_SIDE).shape == (3, MAX_SIDE, 3)
-    assert _within(np.zeros((5, 6, 3), np.uint8), 6).shape == (5, 6, 3)
+    assert bounded(np.zeros((10, 3 * MAX_SIDE, 3), np.uint8), MAX_SIDE).shape == (3, MAX_SIDE, 3)
+    assert bounded(np.zeros((5, 6, 3), np.uint8), 6).shape == (5, 6, 3)
     np.testing.assert_array_equal(decoded(encoded(blended, ".png")), blended)
     for data in (b"", b"no picture", png(blended)[:30]):
         with pytest.raises(RefusedError) as caught:

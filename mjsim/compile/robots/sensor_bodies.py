@@ -10,7 +10,7 @@ from mjsim.compile.geom_groups import DARK, FITTINGS, make_decor
 from mjsim.compile.robots.carriers import carrier_of
 from mjsim.geometry import Array
 from mjsim.models import quaternion_of
-from mjsim.world import Camera, Robot, Sensor
+from mjsim.world import Camera, Robot, Sensor, aimed
 
 HOUSING = (0.03, 0.02, 0.02)
 """Half length, width and height of the housing of a camera [m]."""
@@ -99,9 +99,4 @@ def vertical_fov_deg(camera: Camera) -> float:
 
 def robot_from_sensor(at: Sequence[float], *, yaw_deg: float, pitch_deg: float = 0.0) -> Array:
     """Return the pose of a sensor whose frame has x ahead, y to the left and z up, shape (4, 4) [m]."""
-    yaw, pitch = math.radians(yaw_deg), math.radians(pitch_deg)
-    cy, sy, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
-    transform = np.eye(4)
-    transform[:3, :3] = [[cy * cp, -sy, -cy * sp], [sy * cp, cy, -sy * sp], [sp, 0.0, cp]]
-    transform[:3, 3] = at
-    return transform
+    return aimed(at, yaw=math.radians(yaw_deg), pitch=math.radians(pitch_deg))

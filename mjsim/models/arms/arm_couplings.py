@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import mujoco
 
-from mjsim.models.inertia_repair import number_of
+from mjsim.models.inertia_repair import finite_number
 from mjsim.models.model_sources import Element
 
 
@@ -24,7 +24,7 @@ def mimics(root: Element) -> Iterator[JointCoupling]:
     for joint in root.findall("joint"):
         mimic = joint.find("mimic")
         if mimic is not None:
-            ratio, offset = (number_of(mimic.get(key)) for key in ("multiplier", "offset"))
+            ratio, offset = (finite_number(mimic.get(key)) for key in ("multiplier", "offset"))
             ratio = 1.0 if ratio is None else ratio
             yield JointCoupling(joint.get("name", ""), mimic.get("joint", ""), ratio, offset or 0.0)
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from typing import Any
 
-from mjsim.models.inertia_repair import number_of
+from mjsim.models.inertia_repair import finite_number
 from mjsim.models.model_sources import Element
 
 PLACEHOLDERS = (0.0, 1.0)
@@ -61,7 +61,7 @@ def _plain(tag: str) -> str:
 
 def _number(tags: Mapping[str, Sequence[str]], tag: str) -> float | None:
     """Return the positive number that all elements of a tag have; None if there is none."""
-    values = {number_of(text) for text in tags.get(tag, ())}
+    values = {finite_number(text) for text in tags.get(tag, ())}
     value = values.pop() if len(values) == 1 else None
     return value if value is not None and value > 0.0 else None
 
@@ -71,7 +71,7 @@ def _commanded(root: Element) -> Iterator[tuple[str, float]]:
     for control in root.iter("ros2_control"):
         for joint in control.findall("joint"):
             for command in joint.findall("command_interface"):
-                values = {param.get("name", ""): number_of(param.text) for param in command.findall("param")}
+                values = {param.get("name", ""): finite_number(param.text) for param in command.findall("param")}
                 top = values.get("max")
                 if command.get("name") == "velocity" and top is not None and top > 0.0 and top not in PLACEHOLDERS:
                     yield joint.get("name", ""), top
@@ -121,7 +121,7 @@ def _names(value: Mapping[Any, Any], key: str) -> list[str]:
 
 def _positive(flat: Mapping[str, Any], key: str) -> float | None:
     value = flat.get(key)
-    number = number_of(str(value)) if isinstance(value, int | float | str) else None
+    number = finite_number(str(value)) if isinstance(value, int | float | str) else None
     return number if number is not None and number > 0.0 else None
 
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from mjsim.models.inertia_repair import number_of
+from mjsim.models.inertia_repair import finite_number
 from mjsim.models.model_sources import Element
 
 KINDS = {"ray": "lidar", "lidar": "lidar", "camera": "camera", "depth": "camera", "imu": "imu"}
@@ -44,41 +44,41 @@ def _urdf_sensors(root: Element) -> Iterator[SaidSensor]:
 
 
 def _pose(text: str) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    numbers = [number_of(word) for word in text.split()[:6]]
+    numbers = [finite_number(word) for word in text.split()[:6]]
     x, y, z, roll, pitch, yaw = (numbers + [None] * 6)[:6]
     return (x or 0.0, y or 0.0, z or 0.0), (roll or 0.0, pitch or 0.0, yaw or 0.0)
 
 
 def _gazebo_keys(sensor: Element) -> dict[str, float]:
     """Return the properties of a sensor by the keys of mjsim."""
-    found: dict[str, float | None] = {"rate_hz": number_of(sensor.findtext("update_rate"))}
+    found: dict[str, float | None] = {"rate_hz": finite_number(sensor.findtext("update_rate"))}
     ray = next((item for name in ("ray", "lidar") for item in sensor.iter(name)), None)
     if ray is not None:
         found |= _fan_keys(ray)
     camera = sensor.find("camera")
     if camera is not None:
         found |= {
-            "fov_deg": _degrees(number_of(camera.findtext("horizontal_fov"))),
-            "width": number_of(camera.findtext("image/width")),
-            "height": number_of(camera.findtext("image/height")),
+            "fov_deg": _degrees(finite_number(camera.findtext("horizontal_fov"))),
+            "width": finite_number(camera.findtext("image/width")),
+            "height": finite_number(camera.findtext("image/height")),
         }
     return {key: value for key, value in found.items() if value is not None}
 
 
 def _fan_keys(ray: Element) -> dict[str, float | None]:
     """Return the properties of a lidar's fan of beams."""
-    low, high = (number_of(ray.findtext(f"scan/horizontal/{end}_angle")) for end in ("min", "max"))
+    low, high = (finite_number(ray.findtext(f"scan/horizontal/{end}_angle")) for end in ("min", "max"))
     both = low is not None and high is not None
     return {
-        "beams": number_of(ray.findtext("scan/horizontal/samples")),
+        "beams": finite_number(ray.findtext("scan/horizontal/samples")),
         "fov_deg": _degrees((high or 0.0) - (low or 0.0)) if both else None,
         "middle_deg": _degrees((high or 0.0) + (low or 0.0), share=0.5) if both else None,
-        "rings": number_of(ray.findtext("scan/vertical/samples")),
-        "lowest_deg": _degrees(number_of(ray.findtext("scan/vertical/min_angle"))),
-        "highest_deg": _degrees(number_of(ray.findtext("scan/vertical/max_angle"))),
-        "nearest": number_of(ray.findtext("range/min")),
-        "farthest": number_of(ray.findtext("range/max")),
-        "noise": number_of(ray.findtext("noise/stddev")),
+        "rings": finite_number(ray.findtext("scan/vertical/samples")),
+        "lowest_deg": _degrees(finite_number(ray.findtext("scan/vertical/min_angle"))),
+        "highest_deg": _degrees(finite_number(ray.findtext("scan/vertical/max_angle"))),
+        "nearest": finite_number(ray.findtext("range/min")),
+        "farthest": finite_number(ray.findtext("range/max")),
+        "noise": finite_number(ray.findtext("noise/stddev")),
     }
 
 

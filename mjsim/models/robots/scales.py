@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from xml.etree.ElementTree import Element
 
-from mjsim.models.inertia_repair import number_of
+from mjsim.models.inertia_repair import finite_number
 
 AXES = 3
 MIN_SIDE = 1e-3
@@ -39,7 +39,7 @@ _NO_SIZE = "has no size; left out"
 
 def _mended_size(shape: Element) -> str | None:
     """Give a flat shape a small thickness; return a note, None if nothing was done."""
-    sides = {key: [number_of(word) for word in shape.get(key, "").split()] for key in _SIZES.get(shape.tag, ())}
+    sides = {key: [finite_number(word) for word in shape.get(key, "").split()] for key in _SIZES.get(shape.tag, ())}
     numbers = [number for side in sides.values() for number in side]
     if not numbers or any(number is None or number < 0.0 for number in numbers) or all(numbers):
         return None  # Values that are not numbers are reported, with their position, by the reader of the file.

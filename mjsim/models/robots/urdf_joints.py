@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from mjsim.models.inertia_repair import number_of
+from mjsim.models.inertia_repair import finite_number
 from mjsim.models.model_sources import Element
 
 MIN_WHEELS = 2
@@ -53,7 +53,7 @@ def joint_speeds(root: Element) -> Iterator[tuple[str, float]]:
     """Yield the maximum speeds of joints of a URDF."""
     for joint in root.findall("joint"):
         limit = joint.find("limit")
-        speed = number_of(limit.get("velocity")) if limit is not None else None
+        speed = finite_number(limit.get("velocity")) if limit is not None else None
         if speed is not None and speed > 0.0:
             yield joint.get("name", ""), speed
 
@@ -64,7 +64,7 @@ def without_limits(root: Element) -> frozenset[str]:
     for joint in root.findall("joint"):
         limit = joint.find("limit")
         if joint.get("type") == "revolute" and limit is not None:
-            ends = [number_of(limit.get(key, "0")) or 0.0 for key in ("lower", "upper")]
+            ends = [finite_number(limit.get(key, "0")) or 0.0 for key in ("lower", "upper")]
             if ends == [0.0, 0.0]:
                 found.add(joint.get("name", ""))
     return frozenset(found)

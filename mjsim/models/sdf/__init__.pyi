@@ -1,6 +1,5 @@
 from .sdf_axes import MAX_HINGE_LIMIT as MAX_HINGE_LIMIT
 from .sdf_axes import axis_of as axis_of
-from .sdf_axes import finite_number as finite_number
 from .sdf_axes import has_joint_frames as has_joint_frames
 from .sdf_axes import link_named as link_named
 from .sdf_frames import SdfFrames as SdfFrames

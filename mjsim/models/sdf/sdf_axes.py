@@ -1,6 +1,5 @@
 """Joints of SDF: their axes, and the links at their ends."""
 
-import math
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -49,12 +48,3 @@ def link_named(model: Element, name: str) -> str:
         name = held[name]
     first = model.find("link")
     return first.get("name", "") if name == "__model__" and first is not None else name
-
-
-def finite_number(text: str | None) -> float | None:
-    """Return the finite number of a text; None if there is none."""
-    try:
-        value = float(text or "")
-    except ValueError:
-        return None
-    return value if math.isfinite(value) else None

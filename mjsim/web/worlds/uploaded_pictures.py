@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.models import picture_size, upright
+from mjsim.models import bounded, picture_size, upright
 from mjsim.modules import judge_images
 from mjsim.output import write_new
 from mjsim.sentences import Sentence
@@ -50,7 +50,7 @@ def bring_picture(folder: Folder, data: bytes, *, name: str, world: str | None) 
     Raises:
         RefusedError: It is not a picture, or cannot be written.
     """
-    pixels = _within(decoded(data), MAX_SIDE)
+    pixels = bounded(decoded(data), MAX_SIDE)
     kind = ".png" if data.startswith(b"\x89PNG") else ".jpg"
     place = source_of(folder, world or "").folder or folder.root
     stem = _ODD.sub("-", PurePosixPath(name.replace("\\", "/")).stem).strip("-.") or "picture"
@@ -99,7 +99,7 @@ def small_picture(folder: Folder, path: str, *, size: int, world: str | None) ->
         data = read_asset(path, source_of(folder, world or ""))
     except ValueError as error:
         raise RefusedError(404, str(error)) from None
-    return encoded(_within(decoded(data), max(16, min(size, MAX_SMALL))), ".jpg")
+    return encoded(bounded(decoded(data), max(16, min(size, MAX_SMALL))), ".jpg")
 
 
 def decoded(data: bytes) -> Pixels:
@@ -144,13 +144,3 @@ def _plain(pixels: NDArray[np.generic]) -> Pixels:
             blended[first : first + ROWS_AT_ONCE] = part[..., :3] * alpha + 255.0 * (1.0 - alpha)
         return blended
     return plain
-
-
-def _within(pixels: Pixels, largest: int) -> Pixels:
-    """Return a picture whose sides are at most `largest` pixels."""
-    height, width = pixels.shape[:2]
-    scale = largest / max(height, width)
-    if scale >= 1.0:
-        return pixels
-    size = max(1, round(width * scale)), max(1, round(height * scale))
-    return np.asarray(cv2.resize(pixels, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)

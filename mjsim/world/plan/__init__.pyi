@@ -29,6 +29,7 @@ from .solid_grid import cells_of as cells_of
 from .solid_grid import cells_within as cells_within
 from .solid_grid import grid_of as grid_of
 from .target_poses import PlacedTarget as PlacedTarget
+from .target_poses import aimed as aimed
 from .target_poses import placed_targets as placed_targets
 from .target_poses import world_from_seat as world_from_seat
 from .wall_corners import solid_pieces as solid_pieces

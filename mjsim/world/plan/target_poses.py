@@ -1,7 +1,7 @@
 """Initial poses of seats and targets in the world frame."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,7 +31,7 @@ def world_from_seat(thing: Obstacle) -> Array:
     """
     if thing.seat is None:
         raise ValueError(Sentence("'{name}' is not a seat; give it seat: {{at: [x, y, z]}}", thing.name))
-    return np.asarray(thing.world_from_thing() @ _placed(thing.seat.at))
+    return np.asarray(thing.world_from_thing() @ aimed(thing.seat.at))
 
 
 def placed_targets(world: World) -> Iterator[PlacedTarget]:
@@ -39,12 +39,12 @@ def placed_targets(world: World) -> Iterator[PlacedTarget]:
     for thing, name in zip(world.obstacles, item_names(world.obstacles), strict=True):
         for target in thing.targets:
             yaw, pitch = (math.radians(getattr(target, key, 0.0)) for key in ("yaw_deg", "pitch_deg"))
-            pose = thing.world_from_thing() @ _placed(target.at, yaw=yaw, pitch=pitch)
+            pose = thing.world_from_thing() @ aimed(target.at, yaw=yaw, pitch=pitch)
             yield PlacedTarget(f"{name}.{target.name}", target, pose)
 
 
-def _placed(at: tuple[float, ...], *, yaw: float = 0.0, pitch: float = 0.0) -> Array:
-    """Return a pose at a point [m], rotated about z, then up about its own y [rad], shape (4, 4)."""
+def aimed(at: Sequence[float], *, yaw: float = 0.0, pitch: float = 0.0) -> Array:
+    """Return a pose at a point [m], turned left about z, then up about its own y [rad], shape (4, 4)."""
     (c, s), (u, v) = (math.cos(yaw), math.sin(yaw)), (math.cos(pitch), math.sin(pitch))
     pose = np.eye(4)
     pose[:3, :3] = [[c * u, -s, -c * v], [s * u, c, -s * v], [v, 0.0, u]]
