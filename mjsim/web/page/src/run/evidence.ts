@@ -2,7 +2,6 @@
 
 import { sizeOf } from "../ui/displays";
 import { faded, readTokens } from "../ui/ink";
-import { color } from "../ui/theme";
 import type { Grids } from "./grids";
 import type { View } from "./overlay";
 import type { Sensed } from "./past";
@@ -51,7 +50,7 @@ export class Evidence {
     const { context } = this;
     const [x, y, heading] = tick.truth;
     const ranges = tick.proximity ?? [];
-    context.strokeStyle = context.fillStyle = faded(readTokens().accent, 0.55);
+    context.strokeStyle = context.fillStyle = faded(readTokens().ranged, 0.55);
     context.lineWidth = sizeOf("ring");
     ranges.forEach((range, k) => {
       if (range === null) return;
@@ -72,7 +71,7 @@ export class Evidence {
   /** Where something touches the robot, at its rim. */
   contacts(robot: RobotFacts, tick: RobotTick): void {
     const [x, y, heading] = tick.truth;
-    this.context.fillStyle = color("--error");
+    this.context.fillStyle = readTokens().touched;
     for (const bearing of tick.bump ?? []) {
       const turn = bearing / (2 * Math.PI);
       const rim =
@@ -80,7 +79,7 @@ export class Evidence {
       this.context.beginPath();
       this.context.arc(
         ...this.point(x + rim * Math.cos(heading + bearing), y + rim * Math.sin(heading + bearing)),
-        4,
+        4 * sizeOf("contacts"),
         0,
         2 * Math.PI,
       );

@@ -30,8 +30,13 @@ const TOKENS: Partial<Record<keyof Shown, string>> = {
   odometry: "--odometry",
   landmarks: "--seen",
   scans: "--scanned",
+  ring: "--ranged",
+  contacts: "--touched",
 };
-const SIZED: (keyof Shown)[] = ["trails", "landmarks", "sightings", "scans", "ring"];
+const SIZED: (keyof Shown)[] = [
+  ...(["truth", "estimate", "odometry", "trails", "ellipses"] as const),
+  ...(["landmarks", "sightings", "scans", "ring", "contacts"] as const),
+];
 /** Layers that stay for some seconds if that is wanted: paths stay whole otherwise, the rest until the next reading. */
 const STAYING: (keyof Shown)[] = ["trails", ...STAYING_READINGS];
 /** Layers that are off until somebody wants them. */
@@ -83,6 +88,12 @@ export class Layers {
     const list = el(
       "div",
       { class: "run-menu", role: "group", "aria-label": word("run.whatIsShown") },
+      el(
+        "div",
+        { class: "run-layer hint", "aria-hidden": "true" },
+        el("span", {}, word("run.displaySize")),
+        el("span", {}, word("run.displayDecay")),
+      ),
       ...boxes,
       this.own,
     );

@@ -68,12 +68,12 @@ export class Overlay {
     if (this.shown.landmarks) {
       for (const [name, landmark] of Object.entries(tick.landmarks)) this.landmark(name, landmark, seen);
     }
-    if (this.shown.odometry) this.outline(robot, tick.odometry, odometry, [4, 3]);
+    if (this.shown.odometry) this.outline(robot, tick.odometry, odometry, 1.75 * sizeOf("odometry"), [4, 3]);
     if (this.shown.truth) this.body(robot, tick.truth, truth);
     if (this.shown.estimate) {
       const [cxx, cxy, , , cyy] = tick.covariance;
       if (this.shown.ellipses) this.ellipse(tick.estimate, [cxx ?? 0, cxy ?? 0, cyy ?? 0], estimate);
-      this.outline(robot, tick.estimate, estimate, []);
+      this.outline(robot, tick.estimate, estimate, 1.75 * sizeOf("estimate"), []);
     }
     if (named) {
       const [px, py] = this.point(tick.truth[0], tick.truth[1]);
@@ -135,20 +135,20 @@ export class Overlay {
     this.context.fillStyle = faded(color, 0.3);
     this.context.fill();
     this.context.strokeStyle = color;
-    this.context.lineWidth = 3.5;
+    this.context.lineWidth = 3.5 * sizeOf("truth");
     this.context.stroke();
-    this.nose(robot, pose, color, 4);
+    this.nose(robot, pose, color, 4 * sizeOf("truth"));
   }
 
-  private outline(robot: RobotFacts, pose: PlanarPose, color: string, dashes: number[]): void {
+  private outline(robot: RobotFacts, pose: PlanarPose, color: string, width: number, dashes: number[]): void {
     if (!isKnown(pose)) return;
     this.trace(robot, pose);
     this.context.strokeStyle = color;
-    this.context.lineWidth = 1.75;
+    this.context.lineWidth = width;
     this.context.setLineDash(dashes);
     this.context.stroke();
     this.context.setLineDash([]);
-    this.nose(robot, pose, color, 1.75);
+    this.nose(robot, pose, color, width);
   }
 
   /** A stroke from the middle to where the robot looks. */
@@ -185,7 +185,7 @@ export class Overlay {
     this.context.fillStyle = faded(color, 0.12);
     this.context.fill();
     this.context.strokeStyle = color;
-    this.context.lineWidth = 1.25;
+    this.context.lineWidth = 1.25 * sizeOf("ellipses");
     this.context.stroke();
   }
 

@@ -69,7 +69,7 @@ function* robotOf(name: string, thoughts: Thoughts, grids: Grids): Generator<Obj
   if (shown.ring && robot)
     yield lines(
       past("ring", name).flatMap((each) => ring(each, robot)),
-      "--accent",
+      "--ranged",
     );
   if (shown.sightings) yield lines(past("sightings", name).flatMap(rays), "--seen");
   yield* landmarksOf(tick, shown);

@@ -15,7 +15,7 @@ const SMALL = 0.011;
 export class Touching {
   readonly group = new Group();
   private readonly floor = mark("--muted", SMALL);
-  private readonly others = mark("--error", LARGE);
+  private readonly others = mark("--touched", LARGE);
 
   constructor() {
     this.group.add(this.floor, this.others);
@@ -33,7 +33,7 @@ export class Touching {
   /** Take up the colours of the theme. */
   recolor(): void {
     this.floor.material.color.set(color("--muted"));
-    this.others.material.color.set(color("--error"));
+    this.others.material.color.set(color("--touched"));
   }
 }
 

@@ -522,6 +522,8 @@ export const EN = {
   "run.simulatedTime": "Simulated time",
   "run.singleTick": "Single tick (.)",
   "run.decayNever": "all",
+  "run.displaySize": "Size",
+  "run.displayDecay": "Decay [s]",
   "run.decayOf": "Decay of {label} [s]",
   "run.sizeOf": "Size of {label}",
   "run.speed": "Speed",
