@@ -50,7 +50,7 @@ class PictureBeacons:
 
     @property
     def alike(self) -> list[tuple[str, str, float]]:
-        """Pairs of pictures that can be taken for each other, and how much one explains of the other, at most 1."""
+        """Pairs of pictures that can be confused, and the share of one that the other explains, at most 1."""
         equal = [(first, name, 1.0) for first, group in self._equal.items() for name in group[1:]]
         found = [each for likenesses in self._likenesses.values() for each in likenesses]
         return equal + [(self._names[each.shown], self._names[each.taken], each.explained) for each in found]

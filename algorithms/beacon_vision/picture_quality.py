@@ -48,7 +48,7 @@ class PictureQuality:
     fault: str | None
     """What is wrong with it; None for a good one."""
     like: tuple[str, float] | None
-    """An earlier picture for which it can be taken, and how much of it that one explains, at most 1."""
+    """An earlier picture with which it can be confused, and the share of it that the other explains, at most 1."""
 
 
 def picture_qualities(pictures: Mapping[str, Picture]) -> dict[str, PictureQuality]:

@@ -187,7 +187,7 @@ def together(R: Array, count: int) -> Array:
 def gain(HP: Array, S: Array, nu: Array) -> tuple[Array, Array, float]:
     """Return the step K nu, shape (n,), W = L^-1 H P, shape (m, n), with S = L L^T, and the likelihood of nu.
 
-    It is the logarithm, less that of (2 pi)^(m / 2).
+    The likelihood is a logarithm, without the term of (2 pi)^(m / 2).
     """
     L = np.linalg.cholesky(S)
     W = scipy.linalg.solve_triangular(L, HP, lower=True, check_finite=False)

@@ -117,7 +117,7 @@ class HeldFrame:
         return np.asarray(turned @ covariance @ turned.T + np.outer(offsets, offsets))
 
     def _offset(self, solved: Array) -> Array:
-        """Return by how much a pose is reported elsewhere, shape (3,)."""
+        """Return the offset of a reported pose, shape (3,)."""
         offset = self.pose(solved) - solved
         offset[2] = wrap_angle(float(offset[2]))
         return np.asarray(offset)

@@ -34,7 +34,7 @@ ROW, ROW_SECONDS = 5, 1.0
 CARRIED = 1e-4
 """Prior odds, whenever landmarks are expected, that the robot is elsewhere."""
 WRONG = 1, 100
-"""Prior number of looks at the map that fail although the robot is where it believes, and of all. The sightings of one
+"""Prior number of looks at the map that fail although the pose is correct, and of all. The sightings of one
 look fail together: all share the tilt of the robot."""
 FAR = 4.0
 """One look that misses by less than this times the gate is no evidence: errors may be twice as large as stated."""
@@ -43,7 +43,7 @@ RARE = 0.02
 TRIAL = 3
 """Failures, with no agreement between, after which a robot that was found is lost again."""
 ANY_HEADING = np.pi**2 / 3.0
-"""Variance of a heading of which nothing is known [rad^2]."""
+"""Variance of an unknown heading [rad^2]."""
 STEADY, STEADY_GATE = 1.0, 9.2
 """Sightings of a landmark up to this long apart [s] agree if their squared Mahalanobis distance is below the gate
 (chi-square, 2 degrees of freedom: 99 %)."""

@@ -24,7 +24,7 @@ CERTAIN = 3.0
 
 
 class UnseenLandmarks:
-    """Measures for how long landmarks should have been in view of which none was seen."""
+    """Measures the time for which landmarks should have been in view but none was seen."""
 
     def __init__(self) -> None:
         """Start with nothing seen."""

@@ -8,7 +8,7 @@ from mjsim.geometry import Array
 from mjsim.interface import RobotInfo
 
 EXCESS = 0.015
-"""By how much the discs may extend beyond the sides of the body [m]."""
+"""Excess of the discs beyond the sides of the body [m]."""
 MAX_DISCS = 9
 """Maximum number of discs."""
 

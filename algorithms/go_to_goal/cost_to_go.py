@@ -18,11 +18,11 @@ UNREACHED = 1e4
 MAX_PRICE = 10.0
 """Largest price of the cells in which the robot or its goal is, which must be passable [s/m]."""
 DOUBT = 1.3
-"""Factor on the time in cells that no sensor has seen."""
+"""Factor on the time in unseen cells."""
 TOUCH = 0.01
 """Obstacles may seem this much nearer than they are, on the grid [m]."""
 TIGHT = 4.0
-"""By how much more a metre costs where the body barely fits: it may not get through there."""
+"""Additional cost of a metre where the body barely fits: it may not get through there."""
 SLOWEST, GROWTH = 0.3, 3.5
 """Speed beside obstacles that nearly touch [m/s], and its growth with the clearance [1/s]."""
 
@@ -205,7 +205,7 @@ def time_per_metre(
         half_width: Of the robot [m].
         gap: Preferred distance between rim and obstacles [m].
         top: Maximum speed [m/s].
-        doubt: Cells that nobody has seen: they take longer, since the way may end there.
+        doubt: Unseen cells: they take longer, since the path may end there.
     """
     free = clearance - half_width
     lacking = np.maximum(0.0, 1.0 - free / max(gap, 1e-3))

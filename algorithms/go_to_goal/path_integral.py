@@ -27,7 +27,7 @@ TEMPERATURE = 0.05
 MARGIN = 0.02
 """Distance that the body keeps from obstacles [m]."""
 CLOSER = 0.004
-"""How much nearer than now it may come to what is nearer than the margin: errors of the grid [m]."""
+"""Distance by which it may approach obstacles within the margin: errors of the grid [m]."""
 HIT = 50.0
 """Cost of a collision [s]."""
 LAST = 0.6

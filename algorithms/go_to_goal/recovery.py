@@ -20,7 +20,7 @@ NEWS = 0.5
 SILENT = 5.0
 """Time without progress after which the robot says why [s]."""
 BACK, BACKING = 0.7, 3.0
-"""How far, and how long at most, it backs out [m, s]."""
+"""Maximum distance and duration of backing out [m, s]."""
 LOOKING = 4.0
 """Duration of a look round [s]."""
 SPACING = 0.1

@@ -22,7 +22,7 @@ MARGIN = 3.0
 CELLS = 90_000
 """Largest number of cells of the planning grid; beyond, they are larger."""
 SIGHT, RAYS = 8.0, 180
-"""Range in which, and number of beams by which a scan says what has been seen [m]."""
+"""Range [m] and number of beams of a scan that mark cells as seen."""
 EXPLAINED = 0.15
 """Hits this near to a wall of the map are that wall [m]."""
 BARRIER, BEFORE = 30.0, 0.2

@@ -1,4 +1,4 @@
-"""By how much odometry is older than the scans beside it, estimated from turns that both have measured."""
+"""The delay of odometry relative to scans, estimated from turns that both have measured."""
 
 import math
 from collections import deque

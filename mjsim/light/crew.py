@@ -88,7 +88,7 @@ def crew_of(processes: int) -> Iterator[Crew]:
 
 
 def processors() -> int:
-    """Return how many processes are worth while on this machine."""
+    """Return the number of processes that is worthwhile on this machine."""
     # Windows and macOS do not tell which processors a process may use.
     usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return min(usable, MAX_PROCESSES)

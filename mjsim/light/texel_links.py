@@ -1,4 +1,4 @@
-"""Links between neighbouring texels that nothing stands between: only along them is light mixed.
+"""Links between neighbouring texels without anything between them: only along them is light mixed.
 
 A leaf of a door is thinner than a texel. Without links, the light of one side would spread to the other below it.
 """

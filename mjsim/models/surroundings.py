@@ -83,7 +83,7 @@ class SceneBody:
     held: bool
     """Whether it has a ball joint, which is none of those."""
     bare: int
-    """Number of geoms that nothing touches."""
+    """Number of geoms that collide with nothing."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

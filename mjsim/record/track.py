@@ -70,7 +70,7 @@ class Track(Viewed):
     """Final trajectory of the estimator, if it provides one: rows of time, x, y and heading, shape (M, 4)."""
 
     def __repr__(self) -> str:
-        """Return its span, and how much is in it."""
+        """Return its span and the amount of its data."""
         seen = sum(map(len, self.sightings))
         return f"<Track: {span_of(self.time)}, {seen} sightings, {len(self.landmarks.names)} landmarks>"
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _NO_GLYPH = "missing from font"
-"""Part of matplotlib's warning of each letter that its font does not have."""
+"""Part of matplotlib's warning about a character that is missing from a font."""
 FORMATS = ("png", "pdf", "svg")
 _NO_DATE: dict[str, dict[str, None]] = {"png": {}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
 """Omits the date, so that the same drawing has the same bytes."""
@@ -59,7 +59,7 @@ def drawing_as(figure: "Figure", form: str) -> bytes:
 
 @cache
 def _say_boxes() -> None:
-    """Say, once in a process, that the font of plots lacks letters."""
+    """Warn, once in a process, that the font of plots lacks characters."""
     say("plots show boxes for letters that their font does not have; tables and pages show the names themselves")
 
 

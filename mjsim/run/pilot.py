@@ -341,7 +341,9 @@ class Pilot(Closes):
             return ()
         return (
             RobotEvent(
-                seen.time, "blocked", Sentence("{name} cannot go on; what it touches is in the way", self._robot.name)
+                seen.time,
+                "blocked",
+                Sentence("{name} cannot continue; an object that it touches blocks it", self._robot.name),
             ),
         )
 

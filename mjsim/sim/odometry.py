@@ -74,7 +74,7 @@ class WheelOdometer:
 
     If the world sets the resolution of encoders, they count whole steps; the remainder counts in the next tick. The
     drive's kinematics convert rotations to the distance d forward, the distance l to the left (if the drive can move
-    sideways) and the turn. Then constant errors are applied, which modules do not know: `wheel_errors` of each wheel,
+    sideways) and the turn. Then constant errors are applied, which modules are not given: `wheel_errors` of each wheel,
     `scale` for distances, and 1 + `track_error` as divisor of the turn. Then noise is added with variances a^2 |d|, a^2
     |l| and b^2 |turn|. The reported increment is the end of the arc with this length and turn, so that `pose @
     Pose(forward, left, turn)` is exact for a constant twist during a tick. Its covariance is that of (d, l, turn),

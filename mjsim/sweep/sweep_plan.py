@@ -74,7 +74,7 @@ class SweepPlan:
         return [dict(zip(self.settings, values, strict=True)) for values in itertools.product(*self.settings.values())]
 
     def too_few_seeds(self, robots: Sequence[str]) -> str | None:
-        """Return that no difference can be shown with so few seeds, and how many can show one; None if it can.
+        """Return a message if there are too few seeds to show any difference, with the number needed; else None.
 
         Args:
             robots: Those that estimate their pose: each is compared between the cases, or with the others in one case.

@@ -41,7 +41,7 @@ FRAMES_PER_POSTURE = 2
 CJK = ("Noto Sans CJK JP", "Noto Sans CJK SC", "Noto Sans CJK TC", "Noto Sans CJK KR", "WenQuanYi Zen Hei",
        "WenQuanYi Micro Hei", "IPAexGothic", "IPAGothic", "TakaoGothic", "Droid Sans Fallback", "Arial Unicode MS",
        "Unifont")  # fmt: skip
-"""Fonts for letters that the usual one lacks, those that are installed."""
+"""Installed fonts for characters that the usual one lacks."""
 GLYPH = re.compile(r"Glyph (\d+) ")
 MARK = "mjsim-error: "
 """Before the error of a script on standard error."""
@@ -190,7 +190,7 @@ def _installed(names: Sequence[str]) -> list[str]:
 
 
 def _pictures(figure: "Figure", kinds: Sequence[str]) -> tuple[dict[str, bytes], str]:
-    """Return a figure in some formats, and the letters that no font has."""
+    """Return a figure in some formats, and the characters that no font has."""
     found = {}
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")

@@ -47,7 +47,7 @@ def _part(package: Package, module: str) -> str | None:
 
 
 def levels(graph: Graph) -> dict[str, int]:
-    """Return how many imports one after the other lead from each part to the ground, at most."""
+    """Return the length of the longest chain of imports from each part to the ground."""
     found: dict[str, int] = {}
     for part in TopologicalSorter(graph).static_order():
         found[part] = max((found[below] + 1 for below in graph[part]), default=0)

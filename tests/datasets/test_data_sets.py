@@ -296,7 +296,7 @@ BOMB = "x0: &x0 [1]\n" + "".join(f"x{k}: &x{k} [{', '.join([f'*x{k - 1}'] * 10)}
     ("old", "new", "said"),
     [
         ("resolution: [", "resolution: ]", "(of a calibration in YAML)"),
-        ("intrinsics: [", f"{BOMB}intrinsics: *x8 #", "the text holds more than 250000 values, aliases written out"),
+        ("intrinsics: [", f"{BOMB}intrinsics: *x8 #", "the text holds more than 250000 values, with aliases expanded"),
         ("T_BS:", "T_CB:", "T_BS is not a pose; its data are 16 numbers of a rigid transform"),
         ("intrinsics: [", "intrinsics: [0, ", "they are fu, fv, cu, cv in pixels"),
         ("equidistant", "omni", "a lens of model 'omni'; radial-tangential,"),

@@ -19,7 +19,7 @@ WRONG = {
     "exposure: {seconds: 2}": "seconds is 2; it must be at most 1",
     "exposure: {seconds: 0.1, longest: 0.1}": "a fixed exposure has 'seconds' and 'gain' only; leave out this key",
     "exposure: {seconds: 0.1}, shutter: 0.1": "the exposure time is exposure.seconds already; leave out 'shutter'",
-    "response: [3, 2]": "a response must rise from each value to the next",
+    "response: [3, 2]": "a response must increase from each value to the next",
     "response: cubic": "response is 'cubic'; it must be 'srgb', 'linear' or a list",
     "white_balance: [1, 2]": "white_balance is [1, 2]; it must have at least 3 items",
     "depth: 3": "depth is 3; it must be true or false or keys with values",

@@ -287,7 +287,7 @@ def _add_roller_wheel(build: _Build, part: Rigid, wheel: Wheel, sizes: WheelSpec
 
 
 def _keep_total_mass(build: _Build) -> None:
-    """Take from the chassis what mjsim's wheels with rollers weigh more than those of the file."""
+    """Reduce the mass of the chassis by the excess of mjsim's wheels with rollers over those of the file."""
     load, base, rolling = mass_of(build.body, build.rest), build.made[0], build.rolling
     wheels = [part for part in build.rest.parts if part.root in rolling]
     more = sum(WHEEL_SHARE * load * (part.parent not in rolling) - part.mass * build.heavier for part in wheels)

@@ -30,7 +30,7 @@ class _Model:
         self._count = 0
 
     def name(self, text: str) -> str:
-        """Return a name that nothing else in the model has."""
+        """Return a name that is unique in the model."""
         plain = re.sub(r"[^A-Za-z0-9_-]+", "_", text).strip("_")[:48] or "part"
         self._names[plain] += 1
         return plain if self._names[plain] == 1 else f"{plain}_{self._names[plain]}"

@@ -225,7 +225,7 @@ COMPARISONS: Mapping[str, Callable[[Any, Any], bool]] = {
 
 
 def known_names(own: Mapping[str, Callable[..., Any]]) -> Mapping[str, "Function | Module | Value"]:
-    """Return what expressions know by name without a property of the file.
+    """Return the names that expressions accept without a property of the file.
 
     Args:
         own: Functions of xacro that depend on the file, such as `load_yaml`.
@@ -242,4 +242,4 @@ SUBSTITUTED: Mapping[str, "Function | Module | Value"] = {
     "true": True,
     "false": False,
 }
-"""What `$(eval ...)` knows by name besides arguments."""
+"""Names that `$(eval ...)` accepts besides arguments."""

@@ -118,7 +118,7 @@ class Canvas:
 
 
 def _free_what_is_left() -> None:
-    """Free what canvases have left that nobody closed; no context is current in this thread."""
+    """Free resources of canvases that were never closed; no context is current in this thread."""
     while _left:
         context, mjr = _left.pop()
         context.make_current()

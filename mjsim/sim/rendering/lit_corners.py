@@ -47,7 +47,7 @@ class LitCorners:
 
 
 def shown_color(model: mujoco.MjModel, geom: int, color: Array) -> Array:
-    """Return the colour of a geom whose light is known, RGBA: that of a picture does not darken it."""
+    """Return the colour of a geom whose light is known, RGBA, without the colour of its picture."""
     material = int(model.geom_matid[geom])
     is_picture = material >= 0 and model.mat(material).name.startswith(PICTURES)
     return np.array([1.0, 1.0, 1.0, color[3]]) if is_picture else color

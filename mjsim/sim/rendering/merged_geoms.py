@@ -39,7 +39,7 @@ class MergedSurface:
     lit: bool
     """As in `Material`."""
     things: tuple[tuple[str, int], ...]
-    """Names of geoms with how many triangles each has, in their order."""
+    """Names of geoms and their numbers of triangles, in order."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

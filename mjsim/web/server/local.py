@@ -96,7 +96,7 @@ class SameOrigin:
 
 
 def _with_headers(send: Send) -> Send:
-    """Return what sends an answer with the headers that it lacks, as those of the framework for unknown addresses."""
+    """Return `send` with missing headers added to responses, such as those of the framework for unknown addresses."""
 
     async def sent(message: Message) -> None:
         if message["type"] == "http.response.start":

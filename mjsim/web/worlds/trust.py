@@ -46,7 +46,7 @@ class Trust:
             )
 
     def asks_for(self, world: World) -> dict[str, str]:
-        """Return the code of a world that nobody has allowed yet.
+        """Return the code of a world that has not been allowed yet.
 
         Called at each change of a text; files are read again only when their names are new, and by `check` and `allow`,
         where it matters.

@@ -82,7 +82,7 @@ class _TooManyError(_BrokenTextError):
 
     def __init__(self, line: int, column: int) -> None:
         super().__init__(
-            line, column, Sentence("the text holds more than {max_nodes} values, aliases written out", MAX_NODES)
+            line, column, Sentence("the text holds more than {max_nodes} values, with aliases expanded", MAX_NODES)
         )
 
 

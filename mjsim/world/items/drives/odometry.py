@@ -18,7 +18,7 @@ class OdometryNoise(Model):
 
 
 class WheelOdometry(Model):
-    """Wheel odometry. Modules do not know its constant errors."""
+    """Wheel odometry. Modules are not given its constant errors."""
 
     noise: OdometryNoise = OdometryNoise(distance=0.01, turn=0.02)
     """Random noise of odometry; default: that of a usual robot, which `mjsim check` and `mjsim run` report."""

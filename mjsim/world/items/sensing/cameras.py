@@ -94,7 +94,7 @@ class Depth(Model):
 
 def _rising(response: tuple[float, ...]) -> tuple[float, ...]:
     if any(high <= low for low, high in pairwise(response)):
-        raise ValueError("a response must rise from each value to the next")
+        raise ValueError("a response must increase from each value to the next")
     return response
 
 
@@ -190,7 +190,7 @@ class Camera(Bought):
 
     @property
     def exposed(self) -> float:
-        """Exposure time, as far as it is fixed [s]."""
+        """Exposure time, if it is fixed [s]."""
         return (isinstance(self.exposure, Exposure) and self.exposure.seconds) or self.shutter
 
     @property
