@@ -14,9 +14,6 @@ from mjsim.progress import say, tracked
 if TYPE_CHECKING:
     from mjsim.logs import Calibration
 
-PRINTED_METADATA = ("calibration", "clock", "odometry", "place of", "sweep of")
-"""Prefixes of the metadata entries that are printed after an import."""
-
 
 def import_log(
     source: Annotated[
@@ -61,7 +58,7 @@ def import_log(
 
     The format is detected from its files.
     """
-    from mjsim.logs import Wishes
+    from mjsim.logs import Wishes, listed
     from mjsim.logs import import_log as recorded
     from mjsim.record import require_recording_name
 
@@ -83,9 +80,8 @@ def import_log(
         options = options.measured_by(noise)
     with tracked(f"import {source.name}", total=100.0, unit="%") as advance:
         recording = recorded(source, wishes=options, record=output, progress=advance, overwrite=overwrite)
-    for fact, value in recording.metadata.items():
-        if fact.startswith(PRINTED_METADATA) or "breaks off" in fact or ("left out" in fact and value != "0"):
-            say(f"{fact}: {value}")
+    for line in listed(recording):
+        say(line)
     print(output)
 
 

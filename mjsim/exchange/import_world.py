@@ -13,6 +13,7 @@ from mjsim.exchange.scenes import bring_scene, is_scene
 from mjsim.exchange.start_place import with_newcomer
 from mjsim.exchange.world_comment import world_text
 from mjsim.exchange.world_import import Brought, Newcomer, Reading
+from mjsim.inventory import Fate, FileItem, inventory
 from mjsim.world import World, solid
 
 
@@ -40,18 +41,22 @@ def bring_map(path: Path, *, robot: Newcomer | None, resolution: float | None = 
     report = [
         f"{path}: {columns} x {rows} cells of {grid.resolution:g} m; {_counted(world)}",
         f"the world explains {found.explained} of {found.occupied} occupied cells ({100 * found.share:.1f} %), which"
-        f" are at most one cell from a solid; {noise} cells are noise and left out"
-        + (f" ({100 * found.explained / (found.occupied - noise):.1f} % of the others are explained)" if noise else "")
+        f" are at most one cell from a solid"
+        + (f" ({100 * found.explained / (found.occupied - noise):.1f} % without noise)" if noise else "")
         + f"; {found.covered} free cells are inside a solid",
     ]
+    items = [FileItem(Fate.GUESSED, "heights and colours", why="a map has none")]
     if found.false_walls >= 0.001:
-        report.append(f"{100 * found.false_walls:.1f} % of the length of the walls has no occupied cell nearby")
+        closing = f"{100 * found.false_walls:.1f} % of the length of the walls"
+        items.append(FileItem(Fate.GUESSED, closing, why="no occupied cell is nearby"))
+    if noise:
+        items.append(FileItem(Fate.LEFT_OUT, f"{noise} occupied cells", why="noise, smaller than a thing"))
     notes = [
         f"From the map {path.name}: {columns} x {rows} cells of {grid.resolution:g} m.",
         "A map has no heights or colours; these are guesses.",
     ]
     whole, told = with_newcomer(world, robot, grid=grid)
-    return Brought(world_text(whole, notes=notes), [*report, *told])
+    return Brought(world_text(whole, notes=notes), [*report, *told, *inventory(items)])
 
 
 def drawing_of(path: Path, reading: Reading) -> Drawing:
@@ -83,8 +88,7 @@ def bring_drawing(path: Path, *, robot: Newcomer | None, reading: Reading) -> Br
     plan, drawing = plan_of(path, reading)
     low_x, low_y, high_x, high_y = solid(plan.world).bounds
     report = [
-        f"{path}: {len(drawing.lines)} lines; {_counted(plan.world)}, {high_x - low_x:.2f} x {high_y - low_y:.2f} m",
-        *(f"{path}: {note}" for note in plan.notes),
+        f"{path}: {len(drawing.lines)} lines; {_counted(plan.world)}, {high_x - low_x:.2f} x {high_y - low_y:.2f} m"
     ]
     x, y = plan.corner
     notes = [
@@ -92,7 +96,7 @@ def bring_drawing(path: Path, *, robot: Newcomer | None, reading: Reading) -> Br
         "It has no heights; these are guesses.",
     ]
     whole, told = with_newcomer(plan.world, robot)
-    return Brought(world_text(whole, notes=notes), [*report, *told])
+    return Brought(world_text(whole, notes=notes), [*report, *told, *inventory(plan.items)])
 
 
 def bring_landmarks(path: Path, *, robot: Newcomer | None, reading: Reading) -> Brought:
@@ -118,7 +122,7 @@ def bring_landmarks(path: Path, *, robot: Newcomer | None, reading: Reading) -> 
         f"{path}: {len(map.landmarks)} landmarks, {len(map.waypoints)} waypoints, {wide:.1f} x {high:.1f} m"
         f"{f'; {pictures} with a picture' if pictures else ''}{counted}",
         f"{way}--scale changes the size",
-        *(f"{path}: {line}" for line in map.told),
+        *inventory(map.items),
     ]
     notes = [f"From the configuration {path.name}: landmarks without a picture are reflectors."]
     return Brought(world_text(world, notes=notes), report)

@@ -4,6 +4,7 @@ from .calibration import write_noise as write_noise
 from .data_sets import import_mrclam as import_mrclam
 from .data_sets import import_victoria_park as import_victoria_park
 from .importing import import_log as import_log
+from .listing import listed as listed
 from .observed import write_log as write_log
 from .resampling import Wishes as Wishes
 from .trajectory import Trajectory as Trajectory

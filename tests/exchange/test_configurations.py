@@ -24,7 +24,8 @@ def brought(folder, content, *, rows=False, robot=True, scale=None):
     else:
         savemat(path, content)
     found = bring_file(path, robot=Newcomer() if robot else None, reading=Reading(scale, rows=rows))
-    return mjsim.parse_world(found.text), [line.removeprefix(f"{path}: ") for line in found.report]
+    told = [line.removeprefix(f"{path}: ") for line in found.report]
+    return mjsim.parse_world(found.text), [line.removeprefix("kept: ").removeprefix("guessed: ") for line in told]
 
 
 def test_corners_and_beacons_of_columns_are_walls_and_beacons_that_face_somewhere(tmp_path):
@@ -83,8 +84,8 @@ def test_a_script_gives_walls_pictures_robot_sensor_and_way_and_tells_the_rest(t
     assert (sensor.noise.range, sensor.noise.bearing_deg) == (0.05, 2.0)
     assert world.run.drivers["scout"].navigator.arguments()["points"] == [[8, 2], [8, 6], [2, 6]]
     for line in (
-        "not used: weight",
-        "line 12: 'x = load ( y )' is not a literal assignment",
+        "left out: variable 'weight'",
+        "left out: line 12: 'x = load ( y )' is not a literal assignment",
         "corners does not end at its first corner: it stays open there",
     ):
         assert line in told
@@ -96,7 +97,7 @@ def test_a_scale_is_that_of_the_start_too_and_a_start_that_is_no_number_is_told(
     assert (world.beacons[1].at, world.robots[0].at) == ((3.0, 4.0), (2.5, 1.5))
     world, told = brought(tmp_path, lines.format("NaN"), scale=0.01)
     assert world.robots[0].at == (2.0, 3.0)
-    assert "not used: robot.pose" in told
+    assert "left out: variable 'robot.pose'" in told
 
 
 @pytest.mark.parametrize(
@@ -134,7 +135,7 @@ def test_a_struct_array_of_a_mat_file_gives_beacons_by_field(tmp_path):
     assert [(each.at, each.image) for each in world.beacons] == [((1, 2), "posters/lion.jpg"), ((3, 4), None)]
     assert world.robots[0].body.radius == 0.25
     assert world.robots[0].drive.noise.speed == 0.03
-    assert "not used: note" in told
+    assert "left out: variable 'note'" in told
 
 
 def test_walls_of_several_pieces_and_of_segments_are_read(tmp_path):

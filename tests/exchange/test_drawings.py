@@ -13,6 +13,7 @@ from mjsim.errors import UsageError
 from mjsim.exchange import with_robot, world_from_dxf, world_from_svg
 from mjsim.exchange.drawings.svg_in import read_svg
 from mjsim.exchange.drawings.svg_tree import made_plain
+from mjsim.inventory import inventory
 from mjsim.world import check_world, segments
 
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" width="210mm" viewBox="0 0 800 600">'
@@ -61,7 +62,7 @@ def test_lengths_in_millimetres_are_read_and_those_in_percent_left_out_and_said(
     # A millimetre is 96 / 25.4 pixels.
     path = svg(tmp_path, '<rect width="100%" height="100%"/><line x2="105.8333333mm" y2="0"/>')
     assert [wall.points for wall in world_from_svg(path, scale=0.01).walls] == [((0, 0), (4, 0))]
-    assert read_svg(path).notes == ["left out: 1 shapes in percent"]
+    assert inventory(read_svg(path).items) == ["left out: 1 shapes in percent"]
 
 
 def test_only_the_named_layer_of_an_svg_is_walls_and_nothing_hidden(tmp_path):

@@ -12,6 +12,7 @@ from ezdxf.render.mesh import MeshBuilder
 from mjsim.errors import UsageError
 from mjsim.exchange import Reading
 from mjsim.exchange.import_world import plan_of
+from mjsim.inventory import inventory
 from mjsim.world import solid
 from tests.exchange.odd_plans import DOORS, dxf, faces, leaves, outlines, panes, thickness_at, walls
 
@@ -212,7 +213,7 @@ def test_what_is_left_out_is_counted(tmp_path):
 
     plan, _ = plan_of(dxf(tmp_path / "flat.dxf", draw), Reading())
     assert_is_the_flat(plan)
-    assert "left out: 1 HATCH, 1 TEXT, 1 external references" in plan.notes
+    assert "left out: 1 HATCH, 1 TEXT, 1 external references" in inventory(plan.items)
 
 
 def test_a_plan_in_a_block_shows_on_layers_that_no_table_has(tmp_path):

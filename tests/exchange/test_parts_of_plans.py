@@ -21,6 +21,7 @@ from mjsim.exchange.drawings.strokes import Pieces, split
 from mjsim.exchange.drawings.symbols import with_symbols, without_leaves
 from mjsim.exchange.maps.cell_shapes import Bar
 from mjsim.exchange.world_comment import world_text
+from mjsim.inventory import inventory
 from mjsim.world import Beacon, Wall, World, parse_world
 
 
@@ -227,7 +228,10 @@ def test_single_lines_named_as_walls_are_walls_beside_those_of_two_faces():
     faces = [line([[0, y], [6, y]], role="wall") for y in (0.0, 0.2, 4.0, 4.2)]
     alone = [line([[x, 0.1], [x, 4.1]], role="wall") for x in (0.1, 3.0, 5.9)]
     plan = read_plan(Drawing("a.svg", [*faces, *alone], 1.0))
-    assert plan.notes == ["3 walls drawn by one line"]
+    assert inventory(plan.items) == [
+        "kept: 3 walls drawn by one line",
+        "guessed: heights: a drawing has none",
+    ]
     lengths = sorted(round(float(np.ptp(wall.points, axis=0).max()), 3) for wall in plan.world.walls)
     assert lengths == pytest.approx([4.0, 4.0, 4.0, 6.0, 6.0], abs=0.31)
     assert sorted({round(wall.thickness, 3) for wall in plan.world.walls}) == [0.1, 0.2]

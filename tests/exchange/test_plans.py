@@ -15,6 +15,7 @@ from mjsim.errors import UsageError
 from mjsim.exchange import Reading, read_original, world_from_dxf, world_from_svg
 from mjsim.exchange.drawings.plan_in import FloorPlan
 from mjsim.exchange.import_world import plan_of
+from mjsim.inventory import inventory
 from mjsim.video import draw_beside
 from mjsim.world import World, check_world, solid
 
@@ -72,7 +73,7 @@ def test_an_office_of_layers_blocks_and_two_faces_is_what_was_drawn():
     turned = next(item for item in boxes if abs(item.heading_deg - 30) < 0.1)
     assert turned.box[:2] == pytest.approx((1.6, 1.35), abs=2e-3)
     assert plan("office.dxf").scale == 0.001
-    assert "left out: 1 DIMENSION, 1 MTEXT" in plan("office.dxf").notes
+    assert "left out: 1 DIMENSION, 1 MTEXT" in inventory(plan("office.dxf").items)
 
 
 def test_a_house_of_closed_outlines_has_insulated_walls_and_doors_of_bulges():
@@ -93,7 +94,8 @@ def test_a_plan_without_layers_is_told_by_its_geometry():
     )
     assert holes(world, window=False) == [(1.45, 0.1, 0.9), (5.0, 2.4, 0.8)]
     assert not world.obstacles
-    assert any("lines of a frame" in note and "hatches and stairs" in note for note in plan("plain.dxf").notes)
+    lines = inventory(plan("plain.dxf").items)
+    assert any("lines of a frame" in line and "hatches and stairs" in line for line in lines)
 
 
 def test_a_flat_that_another_program_wrote_as_svg_and_as_dxf_is_the_same():
@@ -169,7 +171,7 @@ def test_furniture_is_left_out_when_asked():
     bare = plan_of(PLANS / "office.dxf", Reading(furniture=False))[0]
     assert bare.world.walls == kept.walls
     assert not bare.world.obstacles
-    assert any("5 pieces of furniture that are not wanted" in note for note in bare.notes)
+    assert any("5 pieces of furniture that are not wanted" in note for note in inventory(bare.items))
 
 
 def test_a_layer_that_is_named_is_walls_whatever_others_are_called():

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mjsim.exchange import RobotOptions, bring_robot
+from mjsim.exchange.robots.folders import Folders
 from mjsim.geometry import Pose
 from mjsim.interface import Command
 from mjsim.sim import Simulation
@@ -194,6 +195,18 @@ def test_ros_packages_are_found_by_path_and_by_option(tmp_path, monkeypatch):
     monkeypatch.setenv("ROS_PACKAGE_PATH", f"/nowhere{os.pathsep}{package.parent}")
     by_path = bring_robot(moved, name="b", options=RobotOptions(), packages={}, arguments={})
     assert by_path.files == named.files
+
+
+@pytest.mark.parametrize("folder", ["robot_description-main", "src"])
+def test_a_package_in_a_folder_of_another_name_is_found_by_its_manifest(folder, tmp_path):
+    package, other = tmp_path / folder, tmp_path / "parts-1.2"
+    for place, name in ((package, "robot_description"), (other, "parts")):
+        (place / "urdf").mkdir(parents=True)
+        (place / "package.xml").write_text(f"<package>\n  <name>{name}</name>\n</package>")
+    here = Folders(package / "urdf" / "r.urdf", {})
+    assert (here.package("robot_description"), here.package("parts")) == (package, other)
+    assert here.package("wheels") is None
+    assert here.missing == {"wheels"}
 
 
 @pytest.mark.slow

@@ -9,6 +9,7 @@ import shapely
 from mjsim.exchange.drawings.dxf_in import read_dxf
 from mjsim.exchange.drawings.plan_in import FloorPlan, read_plan
 from mjsim.exchange.drawings.svg_in import read_svg
+from mjsim.inventory import inventory
 from mjsim.world import World, solid
 
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" width="8000" height="4000">'
@@ -104,7 +105,7 @@ def test_a_layer_that_the_user_names_counts_though_it_is_frozen_and_others_are_t
     both = plan(tmp_path / "plan.dxf", "WALLS", "OLD WALLS")
     assert solid(both.world).bounds[2] - solid(both.world).bounds[0] == pytest.approx(6.0, abs=0.2)
     alone = plan(tmp_path / "plan.dxf")
-    assert "left out: 1 on layer old walls, which is off or frozen" in alone.notes
+    assert "left out: 1 on layer old walls, which is off or frozen" in inventory(alone.items)
 
 
 def test_groups_may_be_nested_as_deeply_as_a_program_writes_them(tmp_path):

@@ -12,7 +12,7 @@ from mcap.writer import Writer
 import mjsim
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, Pose3
-from mjsim.logs import Wishes
+from mjsim.logs import Wishes, listed
 from mjsim.logs.bags.bag_file import Bag as RosBag
 from mjsim.logs.bags.bag_frames import matrix_of
 from tests.bags import START, new_bag, write_scans
@@ -348,6 +348,13 @@ def test_scans_of_a_lidar_whose_number_of_beams_varies_are_kept_and_point_where_
         np.testing.assert_allclose(scan.ranges, 1.0 + scan.angles(), atol=0.51 * 2.0 * math.pi / 446)
     assert run.metadata["/scan messages left out"] == "2"
     assert run.metadata["beams of scan"] == "5 scans have more or fewer; resampled to 455"
+    lines = listed(run)
+    assert "kept: lidar 'scan'" in lines
+    assert "mended: beams of scan: 5 scans have more or fewer; resampled to 455" in lines
+    assert "left out: /scan messages: 2" in lines
+    assert any(line.startswith("guessed: place of scan: ") for line in lines)
+    fates = [line.partition(":")[0] for line in lines]
+    assert fates == sorted(fates, key=["kept", "guessed", "mended", "added", "left out"].index)
 
 
 @pytest.mark.filterwarnings("error")

@@ -11,6 +11,7 @@ from mjsim.errors import UsageError
 from mjsim.exchange.drawings.layer_roles import Role
 from mjsim.exchange.maps import DIGITS, WALL_HEIGHT, distinct
 from mjsim.geometry import Array
+from mjsim.inventory import FileItem
 from mjsim.world import Wall
 
 MAX_CORNERS = 20_000
@@ -71,8 +72,8 @@ class Drawing:
     """Metres per unit of the drawing, if the file states it."""
     named: bool = False
     """Whether the user named the layers that contain walls."""
-    notes: Sequence[str] = ()
-    """Notes for the user on what was left out."""
+    items: Sequence[FileItem] = ()
+    """What of the file is not among its lines."""
 
     def __post_init__(self) -> None:
         """Check the corners before geometry is computed with them.

@@ -21,6 +21,7 @@ from mjsim.exchange.drawings.plan_in import MIN_FILLED_RATIO
 from mjsim.exchange.drawings.sorting import length_of_lines
 from mjsim.exchange.drawings.tried import tried
 from mjsim.geometry import Array
+from mjsim.inventory import Fate, FileItem
 
 MAX_ENTITIES = 20_000
 """Maximum number of entities read, including those in blocks."""
@@ -60,10 +61,10 @@ def read_dxf(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
         raise UsageError(f"'{path}' has blocks that contain themselves; explode them") from None
     unit = units.conversion_factor(InsertUnits(document.units), InsertUnits.Meters) if document.units else None
     others = [f"{count} {kind}" for kind, count in sorted(left.items())]
-    notes = [f"left out: {', '.join(others)}"] if others else []
+    items = [FileItem(Fate.LEFT_OUT, ", ".join(others))] if others else []
     if audit.has_fixes or audit.has_errors:
-        notes.append(f"{len(audit.fixes) + len(audit.errors)} faults of the file were repaired or ignored")
-    return Drawing(str(path), lines, unit, bool(layers), notes)
+        items.append(FileItem(Fate.MENDED, f"{len(audit.fixes) + len(audit.errors)} faults of the file"))
+    return Drawing(str(path), lines, unit, bool(layers), items)
 
 
 def _document(data: bytes, path: Path) -> tuple[Any, Any]:

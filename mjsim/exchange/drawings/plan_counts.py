@@ -1,10 +1,11 @@
-"""Counts what was made of a drawing, and what was left out."""
+"""Lists what was made of a drawing, what was guessed and what was left out."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from mjsim.exchange.drawings.drawing import Line
 from mjsim.exchange.drawings.layer_roles import Role
+from mjsim.inventory import Fate, FileItem
 from mjsim.world import Wall
 
 _LEFT: dict[Role | None, str] = {"note": "lines of notes", "stairs": "lines of stairs"}
@@ -23,8 +24,8 @@ def count_openings(walls: Sequence[Wall], counts: Counter[str]) -> None:
             counts["windows" if opening.sill else "doorways"] += 1
 
 
-def counts_listed(counts: Counter[str]) -> list[str]:
-    """Return what was made and what was left out, one line each."""
+def listed(counts: Counter[str]) -> Iterator[FileItem]:
+    """Yield what was made of a drawing, what was guessed and what was left out."""
     made = {
         "doorways": "doorway",
         "windows": "window",
@@ -32,9 +33,9 @@ def counts_listed(counts: Counter[str]) -> list[str]:
         "pieces of furniture": "piece of furniture",
         "walls drawn by one line": "wall drawn by one line",
     }
-    lines = []
-    if listed := [f"{counts[many]} {one if counts[many] == 1 else many}" for many, one in made.items() if counts[many]]:
-        lines.append(", ".join(listed))
+    had = [f"{counts[many]} {one if counts[many] == 1 else many}" for many, one in made.items() if counts[many]]
+    if had:
+        yield FileItem(Fate.KEPT, ", ".join(had))
+    yield FileItem(Fate.GUESSED, "heights", why="a drawing has none")
     if left := [f"{count} {kind}" for kind, count in counts.items() if count and kind not in made]:
-        lines.append(f"left out: {', '.join(left)}")
-    return lines
+        yield FileItem(Fate.LEFT_OUT, ", ".join(left))

@@ -32,7 +32,7 @@ from mjsim.exchange.drawings.furnishing import (
     with_parts,
 )
 from mjsim.exchange.drawings.patches import painted_over
-from mjsim.exchange.drawings.plan_counts import count_openings, counts_listed, left_out
+from mjsim.exchange.drawings.plan_counts import count_openings, left_out, listed
 from mjsim.exchange.drawings.ribbons import Ribbon, ribbons_of, without_ribbons
 from mjsim.exchange.drawings.sorting import (
     Pens,
@@ -50,6 +50,7 @@ from mjsim.exchange.drawings.symbols import MIN_PANES, with_symbols, without_jam
 from mjsim.exchange.drawings.wall_faces import Paired, continued, merged, paired, sides_of_rooms
 from mjsim.exchange.maps import DIGITS, WALL_HEIGHT, Bar, distinct, runs_of
 from mjsim.geometry import Array
+from mjsim.inventory import FileItem, inventory
 from mjsim.world import Wall, World, solid
 
 CELL_SIDE = 0.05
@@ -82,8 +83,8 @@ class FloorPlan:
     """Metres per unit of the drawing."""
     corner: tuple[float, float]
     """Point of the drawing that is [0, 0] in the world [units of the drawing]."""
-    notes: Sequence[str]
-    """Notes on what was recognised and what was left out."""
+    items: Sequence[FileItem]
+    """What became of the contents of the drawing."""
 
 
 def read_plan(
@@ -109,7 +110,7 @@ def read_plan(
     lines = with_rooms([line for line in drawing.lines if len(line.points) > 1])
     walls = [line for line in lines if line.role == "wall"] or [line for line in lines if line.role is None]
     if not walls:
-        seen = f" ({'; '.join(drawing.notes)})" if drawing.notes else ""
+        seen = f" ({'; '.join(inventory(drawing.items))})" if drawing.items else ""
         raise UsageError(f"'{drawing.name}' has no lines to make walls of{seen}; draw each wall as a line")
     if (count := sum(len(line.points) for line in lines)) > 2 * MAX_CORNERS:
         raise UsageError(f"'{drawing.name}' has {count} corners; walls have at most {MAX_CORNERS}, name their --layer")
@@ -133,7 +134,7 @@ def read_plan(
     count_openings(named, counts)
     world = World(name=name, walls=tuple(named), obstacles=tuple(things))
     place = (corner / metres).tolist()
-    return FloorPlan(world, metres, (place[0], place[1]), [*counts_listed(counts), *drawing.notes])
+    return FloorPlan(world, metres, (place[0], place[1]), [*listed(counts), *drawing.items])
 
 
 def _walls(lines: SortedLines, thickness: float | None, counts: Counter[str]) -> tuple[list[Wall], list[Hole]]:

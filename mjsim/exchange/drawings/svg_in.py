@@ -20,6 +20,7 @@ from mjsim.exchange.drawings.paint import darkness_of, opacity_of, share_of
 from mjsim.exchange.drawings.svg_tree import METRES_PER_UNIT, SHAPE_TAGS, length_of, made_plain, tag_of
 from mjsim.exchange.drawings.tried import tried
 from mjsim.geometry import Array
+from mjsim.inventory import Fate, FileItem
 from mjsim.models import RefusedXmlError, checked_xml
 
 CURVE_STEPS = 48
@@ -93,8 +94,8 @@ def read_svg(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
     left = [f"{counts[tag]} <{tag}>" for tag in ("use", "image", "text") if counts[tag]]
     left += [f"{odd} shapes in percent"] if odd else []
     left += [f"{broken} shapes that cannot be read"] if broken else []
-    notes = [f"left out: {', '.join(left)}"] if left else []
-    return Drawing(str(path), lines, _unit(root), bool(layers), notes)
+    items = [FileItem(Fate.LEFT_OUT, ", ".join(left))] if left else []
+    return Drawing(str(path), lines, _unit(root), bool(layers), items)
 
 
 def _paths(document: Any) -> tuple[list[Any], int]:

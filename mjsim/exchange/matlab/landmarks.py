@@ -21,6 +21,7 @@ from mjsim.exchange.matlab.matlab_text import read_assignments
 from mjsim.exchange.preset_files import inhabited, robot_of
 from mjsim.exchange.start_place import ODOMETRY_NOISE, ROBOT, WAYPOINTS
 from mjsim.geometry import Array
+from mjsim.inventory import Fate, FileItem
 from mjsim.world import Beacon, Modules, Robot, Run, Source, Use, Wall, World, has_asset
 
 SLAM = "mjsim.algorithms.ekf_slam:EkfSlam"
@@ -70,8 +71,8 @@ class LandmarkMap:
     beacons: tuple[PlacedBeacon, ...] = ()
     """The landmarks with heading and picture, if the file states them."""
     equipment: Equipment = field(default_factory=Equipment)
-    told: tuple[str, ...] = ()
-    """Notes on the reading, for the user."""
+    items: tuple[FileItem, ...] = ()
+    """What became of the contents of the file."""
 
     def length(self) -> float:
         """Return the length of the path along the waypoints [m]."""
@@ -110,14 +111,19 @@ def read_landmarks(path: Path, *, scale: float, rows: bool = False) -> LandmarkM
     used = {each[0] for each in given.values() if each is not None}
     others = {key: value for key, value in content.items() if key not in used}
     equipment, unused = equipment_of(others, scale=scale)
-    told = (*tables.told, *_told_walls(given["walls"], walls), *equipment.told, *unread)
+    kept = (*_told_walls(given["walls"], walls), *equipment.told)
     map = LandmarkMap(
         _rounded(np.array([beacon.at for beacon in beacons]).reshape(-1, 2)),
         _rounded(waypoints),
         walls,
         tuple(beacons),
         equipment,
-        (*told, *([f"not used: {', '.join(unused):.300}"] if unused else [])),
+        (
+            *(FileItem(Fate.KEPT, line) for line in kept),
+            *(FileItem(Fate.GUESSED, line) for line in tables.told),
+            *(FileItem(Fate.LEFT_OUT, line) for line in unread),
+            *(FileItem(Fate.LEFT_OUT, "variable", name) for name in unused),
+        ),
     )
     farthest = float(np.abs(map.points).max())
     if farthest > MAX_DISTANCE:

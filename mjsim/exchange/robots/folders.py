@@ -24,6 +24,9 @@ PARAMETER_FOLDERS = ("config", "param", "params")
 """Folders of a package that hold parameters of its controllers."""
 MAX_PARAMETERS, MAX_YAML = 100, 100_000
 """Maximum number of such files in a folder, and their maximum size [bytes]."""
+MAX_BESIDE = 200
+"""Maximum number of folders in a folder that are looked at."""
+_DECLARED = re.compile(rb"<name>\s*([A-Za-z][A-Za-z0-9_.-]{0,99})\s*</name>")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,99}")
 _PATTERN = re.compile(r"[*?[]")
 
@@ -43,6 +46,7 @@ class Folders:
         around = [path.parent, *path.parent.parents][: MAX_PARENTS + 1]
         likely = [folder for signs in (MANIFEST_FILES, PACKAGE_FOLDERS) for folder in around if _has(folder, signs)]
         self.root = likely[0] if likely else path.parent
+        self._name = _declared(self.root) or self.root.name
         self._packages = {name: folder.resolve() for name, folder in packages.items()}
         self.used: set[str] = set()
         """Packages that the description names."""
@@ -63,7 +67,7 @@ class Folders:
 
     def parameters(self) -> Iterator[Path]:
         """Yield the YAML files of the description's packages, and of those beside them for the same robot."""
-        known = {self.root.name: self.root, **self._packages}
+        known = {self._name: self.root, **self._packages}
         for name in [name for name in known if name.endswith(DESCRIPTION)]:
             for ending in PACKAGE_SUFFIXES:
                 other = name.removesuffix(DESCRIPTION) + ending
@@ -78,8 +82,9 @@ class Folders:
     def _likely(self, name: str) -> list[Path]:
         """Return where a package may be; only the user's own settings name folders that do not look like one."""
         around = [self._path.parent, *self._path.parent.parents]
-        named = [place for place in around if place.name == name]
-        beside = [place / name for place in around[: MAX_PARENTS + 2]]
+        named = [place for place in around if name in (place.name, _declared(place))]
+        near = around[: MAX_PARENTS + 2]
+        beside = [*(place / name for place in near), *(found for place in near for found in _renamed(place, name))]
         given = [place for path in self._search for place in _in_path(path, name)]
         signs = (*MANIFEST_FILES, *PACKAGE_FOLDERS)
         return [*(place for place in named if _has(place, signs)), *given, *(p for p in beside if _has(p, signs))]
@@ -129,7 +134,7 @@ class Folders:
         if any(path.is_relative_to(folder) for folder in (self.root, *self._packages.values())):
             return None
         tails = [Path(*path.parts[start:]) for start in range(1, len(path.parts))]
-        folders = {self.root.name: self.root, **self._packages}
+        folders = {self._name: self.root, **self._packages}
         for tail in tails:
             for name, folder in folders.items():
                 place = folder / tail.relative_to(name) if tail.is_relative_to(name) else folder / tail
@@ -161,11 +166,28 @@ def _has(folder: Path, names: Iterable[str]) -> bool:
     return any((folder / name).exists() for name in names)
 
 
+def _declared(folder: Path) -> str | None:
+    """Return the name of a package by its manifest; a folder that was downloaded is NAME-main."""
+    try:
+        found = _DECLARED.search(read_regular(folder / MANIFEST_FILES[0], limit=MAX_YAML))
+    except OSError:
+        return None
+    return found[1].decode() if found else None
+
+
+def _renamed(folder: Path, package: str) -> Iterator[Path]:
+    """Yield the folders in a folder that hold a package by their manifest alone."""
+    try:
+        yield from (place for place in sorted(folder.iterdir())[:MAX_BESIDE] if _declared(place) == package)
+    except OSError:
+        return
+
+
 def _in_path(path: Path, package: str) -> list[Path]:
     """Return where a package may lie below a folder of packages."""
     own = [path] if path.name == package else []
     try:
-        deeper = [place / package for place in sorted(path.iterdir()) if place.is_dir()][:200]
+        deeper = [place / package for place in sorted(path.iterdir()) if place.is_dir()][:MAX_BESIDE]
     except OSError:
         deeper = []
     return [*own, path / package, *deeper]

@@ -1,0 +1,35 @@
+"""The list at the end of an import of a log: what was kept, guessed, mended and left out."""
+
+from collections.abc import Iterator, Mapping
+
+from mjsim.inventory import Fate, FileItem, inventory
+from mjsim.record import Recording
+from mjsim.world import name_of
+
+_WORDS: Mapping[Fate, tuple[str, ...]] = {
+    Fate.LEFT_OUT: ("left out", "breaks off", "none;", "not in the log", "without depth", "no landmark", "was cut"),
+    Fate.GUESSED: ("guess", "assumed", "as if", "have none"),
+    Fate.MENDED: ("removed", "times go on", "resampled", "sorted", "restart", "not measured", "grey ones"),
+}
+"""Words in the metadata of an import by what they tell; without any of them something was kept."""
+_OF_THE_RUN = ("command", "log", "log folder", "log source", "log start", "logged cameras", "modules", "seconds")
+
+
+def listed(recording: Recording) -> list[str]:
+    """Return what became of the contents of a log, from the recording that was made of it."""
+    return inventory([*_sensors(recording), *_notes(recording.metadata)])
+
+
+def _sensors(recording: Recording) -> Iterator[FileItem]:
+    for robot in recording.world.robots:
+        prefix = f"{robot.name}/" if len(recording.world.robots) > 1 else ""
+        for sensor in robot.sensors:
+            yield FileItem(Fate.KEPT, sensor.kind, f"{prefix}{name_of(sensor)}")
+
+
+def _notes(metadata: Mapping[str, str]) -> Iterator[FileItem]:
+    for fact, value in metadata.items():
+        if value != "0" and fact not in _OF_THE_RUN and not fact.endswith(" version"):
+            told = f"{fact}: {value}"
+            fate = next((fate for fate, words in _WORDS.items() if any(word in told for word in words)), Fate.KEPT)
+            yield FileItem(fate, fact.replace(", left out", "").replace(" left out", ""), why=value)
