@@ -41,7 +41,11 @@ MAX_TILT, NORM_TOLERANCE = 1e-3, 1e-2
 """Largest tilt of a pose that is level [rad], and deviation of the length of a quaternion."""
 SAME_HEIGHT = 0.01
 """Largest difference of a height that is set from that of the entity [m]."""
-INFO = "mjsim: a step is a tick of the world (run.rate_hz); entities are its robots, obstacles and beacons"
+NO_SPAWNING = "a running world takes no new entities; write them into its file and start the bridge again"
+INFO = (
+    "mjsim: a step is a tick of the world (run.rate_hz); entities are its robots, obstacles and beacons; SPAWNING is no"
+    f" feature: {NO_SPAWNING}"
+)
 Coded = tuple[int, str]
 """Result, and a line if there is a remark."""
 FINE: Coded = (OK, "")
@@ -85,7 +89,7 @@ class SimulationInterfaces:
         return (_of(FEATURES, np.array(had, dtype=np.uint16), [], INFO),)
 
     def _spawn(self, request: Any) -> Coded:
-        return UNSUPPORTED, "a running world takes no new entities; write them into its file and start the bridge again"
+        return UNSUPPORTED, NO_SPAWNING
 
     def _delete(self, request: Any) -> Coded:
         if unknown := self._unknown(request.entity):
