@@ -54,7 +54,12 @@ def _called(kind: str, names: list[str]) -> str:
 
 
 def plural(noun: str) -> str:
-    """Return the plural of a regular English noun."""
+    """Return the plural of a regular English noun, alone or as in 'part of a mesh'."""
+    noun, of, rest = noun.partition(" of ")
+    return f"{_regular(noun)}{of}{rest}"
+
+
+def _regular(noun: str) -> str:
     if noun.endswith("y") and noun[-2:-1] not in "aeiou":
         return f"{noun[:-1]}ies"
     return f"{noun}es" if noun.endswith(("s", "x", "z", "ch", "sh")) else f"{noun}s"

@@ -25,3 +25,4 @@ def test_many_of_one_kind_are_one_line_of_bounded_length():
     assert line.startswith("left out: 600 entities 'e0', 'e1'")
     assert line.endswith("'e7' and 292 more: 3-D")
     assert inventory([FileItem(Fate.LEFT_OUT, "box")] * 2) == ["left out: 2 boxes"]
+    assert inventory([FileItem(Fate.LEFT_OUT, "look of meshes")] * 2) == ["left out: 2 looks of meshes"]

@@ -6,16 +6,21 @@ src/laser_utils.cpp, lib/karto_sdk Karto.h `LaserRangeFinder::Update`); of Turtl
 """
 
 import math
+import re
+from pathlib import Path
+from xml.etree.ElementTree import fromstring
 
 import numpy as np
 import pytest
 
 import mjsim
+import mjsim.assets
 from mjsim.bridge.bridge import TWIST_TYPES
 from mjsim.errors import UsageError
 from mjsim.interface import Observation
 from mjsim.ros import COMMANDS, LATCHED, RELIABLE, SENSOR_DATA, Outgoing, RosTick, RosWorld
 from mjsim.sim import Simulation
+from tests.cli.shell import typed
 
 pytest.importorskip("rosbags")
 
@@ -31,6 +36,7 @@ SUBSCRIPTIONS = {
 }
 ROBOT_FRAMES = {"odom", "base_link", "base_footprint"}
 """base_footprint: amcl, collision_monitor and slam_toolbox; base_link: costmaps, behaviors and bt_navigator."""
+LAUNCH_FILE = Path(mjsim.assets.__file__).parent / "ros" / "nav2.launch.xml"
 OFFERED = {"/map": ("nav_msgs/msg/OccupancyGrid", LATCHED)}
 
 
@@ -99,3 +105,43 @@ def test_with_namespaces_topics_begin_with_the_name_and_several_robots_need_them
     world = mjsim.parse_world("mjsim: 1\nrobots: [{name: a, at: [0, 0]}, {name: b, at: [2, 0]}]\n")
     with Simulation(world) as sim, pytest.raises(UsageError, match="has 2 robots; without namespaces it must have one"):
         RosWorld(world, dict(sim.robots), namespaces=False)
+
+
+DECLARED = {
+    "nav2_bringup": {"namespace", "slam", "map", "keepout_mask", "speed_mask", "graph", "use_sim_time", "params_file"}
+    | {"autostart", "use_composition", "use_respawn", "log_level", "use_localization"}
+    | {"use_keepout_zones", "use_speed_zones"},
+    "slam_toolbox": {"use_sim_time", "slam_params_file", "autostart", "use_lifecycle_manager"},
+}
+"""Arguments of nav2_bringup/launch/bringup_launch.py and of slam_toolbox/launch/online_async_launch.py."""
+ELEMENTS = {"launch": set(), "arg": {"name", "default", "value", "description"}, "group": {"if", "unless"}} | {
+    "include": {"file"},
+    "executable": {"name", "cmd", "output"},
+}
+"""Elements of ROS 2 launch files in XML, and their attributes."""
+
+
+def test_the_launch_file_has_documented_elements_and_arguments_of_nav2_and_slam_toolbox():
+    root = fromstring(LAUNCH_FILE.read_bytes())
+    for element in root.iter():
+        assert {*element.attrib} <= ELEMENTS[element.tag]
+    own = {arg.get("name") for arg in root.findall("arg")}
+    for include in root.iter("include"):
+        package = re.search(r"find-pkg-share (\w+)", include.get("file"))[1]
+        given = {arg.get("name"): arg.get("value") for arg in include}
+        assert {*given} <= DECLARED[package]
+        assert given["use_sim_time"] == "True"  # as Python has it: bringup_launch.py evaluates `slam`
+    used = {name for element in root.iter() for value in element.attrib.values() for name in _used(value)}
+    assert used == own
+
+
+def test_the_launch_file_calls_the_bridge_as_it_is(capsys):
+    (executable,) = fromstring(LAUNCH_FILE.read_bytes()).iter("executable")
+    start = "$(var mjsim) bridge $(var world) "
+    assert executable.get("cmd").startswith(start)
+    code, _, said = typed("bridge", "none.yaml", *executable.get("cmd").removeprefix(start).split(), capsys=capsys)
+    assert (code, "no file 'none.yaml'" in said, "option" in said.lower()) == (2, True, False)
+
+
+def _used(text):
+    return re.findall(r"\$\(var (\w+)\)", text)
