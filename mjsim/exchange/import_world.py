@@ -50,7 +50,8 @@ def bring_map(path: Path, *, robot: Newcomer | None, resolution: float | None = 
         closing = f"{100 * found.false_walls:.1f} % of the length of the walls"
         items.append(FileItem(Fate.GUESSED, closing, why="no occupied cell is nearby"))
     if noise:
-        items.append(FileItem(Fate.LEFT_OUT, f"{noise} occupied cells", why="noise, smaller than a thing"))
+        cells = "1 occupied cell" if noise == 1 else f"{noise} occupied cells"
+        items.append(FileItem(Fate.LEFT_OUT, cells, why="noise, smaller than a thing"))
     notes = [
         f"From the map {path.name}: {columns} x {rows} cells of {grid.resolution:g} m.",
         "A map has no heights or colours; these are guesses.",

@@ -1,10 +1,12 @@
 """Parts of scenes of other simulators, each compared with what it was made from."""
 
+import itertools
 import math
 
 import mujoco
 import numpy as np
 import pytest
+import shapely
 from scipy.spatial import ConvexHull
 
 from mjsim.exchange.scenes.build import build_world
@@ -281,3 +283,26 @@ def test_a_hollow_mesh_is_walls_as_thick_as_between_its_faces():
     faces = np.concatenate([outer.faces, inner.faces + 8])
     rail = SceneSolid("mesh", (), posed(0, 0, 1.5), None, np.concatenate([outer.vertices, inner.vertices]) * 0.7, faces)
     assert traced([rail]).dropped == [rail]
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_doorway_without_jambs_in_a_hollow_mesh_stays_open(turned):
+    # Faces of the walls of a room, solid to the left; nothing ends the wall at its doorway.
+    outer = [((0, 0), (2, 0)), ((2.9, 0), (6, 0)), ((6, 0), (6, 4)), ((6, 4), (0, 4)), ((0, 4), (0, 0))]
+    inner = [((2, 0.1), (0.1, 0.1)), ((5.9, 0.1), (2.9, 0.1)), ((5.9, 3.9), (5.9, 0.1)), ((0.1, 3.9), (5.9, 3.9))]
+    lines = [*outer, *inner, ((0.1, 0.1), (0.1, 3.9))]
+    corners = [(*end, z) for line in lines for end, z in zip((*line, *line[::-1]), (0, 0, 2, 2), strict=True)]
+    faces = [(4 * k + a, 4 * k + b, 4 * k + c) for k in range(len(lines)) for a, b, c in ((0, 1, 2), (0, 2, 3))]
+    pose = posed(0, 0, 0, yaw=math.pi / 2 if turned else 0.0)
+    found = traced([SceneSolid("mesh", (), pose, None, np.array(corners, dtype=float), np.array(faces))])
+    solid_walls = shapely.unary_union([rectangle for wall in found.walls for rectangle in _rectangles(wall)])
+    doorway = shapely.box(2.1, -0.1, 2.8, 0.2)
+    turn = shapely.affinity.rotate(doorway, 90 if turned else 0, origin=(0, 0))
+    assert solid_walls.intersection(turn).area < 0.01
+    assert solid_walls.area == pytest.approx(0.1 * 18.7, rel=0.25)
+    assert not found.things
+
+
+def _rectangles(wall):
+    lines = [shapely.LineString(line) for line in itertools.pairwise([*wall.points, *wall.points[: int(wall.closed)]])]
+    return [line.buffer(wall.thickness / 2, cap_style="flat") for line in lines]

@@ -108,14 +108,21 @@ def _grid(segments: Array) -> Grid:
     picture = np.zeros((rows, columns), dtype=np.uint8)
     ends = np.floor((segments - corner) / cell).astype(np.int32)
     cv2.polylines(picture, list(ends), False, 1)
-    inside = _inside(segments, corner, cell, picture.shape)
+    # A doorway without jambs looks like a part of its wall along it, but not across it.
+    thin = int(MAX_THICKNESS / cell)
+    near = np.zeros_like(picture)
+    for shape in ((1, thin), (thin, 1)):
+        near |= cv2.morphologyEx(picture, cv2.MORPH_CLOSE, np.ones(shape, dtype=np.uint8))
+    by_row = _inside(segments, corner, cell, (rows, columns))
+    by_column = _inside(segments[:, ::-1, ::-1], corner[::-1], cell, (columns, rows)).T
+    inside = np.ascontiguousarray((by_row & by_column) | ((by_row | by_column) & near & (1 - picture)))
     # Lines count where they bound no filled cells; there they would make these larger by half a cell.
     alone = picture & (1 - cv2.dilate(inside, np.ones((3, 3), dtype=np.uint8)))
     occupied = _between_faces(inside | alone, cell)
     return Grid(occupied, ~occupied, cell, Pose(float(corner[0]), float(corner[1]), 0.0))
 
 
-def _inside(segments: Array, corner: Array, cell: float, shape: tuple[int, ...]) -> Any:
+def _inside(segments: Array, corner: Array, cell: float, shape: tuple[int, int]) -> Any:
     """Return which cells are inside of the solid, 0 or 1; 0 in rows where its outlines are open.
 
     A room whose walls have only inner faces is no solid: its outline has the solid outside.
