@@ -285,6 +285,23 @@ def test_a_hollow_mesh_is_walls_as_thick_as_between_its_faces():
     assert traced([rail]).dropped == [rail]
 
 
+def test_the_frame_of_a_doorway_in_a_hollow_mesh_does_not_fill_it():
+    def side(half, *, inside):
+        part = mesh_of(CUBE * (2 * half, 1.5 * half, 2.5), posed(0, 0, 1.25))
+        return SceneSolid("mesh", (), part.pose, None, part.vertices, part.faces[:, ::-1] if inside else part.faces)
+
+    legs = [mesh_of(CUBE * (0.1, 0.2, 2.1), posed(x, 0.5, 1.05)) for x in (-0.5, 0.5)]
+    lintel = mesh_of(CUBE * (1.1, 0.2, 0.1), posed(0, 0.5, 2.15))
+    corners = np.concatenate([each.corners() for each in (*legs, lintel)])
+    faces = np.concatenate([each.faces + 8 * k for k, each in enumerate((*legs, lintel))])
+    frame = SceneSolid("mesh", (), posed(0, 0, 0), None, corners, faces)
+    table = SceneSolid("mesh", (), posed(1.2, -0.5, 0), None, corners * (1, 1, 0.35), faces)
+    found = traced([side(3.0, inside=False), side(2.9, inside=True), frame, table])
+    assert frame in found.used
+    assert table not in found.used
+    assert not traced([frame]).used
+
+
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_doorway_without_jambs_in_a_hollow_mesh_stays_open(turned):
     # Faces of the walls of a room, solid to the left; nothing ends the wall at its doorway.

@@ -15,6 +15,8 @@ LEVEL, MARGIN = 0.3, 0.05
 """Height of the section, and its minimum distance from the ends of the mesh [m]."""
 MIN_SHELL_WIDTH, MIN_SHELL_HEIGHT = 2.5, 0.1
 """Minimum width and height above the floor of such a mesh [m]."""
+MIN_PORTAL_HEIGHT = 1.8
+"""Minimum height of the top of a frame that a person walks through [m]."""
 MAX_HOLLOW_SHARE = 0.5
 """A mesh whose section fills less than this fraction of its convex hull is hollow."""
 MAX_THICKNESS = 0.3
@@ -40,12 +42,16 @@ def traced(solids: Sequence[SceneSolid]) -> Traced:
 
     An outer shell and the rooms in it are separate parts of a mesh, with walls between them.
     """
-    wide = [solid for solid in solids if solid.kind == "mesh" and _is_wide(solid)]
+    meshes = [solid for solid in solids if solid.kind == "mesh"]
+    wide = [solid for solid in meshes if _is_wide(solid)]
     low = [solid for solid in wide if float(solid.corners()[:, 2].min()) <= LEVEL]
     dropped = [solid for solid in wide if solid not in low and _is_hollow(_cut(solid))]
     segments = np.concatenate([np.zeros((0, 2, 2)), *map(_cut, low)])
     if not _is_hollow(segments):
         return Traced(dropped=dropped)
+    frames = [solid for solid in meshes if solid not in wide and _is_portal(solid)]
+    low += frames
+    segments = np.concatenate([segments, *map(_cut, frames)])
     world = world_from_grid(_grid(segments))
     keys: dict[str, Any] = {"height": round(max(float(solid.corners()[:, 2].max()) for solid in low), 3)}
     if low[0].color is not None:
@@ -58,6 +64,12 @@ def traced(solids: Sequence[SceneSolid]) -> Traced:
 def _is_wide(solid: SceneSolid) -> bool:
     low, high = solid.corners().min(axis=0), solid.corners().max(axis=0)
     return bool(max((high - low)[:2]) >= MIN_SHELL_WIDTH and high[2] - max(low[2], 0.0) >= MIN_SHELL_HEIGHT)
+
+
+def _is_portal(solid: SceneSolid) -> bool:
+    """Return whether one passes through a mesh that stands on the floor, as through a door frame, but no table."""
+    low, high = solid.corners()[:, 2].min(), solid.corners()[:, 2].max()
+    return bool(low <= LEVEL and high >= MIN_PORTAL_HEIGHT) and _is_hollow(_cut(solid))
 
 
 def _cut(solid: SceneSolid) -> Array:
