@@ -88,8 +88,9 @@ def replay(
     ] = None,
     trajectory: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Estimates of another program: a TUM trajectory, or a ROS bag with poses."),
+        typer.Option(metavar="FILE", help="Estimates of another program: TUM, KITTI, g2o, or a ROS bag with poses."),
     ] = None,
+    period: Annotated[float | None, typer.Option(help="Time between two poses of KITTI or g2o [s].", min=1e-6)] = None,
     observer: Annotated[
         str | None, typer.Option(metavar="SPEC", help="Observer to run; default: use the recorded sightings.")
     ] = None,
@@ -105,7 +106,7 @@ def replay(
     require_free(output, overwrite=overwrite, source=recording)
     run = read_recording(recording)
     require_observations(run, robot)
-    believes, use = module_of(_estimator(estimator, trajectory, run), role="estimator", robot=robot)
+    believes, use = module_of(_estimator(estimator, trajectory, run, period), role="estimator", robot=robot)
     observing, uses = None, {"estimator": use}
     if observer is not None:
         observing, uses["observer"] = module_of(observer, role="observer", robot=robot)
@@ -123,7 +124,7 @@ def replay(
     print(output)
 
 
-def _estimator(spec: str | None, trajectory: Path | None, run: "Recording") -> str:
+def _estimator(spec: str | None, trajectory: Path | None, run: "Recording", period: float | None) -> str:
     """Return the estimator to replay: as named, or one that gives the poses in a file, at the times of the run."""
     if (spec is None) == (trajectory is None):
         raise UsageError("a replay has one estimator; give --estimator SPEC or --trajectory FILE")
@@ -134,11 +135,12 @@ def _estimator(spec: str | None, trajectory: Path | None, run: "Recording") -> s
 
     from mjsim.logs import read_trajectory
 
-    begins = float(read_trajectory(trajectory)[0, 0])
+    begins = float(read_trajectory(trajectory, period=period)[0, 0])
     started = float(run.metadata.get("log start", 0.0))
     # Trajectories from a log of a real robot have its clock; the recording of the log begins at 0.
     offset = -started if abs(begins - started) < abs(begins) else 0.0
-    return f"mjsim.logs.trajectory:Trajectory{json.dumps({'file': str(trajectory.absolute()), 'offset': offset})}"
+    keys = {"file": str(trajectory.absolute()), "offset": offset, "period": period}
+    return f"mjsim.logs.trajectory:Trajectory{json.dumps(keys)}"
 
 
 def _check_outputs(output: Path | None, video: Path | None, *, overwrite: bool) -> None:

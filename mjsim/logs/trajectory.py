@@ -1,4 +1,4 @@
-"""Trajectories of other programs as estimates: a file of TUM, or poses in a bag of ROS, beside a recording of mjsim."""
+"""Trajectories of other programs as estimates: files of TUM, KITTI and g2o, or poses in a bag of ROS."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -18,17 +18,23 @@ from mjsim.logs.importing import readable_folders
 ODOMETRY_TYPES, PATH_TYPES = "nav_msgs/msg/Odometry", "nav_msgs/msg/Path"
 TYPES = (*(kind for kind in POSES if "Transform" not in kind), ODOMETRY_TYPES, PATH_TYPES)
 """Types of messages with poses of a robot."""
+VERTICES, KITTI_NUMBERS = {"VERTEX_SE2": 4, "VERTEX_SE3:QUAT": 8}, 12
+"""Numbers after the names of vertices of g2o that are poses, and in a row of KITTI."""
+NO_VERTICES = ("FIX", "VERTEX_XY", "VERTEX_TRACKXYZ")
+"""Names of other lines of g2o; those of edges and parameters begin alike."""
 MAX_ROWS = 5_000_000
 MAX_LATE_SECONDS = 5.0
 """Maximum time by which a trajectory may begin after a run [s]."""
 
 
-def read_trajectory(path: str | Path, *, topic: str | None = None) -> Array:
+def read_trajectory(path: str | Path, *, topic: str | None = None, period: float | None = None) -> Array:
     """Return the planar poses in a file: rows of time [s], x, y [m] and heading [rad], in order of time.
 
     Args:
-        path: A text file with rows `t x y z qx qy qz qw` (TUM) or `t x y heading`; or a bag of ROS.
+        path: A text file with rows `t x y z qx qy qz qw` (TUM) or `t x y heading`, poses of a camera as in KITTI, or
+            vertices of g2o; or a bag of ROS.
         topic: The topic of a bag; by default its only one with poses.
+        period: Time from one pose to the next, in files without times: KITTI and g2o [s].
 
     Raises:
         UsageError: The file cannot be read, has no poses, or several topics with poses.
@@ -36,7 +42,7 @@ def read_trajectory(path: str | Path, *, topic: str | None = None) -> Array:
     path = Path(path)
     if not path.exists():
         raise UsageError(f"no file '{path}'; name a trajectory: rows t x y z qx qy qz qw, or a bag of ROS with poses")
-    found = guarded(f"{__name__}:trajectory_rows", path, topic, about=path, folders=readable_folders(path))
+    found = guarded(f"{__name__}:trajectory_rows", path, topic, period, about=path, folders=readable_folders(path))
     rows = np.asarray(found, dtype=float).reshape(-1, 4)
     # Of several poses at one time the last one counts: that of the newest path.
     rows = rows[::-1]
@@ -46,21 +52,33 @@ def read_trajectory(path: str | Path, *, topic: str | None = None) -> Array:
     return np.asarray(rows[last])
 
 
-def trajectory_rows(path: Path, topic: str | None) -> Plain:
+def trajectory_rows(path: Path, topic: str | None, period: float | None = None) -> Plain:
     """Return the rows of `read_trajectory` as they are in the file; called in the guarded reader."""
-    rows = _rows_of_bag(path, topic) if is_bag(path) else _rows_of_text(path)
+    rows = _rows_of_bag(path, topic) if is_bag(path) else _rows_of_text(path, period)
     return np.array([row for row, _ in zip(rows, range(MAX_ROWS), strict=False)]).reshape(-1, 4)
 
 
-def _rows_of_text(path: Path) -> Iterator[tuple[float, float, float, float]]:
+def _rows_of_text(path: Path, period: float | None) -> Iterator[tuple[float, float, float, float]]:
+    index = 0
     for number, line in enumerate(lines_of(path, {}), start=1):
         words = line.replace(",", " ").split()
         if not words or line.lstrip().startswith(("#", "%")):
             continue
+        if words[0] in NO_VERTICES or words[0].startswith(("EDGE_", "PARAMS_")):
+            continue
+        kind = words[0] if words[0] in VERTICES else None
         try:
-            values = [float(word) for word in words]
+            values = [float(word) for word in words[1 if kind else 0 :]]
         except ValueError:
             values = []
+        if len(values) == (VERTICES[kind] if kind else KITTI_NUMBERS) and all(map(math.isfinite, values)):
+            if period is None:
+                raise UsageError(
+                    f"{path}:{number}: its poses have no times; give period, the seconds between two poses"
+                )
+            yield _untimed(values, period, index)
+            index += 1
+            continue
         if len(values) not in (4, 8) or not all(abs(value) <= MAX_NUMBER for value in values):
             raise UsageError(
                 f"{path}:{number}: '{line.strip():.60}' is not a pose; write t x y z qx qy qz qw, or t x y heading"
@@ -70,6 +88,17 @@ def _rows_of_text(path: Path) -> Iterator[tuple[float, float, float, float]]:
                 f"{path}:{number}: '{line.strip():.60}' has a quaternion of length 0; without headings, write 0 0 0 1"
             )
         yield values[0], values[1], values[2], values[3] if len(values) == 4 else float(headings(values[4:]))
+
+
+def _untimed(values: list[float], period: float, index: int) -> tuple[float, float, float, float]:
+    """Return the row of a pose without a time: the vertex of a number in g2o, or one of KITTI in the order of the file.
+
+    A camera of KITTI looks along z, with x to its right; its first pose is the origin of the file.
+    """
+    if len(values) == KITTI_NUMBERS:
+        return index * period, values[11], -values[3], math.atan2(-values[2], values[10])
+    turn = values[3] if len(values) == VERTICES["VERTEX_SE2"] else float(headings(values[4:]))
+    return values[0] * period, values[1], values[2], turn
 
 
 def _rows_of_bag(path: Path, topic: str | None) -> Iterator[tuple[float, float, float, float]]:
@@ -98,7 +127,15 @@ class Trajectory:
     Its covariances are zero, as such files have none: the NEES is left out.
     """
 
-    def __init__(self, file: str, *, topic: str | None = None, offset: float = 0.0, frame: str = "start") -> None:
+    def __init__(
+        self,
+        file: str,
+        *,
+        topic: str | None = None,
+        offset: float = 0.0,
+        frame: str = "start",
+        period: float | None = None,
+    ) -> None:
         """Read the file.
 
         Args:
@@ -106,10 +143,11 @@ class Trajectory:
             topic: The topic of a bag.
             offset: Added to the times in the file, to get those of the run [s].
             frame: 'start': its first pose in the run is where the robot starts; 'world': poses are in the world frame.
+            period: See `read_trajectory`.
         """
         if frame not in ("start", "world"):
             raise ValueError(f"frame is '{frame:.40}'; it must be start or world")
-        self._track = read_trajectory(file, topic=topic)
+        self._track = read_trajectory(file, topic=topic, period=period)
         self._track[:, 0] += offset
         self._file, self._anchored = file, frame == "start"
         self._world_from_file: Pose | None = None

@@ -356,3 +356,10 @@ def test_the_last_row_of_the_picture_is_that_of_the_smallest_y(tmp_path):
     assert (back.resolution, back.world_from_grid) == (0.5, Pose(1.0, 2.0, 0.25))
     with pytest.raises(UsageError, match="exists"):
         write_grid(back, tmp_path)
+
+
+def test_tabs_between_words_and_at_ends_of_lines_of_a_map_file_are_spaces(tmp_path):
+    Image.fromarray(np.pad(np.full((40, 60), 254, dtype=np.uint8), 3)).save(tmp_path / "m.png")
+    text = "image: m.png\t\nresolution:\t0.05 \t# fine\norigin: [0,\t0, 0]\t\nnegate: 0\t\n"
+    (tmp_path / "m.yaml").write_text(text + "occupied_thresh: 0.65\nfree_thresh: 0.196\n")
+    assert read_grid(tmp_path / "m.yaml").occupied.sum() == 46 * 66 - 40 * 60

@@ -25,6 +25,7 @@ def test_files_are_found_by_their_scheme_and_not_outside(tmp_path):
     (tmp_path / "1/near.dae").write_text("")
     search = tmp_path / "other"
     (search / "chair").mkdir(parents=True)
+    (tmp_path / "1/package.xml").write_text("<package/>")
     folders = Folders(base / "w.sdf", [search])
     for uri, found in (
         ("model://cup", base / "models/cup"),
@@ -49,6 +50,21 @@ def test_files_are_found_by_their_scheme_and_not_outside(tmp_path):
     assert folders.model_file(base / "cup.dae") == base / "cup.dae"
     with pytest.raises(UsageError, match=r"has no model\.sdf"):
         folders.model_file(search / "chair")
+
+
+def test_above_its_folder_a_scene_reads_packages_and_folders_of_models_alone(tmp_path):
+    scene = tmp_path / "home" / "me" / "rooms" / "w.sdf"
+    for place in ("home/me/private.png", "home/me/models/cup/cup.dae", "home/me/mugs/mug.dae", "home/me/rooms/own.dae"):
+        (tmp_path / place).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / place).write_text("")
+    folders = Folders(scene, [])
+    assert folders.find("../private.png", scene.parent) is None
+    assert folders.find("../mugs/mug.dae", scene.parent) is None
+    assert folders.find("own.dae", scene.parent)
+    assert folders.find("model://cup/cup.dae", scene.parent)
+    (tmp_path / "home/me/mugs/model.config").write_text("<model/>")
+    assert folders.find("../mugs/mug.dae", scene.parent)
+    assert folders.find("../private.png", scene.parent) is None
 
 
 def sdf(tmp_path, text):

@@ -1,5 +1,6 @@
 """Worlds of Webots come in: solids by their bounding objects, walls, doors and furniture of its library, both axes."""
 
+import codecs
 import math
 
 import mujoco
@@ -156,8 +157,15 @@ def test_a_mirrored_face_set_still_looks_outwards(tmp_path):
 
 def test_a_door_of_absurd_mass_still_makes_a_world(tmp_path):
     leaf = 'Solid { name "leaf" boundingObject Box { size 0.04 0.9 2 } physics Physics { density -1 mass 1e300 } }'
-    world, _ = brought(world_of(f"{HEAD}Solid {{ children [ HingeJoint {{ endPoint {leaf} }} ] }}", tmp_path))
+    world, found = brought(world_of(f"{HEAD}Solid {{ children [ HingeJoint {{ endPoint {leaf} }} ] }}", tmp_path))
     assert compile_world(world).compile().body_mass.sum() == pytest.approx(1e5)
+    assert [line for line in found.report if "1e+300 kg; made 100000 kg" in line]
+
+
+def test_a_mark_of_byte_order_before_the_first_line_is_no_fault(tmp_path):
+    path = world_of("", tmp_path)
+    path.write_bytes(codecs.BOM_UTF8 + ROOM.encode())
+    assert len(brought(path, robot=None)[0].walls) == 4
 
 
 def test_inverted_stops_are_told(tmp_path):

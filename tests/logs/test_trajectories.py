@@ -36,6 +36,28 @@ def test_rows_of_both_forms_are_read_and_sorted(tmp_path):
         np.testing.assert_allclose(read_trajectory(tmp_path / "track.tum"), ROWS, atol=1e-12)
 
 
+def test_poses_without_times_of_g2o_and_kitti_come_at_a_period(tmp_path):
+    vertices = "".join(f"VERTEX_SE2 {k} {x} {y} {turn!r}\n" for k, (_, x, y, turn) in enumerate(ROWS))
+    (tmp_path / "a.g2o").write_text(f"{vertices}EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nFIX 0\n")
+    solid = "".join(f"VERTEX_SE3:QUAT {k} {x} {y} 0 {quaternion(turn)}\n" for k, (_, x, y, turn) in enumerate(ROWS))
+    (tmp_path / "b.g2o").write_text(f"PARAMS_SE3OFFSET 0 0 0 0 0 0 0 1\n{solid}")
+    # A camera looks along z, its x is to the right, its y down.
+    body_from_camera = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+    rows = []
+    for _, x, y, turn in ROWS:
+        body = np.array([[math.cos(turn), -math.sin(turn), 0.0], [math.sin(turn), math.cos(turn), 0.0], [0, 0, 1]])
+        camera = body_from_camera.T @ np.column_stack([body @ body_from_camera, (x, y, 0.0)])
+        rows.append(" ".join(f"{value:.9f}" for value in camera.ravel()))
+    (tmp_path / "c.txt").write_text("\n".join(rows))
+    for name in ("a.g2o", "b.g2o", "c.txt"):
+        found = read_trajectory(tmp_path / name, period=0.5)
+        np.testing.assert_allclose(found, [(0.5 * k, *row[1:]) for k, row in enumerate(ROWS)], atol=1e-8)
+        with pytest.raises(
+            UsageError, match=r":\d: its poses have no times; give period, the seconds between two poses$"
+        ):
+            read_trajectory(tmp_path / name)
+
+
 @pytest.mark.parametrize("kind", ["PoseStamped", "PoseWithCovarianceStamped"])
 def test_poses_of_a_bag_are_read_and_its_topics_named(kind, tmp_path):
     with new_bag(tmp_path / "theirs", "sqlite") as bag:

@@ -1,6 +1,7 @@
 """The YAML file of a map in the form of ROS map_server and Nav2: names the image and what its greys mean."""
 
 import math
+import re
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -10,6 +11,8 @@ from mjsim.exchange.bounded_file import read_bounded
 from mjsim.geometry import Pose
 from mjsim.world import Node, read_text
 
+_TABS = re.compile(r"(?<=\S)[ \t]+")
+"""Spaces and tabs between words and at ends of lines, where YAML takes either."""
 MAX_YAML = 100_000
 """Maximum size of the file [bytes]."""
 OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
@@ -47,7 +50,8 @@ def read_header(path: Path) -> MapHeader:
         UsageError: The file does not exist, is too large, or is not a map; with line and column where known.
     """
     data = read_bounded(path, limit=MAX_YAML, kind="the YAML file of a map")
-    node, problems = read_text(data.decode("utf-8-sig", "replace"), file=str(path))
+    text = _TABS.sub(lambda match: " " * len(match[0]), data.decode("utf-8-sig", "replace"))
+    node, problems = read_text(text, file=str(path))
     if problems and data.strip():
         raise UsageError("\n".join(map(str, problems)))
     if node is None or not isinstance(node.value, dict) or "image" not in node.value:

@@ -91,6 +91,7 @@ def build_world(scene: Scene, *, name: str, folder: str) -> tuple[World, dict[st
     for thing, solids in left.values():
         _add_static(built, scene, thing, solids)
     for thing in scene.things:
+        _tell_masses(scene, thing)
         if thing.mass is not None:
             _add_movable(built, scene, thing)
     named = [wall.model_copy(update={"name": f"wall-{k}"}) for k, wall in enumerate(built.walls, start=1)]
@@ -240,6 +241,14 @@ def _add_movable(built: Built, scene: Scene, thing: SceneThing) -> None:
     elif not _add_model(built, scene, thing, keys):
         return
     scene.tell(Fate.KEPT, "movable model", thing.name)
+
+
+def _tell_masses(scene: Scene, thing: SceneThing | ScenePart) -> None:
+    """Tell of the masses of a thing and its parts that are bounded."""
+    for part in thing.parts:
+        _tell_masses(scene, part)
+    if (thing.mass or 0.0) > MAX_MASS:
+        scene.tell(Fate.MENDED, "mass", thing.name, f"of {thing.mass:.3g} kg; made {MAX_MASS:g} kg")
 
 
 def _mass(thing: SceneThing | ScenePart) -> float:

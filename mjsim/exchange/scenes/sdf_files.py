@@ -14,6 +14,8 @@ MAX_XML = 50_000_000
 """Maximum size of a file [bytes]."""
 MAX_PARENTS = 4
 """Folders above the file in which models are looked for."""
+MODEL_FOLDERS, MANIFESTS = ("models", "worlds", "meshes", "materials"), ("model.config", "package.xml", "manifest.xml")
+"""Above the scene's folder, a file is read only in a folder of such a name, or in one that holds such a file."""
 
 
 def read_xml(path: Path) -> Element:
@@ -76,9 +78,21 @@ class Folders:
         try:
             place = Path(os.path.realpath(path))
             inside = any(place.is_relative_to(os.path.realpath(root)) for root in roots)
-            return place if inside and place.exists() else None
+            return place if inside and self._is_of_models(place) and place.exists() else None
         except (OSError, ValueError):
             return None
+
+    def _is_of_models(self, place: Path) -> bool:
+        """Return whether a place is below the scene, in a folder that the user named, or in one of models."""
+        if any(place.is_relative_to(os.path.realpath(root)) for root in (self.path.absolute().parent, *self.search)):
+            return True
+        top = Path(os.path.realpath(self.path.absolute().parents[0]))
+        shared = {*top.parents}
+        own = [folder for folder in (place, *place.parents) if folder not in shared]
+        packages = [folder for folder in place.parents if folder in shared][:MAX_PARENTS]
+        return any(folder.name in MODEL_FOLDERS for folder in own) or any(
+            (folder / name).is_file() for folder in (*own, *packages) for name in MANIFESTS
+        )
 
     def model_file(self, place: Path) -> Path:
         """Return the SDF file of a model's folder, as its model.config names it; or the file itself.

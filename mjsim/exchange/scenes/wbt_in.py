@@ -53,7 +53,7 @@ def read_wbt(path: Path) -> Scene:
         UsageError: The file cannot be read, or is not as it should be.
         ValueError: A number in it makes no sense.
     """
-    text = read_bounded(path, limit=MAX_TEXT, kind="a world of Webots").decode(errors="replace")
+    text = read_bounded(path, limit=MAX_TEXT, kind="a world of Webots").decode("utf-8-sig", "replace")
     if not text.lstrip().startswith("#VRML_SIM"):
         raise UsageError(f"'{path}' does not begin with #VRML_SIM; name a world of Webots")
     parser = Parser(text, str(path))
@@ -131,7 +131,7 @@ class _Reader:
         place = next((found for each in candidates if (found := self._folders.find(each, above))), None)
         if place is None or not place.is_file():
             return None
-        text = read_bounded(place, limit=MAX_TEXT, kind="a PROTO").decode(errors="replace")
+        text = read_bounded(place, limit=MAX_TEXT, kind="a PROTO").decode("utf-8-sig", "replace")
         if "%<" in text or "%{" in text:
             name = node.text("name") or node.kind
             why = f"'{name}' is as in mjsim's library, if it is there"
