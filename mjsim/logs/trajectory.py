@@ -71,7 +71,9 @@ def _rows_of_text(path: Path, period: float | None) -> Iterator[tuple[float, flo
             values = [float(word) for word in words[1 if kind else 0 :]]
         except ValueError:
             values = []
-        if len(values) == (VERTICES[kind] if kind else KITTI_NUMBERS) and all(map(math.isfinite, values)):
+        if len(values) == (VERTICES[kind] if kind else KITTI_NUMBERS) and all(
+            abs(value) <= MAX_NUMBER for value in values
+        ):
             if period is None:
                 raise UsageError(
                     f"{path}:{number}: its poses have no times; give period, the seconds between two poses"
