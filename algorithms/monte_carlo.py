@@ -327,7 +327,7 @@ def systematic_resample_with(weights: Array, rng: Generator) -> Array:
     # The stream of NumPy's older generator, with which runs were recorded.
     offset = np.random.RandomState(int(rng.integers(2**32))).random_sample()
     places = (offset + np.arange(len(weights))) / len(weights)
-    return np.minimum(np.searchsorted(np.cumsum(weights), places, side="right"), len(weights) - 1)
+    return np.asarray(np.minimum(np.searchsorted(np.cumsum(weights), places, side="right"), len(weights) - 1))
 
 
 def _bins(poses: Array) -> NDArray[np.int64]:
