@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+MAGNIFICATIONS = (1, 2, 5, 10, 20, 50, 100)
+"""Of ellipses in drawings."""
 
 
 def wrap_angle(angle: float) -> float:
@@ -206,6 +208,17 @@ def ellipse_points(mean: ArrayLike, covariance: ArrayLike, *, probability: float
     circle = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     turned = (circle * radii[..., None, :]) @ np.swapaxes(vectors, -1, -2)
     return np.asarray(np.asarray(mean, dtype=float)[..., None, :] + turned)
+
+
+def ellipse_magnification(covariance: ArrayLike, radius: float) -> int:
+    """Return the largest of 1, 2, 5, ..., 100 by which the 95 % ellipse of a Gaussian can grow and stay in a circle.
+
+    Args:
+        covariance: Shape (2, 2) [m^2].
+        radius: Of the circle [m].
+    """
+    reach = float(np.linalg.norm(ellipse_points((0.0, 0.0), covariance), axis=-1).max())
+    return max((each for each in MAGNIFICATIONS if each * reach <= radius), default=1)
 
 
 def align_rigid(source: ArrayLike, target: ArrayLike) -> Pose:

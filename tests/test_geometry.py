@@ -12,6 +12,7 @@ from mjsim.geometry import (
     Pose,
     Pose3,
     align_rigid,
+    ellipse_magnification,
     ellipse_points,
     headings,
     nearest_moments,
@@ -96,6 +97,13 @@ def test_an_ellipse_is_where_the_mahalanobis_distance_has_its_quantile():
         turns = np.diff(np.unwrap(np.angle(points[0] @ [1.0, 1j])))
         assert abs(turns.sum()) > 1.5 * math.pi, "all around"
     np.testing.assert_array_equal(ellipse_points([1.0, 2.0], np.zeros((2, 2)), count=3), [[1.0, 2.0]] * 3)
+
+
+def test_ellipses_grow_by_round_factors_and_stay_in_their_circle():
+    # 95 % of a Gaussian of 1 cm lie within 2.448 cm.
+    for radius, factor in ((0.02, 1), (0.0244, 1), (0.0491, 2), (0.2, 5), (0.25, 10), (9.0, 100)):
+        assert ellipse_magnification(np.diag([1e-6, 1e-4]), radius) == factor
+    assert ellipse_magnification(np.zeros((2, 2)), 0.1) == 100
 
 
 def test_points_that_were_moved_are_aligned_back_and_noise_is_averaged():

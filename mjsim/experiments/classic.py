@@ -154,7 +154,7 @@ def slam(recording: Recording) -> Result:
         ),
         pictures=(
             plots.path_plot("slam", "Whole view: path and map, with 95 % ellipses", recording),
-            plots.enlarged("slam", "Enlarged view: ellipses of robot and pictures, magnified four times", recording),
+            plots.enlarged("slam", "Enlarged view: the robot and what it sees", recording),
             plots.transient("slam", "Transient localization error, with 3-sigma bounds", track),
         ),
     )

@@ -9,7 +9,8 @@ from matplotlib.path import Path
 
 from mjsim.experiments.finding import Plot
 from mjsim.experiments.offline import Fixes
-from mjsim.geometry import Array
+from mjsim.geometry import Array, Pose, ellipse_magnification
+from mjsim.interface import Sighting
 from mjsim.plan import draw_plan
 from mjsim.record import Recording, Track
 from mjsim.report import (
@@ -33,10 +34,10 @@ from mjsim.report import (
 )
 from mjsim.world import World
 
-ELLIPSE_MAGNIFICATION = 4.0
-"""Magnification of ellipses in the enlarged view."""
-ENLARGED_EXTENT = 1.6
-"""Extent of the enlarged view to each side of the robot [m]."""
+ENLARGED_MARGIN = 0.3
+"""Margin of the enlarged view around the robot and what it sees [m]."""
+SHAPE = (1.5, 1.0)
+"""Width and height of that view, in proportion."""
 
 
 def path_plot(name: str, caption: str, recording: Recording) -> Plot:
@@ -130,25 +131,45 @@ def fix_errors(name: str, caption: str, found: Fixes) -> Plot:
     return _picture(f"{name}_errors", caption, figure)
 
 
-def enlarged(name: str, caption: str, recording: Recording) -> Plot:
-    """Draw the closest approach to a beacon on the last lap, with magnified ellipses."""
+def enlarged(name: str, title: str, recording: Recording) -> Plot:
+    """Draw one instant of the last lap: the robot with its estimate, what it sees, and magnified ellipses.
+
+    It is the instant at which the robot sees two beacons or more, as close as possible.
+    """
     (track,) = recording.robots.values()
+    body, row = recording.world.robots[0].body, _closest_sight(track)
+    truth, estimate = Pose.from_array(track.truth[row]), Pose.from_array(track.estimate[row])
+    factor = ellipse_magnification(track.covariance[row, :2, :2], 0.75 * body.radius)
     figure, axes = _plan(recording.world)
-    beacons = np.array([beacon.at for beacon in recording.world.beacons])
-    draw_truth(axes, track.truth)
-    axes.plot(*track.estimate[:, :2].T, color=ESTIMATE, lw=1.0, label="estimate")
-    draw_map(axes, track, larger=ELLIPSE_MAGNIFICATION)
-    every = max(1, round(0.5 / (track.time[1] - track.time[0])))
-    late = np.arange(2 * len(track.time) // 3, len(track.time))
-    distances = np.linalg.norm(track.truth[late, None, :2] - beacons, axis=2)
-    row, nearest = np.unravel_index(int(np.argmin(distances)), distances.shape)
-    around = slice(max(0, late[row] - 8 * every), late[row] + 8 * every, every)
-    draw_ellipses(axes, track.estimate[around], ELLIPSE_MAGNIFICATION**2 * track.covariance[around], ESTIMATE)
-    x, y = (track.truth[late[row], :2] + beacons[nearest]) / 2.0
-    axes.set_xlim(x - 1.5 * ENLARGED_EXTENT, x + 1.5 * ENLARGED_EXTENT)
-    axes.set_ylim(y - ENLARGED_EXTENT, y + ENLARGED_EXTENT)
+    draw_truth(axes, track.truth[: row + 1])
+    axes.plot(*track.estimate[: row + 1, :2].T, color=ESTIMATE, lw=1.0, label="estimate")
+    ends = estimate.transform(np.reshape([_seen_at(each) for each in track.sightings[row]], (-1, 2)))
+    lines = LineCollection([np.stack([track.estimate[row, :2], end]) for end in ends], colors=MAP, linewidths=1.0)
+    axes.add_collection(lines)
+    for pose, color, reach in ((truth, TRUTH, 1.0), (estimate, ESTIMATE, 1.45)):
+        axes.fill(*pose.transform(body.outline()).T, facecolor=(color, 0.15), edgecolor=color, lw=1.2)
+        axes.plot(*pose.transform([[0.0, 0.0], [reach * body.radius, 0.0]]).T, color=color, lw=1.2)
+    draw_map(axes, track, larger=factor)
+    draw_ellipses(axes, track.estimate[row : row + 1], factor**2 * track.covariance[row : row + 1], ESTIMATE)
+    shown = np.concatenate([truth.transform(body.outline()), ends])
+    half = np.max((np.ptp(shown, axis=0) / 2.0 + ENLARGED_MARGIN) / SHAPE) * np.array(SHAPE)
+    middle = (shown.min(axis=0) + shown.max(axis=0)) / 2.0
+    axes.set(xlim=middle[0] + half[0] * np.array([-1, 1]), ylim=middle[1] + half[1] * np.array([-1, 1]))
     _draw_legend(axes)
+    caption = f"{title} at {track.time[row]:.1f} s, with 95 % ellipses, magnified {factor} times"
     return _picture(f"{name}_enlarged", caption, figure)
+
+
+def _closest_sight(track: Track) -> int:
+    """Return the row of the last third with two sightings or more, the farthest of them as close as possible."""
+    late = range(2 * len(track.time) // 3, len(track.time))
+    ranges = [[seen.range for seen in sightings] for sightings in track.sightings]
+    return min(late, key=lambda row: (-min(len(ranges[row]), 2), max(ranges[row], default=0.0)))
+
+
+def _seen_at(seen: Sighting) -> tuple[float, float]:
+    """Return where a sighting is, robot frame [m]."""
+    return seen.range * np.cos(seen.bearing), seen.range * np.sin(seen.bearing)
 
 
 def transient(name: str, caption: str, track: Track) -> Plot:

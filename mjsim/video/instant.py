@@ -1,12 +1,13 @@
 """One instant of a run as a picture, or its plan as SVG or PDF."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from mjsim.errors import UsageError
-from mjsim.geometry import Array
+from mjsim.geometry import Array, ellipse_magnification
 from mjsim.output import require_free, write_file
 from mjsim.plan import PlanItem, SvgPlan, Theme, Words, bounds_of, pdf_plan, world_words
 from mjsim.record import Recording, Track
@@ -21,7 +22,7 @@ from mjsim.world import World
 
 SUFFIXES = (".svg", ".pdf", ".png", ".jpg", ".jpeg")
 """Suffixes of files of an instant."""
-RATIOS = (10, 20, 25, 50, 75, 100, 150, 200, 250, 500, 750, 1000, 2000, 5000, 10000)
+RATIOS = (10, 15, 20, 25, 30, 40, 50, 75, 100, 150, 200, 250, 500, 750, 1000, 2000, 5000, 10000)
 """Scale denominators; the first is taken for which the plan fits on `WIDTH`."""
 WIDTH = 250.0
 """Maximum side of a plan [mm]."""
@@ -87,13 +88,16 @@ def write_instant(
         oblique = ObliqueView(recording, standing_arms(recording))
         write_file(path, _plan(oblique.items(moment, row), (), path, theme, oblique.bounds), overwrite=overwrite)
         return
-    state = PlanState(recording.world, robot, display)
+    state, note = PlanState(recording.world, robot, display), ""
+    if view == CLOSE_UP and display.ellipses:
+        (radius,) = (each.body.radius for each in recording.world.robots if each.name == robot)
+        moment, note = _magnified(moment, radius)
     paths = _paths(recording.robots[robot], row) if display.trails else ()
     still, machines = state.still(state.gone(moment)), _mechanisms(recording.world, moment)
     moving = state.moving(moment)
     around, width = (_close_bounds(moving), COLUMN) if view == CLOSE_UP else (None, WIDTH)
     items = [*still, *paths, *machines, *moving]
-    write_file(path, _plan(items, _words(recording.world), path, theme, around, width), overwrite=overwrite)
+    write_file(path, _plan(items, _words(recording.world), path, theme, around, width, note), overwrite=overwrite)
 
 
 def _plan(
@@ -103,13 +107,17 @@ def _plan(
     theme: Theme,
     bounds: Array | None = None,
     width: float = WIDTH,
+    note: str = "",
 ) -> bytes:
-    """Return a plan as the contents of an SVG or PDF file, by its name; by default all of it."""
+    """Return a plan as the contents of an SVG or PDF file, by its name; by default all of it, with a note below."""
     bounds = bounds_of(shapes) if bounds is None else bounds
     size = float(np.ptp(bounds, axis=0).max()) * 1000.0
     ratio = float(next((each for each in RATIOS if size / each <= width), RATIOS[-1]))
     margin = MARGIN * ratio / 1000.0
     bounds = bounds + np.array([[-margin], [margin]])
+    if note:
+        bounds[0, 1] -= margin
+        words = [*words, Words(text=note, at=bounds[0] + [0.0, 0.6 * margin], side=np.array([1.0, 0.0]))]
     if Path(path).suffix.lower() == ".pdf":
         return pdf_plan(shapes, words, bounds, ratio=ratio, theme=theme)
     plan = SvgPlan(bounds, ratio=ratio, theme=theme)
@@ -118,9 +126,24 @@ def _plan(
     return plan.data()
 
 
+def _magnified(moment: Moment, radius: float) -> tuple[Moment, str]:
+    """Return what a robot believes with ellipses that a column shows, at most as large as its body, and a note."""
+    if not np.isfinite(moment.estimate).all():
+        return moment, ""
+    factor = ellipse_magnification(moment.covariance[:2, :2], radius)
+    larger = replace(moment, covariance=factor**2 * moment.covariance, covariances=factor**2 * moment.covariances)
+    return larger, f"95 % ellipses, magnified {factor} times" if factor > 1 else "95 % ellipses"
+
+
 def _close_bounds(moving: Sequence[PlanItem]) -> Array:
-    """Return the bounds of a robot, its estimate with its ellipse, and its lines of sight, shape (2, 2) [m]."""
-    return bounds_of([item for item in moving if item.role in BELIEF])
+    """Return the bounds of a robot, its estimate with its ellipse, and its lines of sight, shape (2, 2) [m].
+
+    They are as wide as the column, and not lower than a half of that.
+    """
+    low, high = bounds_of([item for item in moving if item.role in BELIEF])
+    size = float(np.max(high - low))
+    half = np.maximum((high - low) / 2.0, [size / 2.0, size / 4.0])
+    return np.stack([(low + high) / 2.0 - half, (low + high) / 2.0 + half])
 
 
 def _words(world: World) -> list[Words]:

@@ -35,7 +35,7 @@ def drawn(monkeypatch):
     return found
 
 
-def recording(truth, *, estimate=None, events=(), mean=None):
+def recording(truth, *, estimate=None, events=(), mean=None, sightings=None):
     truth = np.asarray(truth, dtype=float)
     n = len(truth)
     mean = np.full((1, 2, 2), np.nan) if mean is None else mean
@@ -49,11 +49,15 @@ def recording(truth, *, estimate=None, events=(), mean=None):
         covariance=np.tile(np.diag([0.01, 0.01, 0.0025]), (n, 1, 1)),
         command=np.zeros((n, 3)),
         landmarks=Landmarks(names=("a", "b"), mean=mean, covariance=np.tile(0.01 * np.eye(2), (1, 2, 1, 1))),
-        sightings=((),) * n,
+        sightings=tuple((sightings or {}).get(row, ()) for row in range(n)),
         innovations=((),) * n,
         events=tuple(RobotEvent(kind=kind, time=time, text="") for kind, time in events),
     )
     return SimpleNamespace(world=WORLD, robots={"scout": track}, time=track.time)
+
+
+def sight(distance, bearing):
+    return Sighting(stamp=0.0, name=None, range=distance, bearing=bearing, covariance=np.eye(2))
 
 
 def into_the_wall(*, depth=0.0, after=0.0, wriggle=0.1):
@@ -191,7 +195,9 @@ def test_slam_is_judged_by_its_errors_those_of_the_last_lap_and_its_map(drawn, m
     monkeypatch.setattr(classic, "statistics", lambda _: {"scout": figures})
     truth = circle()
     offset = np.where(np.arange(N) > 80, 0.05, 0.1)[:, None] * [1.0, 0.0, 0.0]
-    run = recording(truth, estimate=truth + offset, mean=np.array([[[5.9, 1.1], [0.1, 3.0]]]))
+    seen = {20: (sight(0.1, 0.0),) * 2, 85: (sight(0.3, 0.0),), 100: (sight(1.0, 0.5), sight(1.5, -0.5))}
+    mean = np.array([[[5.9, 1.1], [0.1, 3.0]]])
+    run = recording(truth, estimate=truth + offset, mean=mean, sightings=seen | {90: (sight(2.0, 0.0),) * 2})
     result = classic.slam(run)
     assert values(result) == pytest.approx([(81 * 0.1 + 40 * 0.05) / 121, 0.05 / 0.5, 2, 0.04])
     assert result.holds
@@ -207,19 +213,18 @@ def test_slam_is_judged_by_its_errors_those_of_the_last_lap_and_its_map(drawn, m
     np.testing.assert_array_equal(np.column_stack(labels["estimate"].get_data()), (truth + offset)[:, :2])
     assert "landmarks" in labels
     assert len(whole.axes[0].collections[-2].get_paths()) == 30
-    # The last third passes beacon a most closely at its end.
+    # Of the last third, which has rows 85, 90 and 100, row 100 sees two beacons most closely.
     (axes,) = enlarged.axes
-    late = truth[80:]
-    away = np.linalg.norm(late[:, None, :2] - np.array([[5.9, 1.0], [0.1, 3.0]]), axis=2)
-    row, nearest = np.unravel_index(away.argmin(), away.shape)
-    x, y = (late[row, :2] + [(5.9, 1.0), (0.1, 3.0)][nearest]) / 2
-    assert axes.get_xlim() == pytest.approx((x - 2.4, x + 2.4))
-    assert axes.get_ylim() == pytest.approx((y - 1.6, y + 1.6))
-    of_map, of_robot = axes.collections[-2:]
-    radius = np.sqrt(stats.chi2.ppf(0.95, 2))
-    for ellipses in (of_map, of_robot):
-        assert np.ptp(ellipses.get_paths()[0].vertices[:, 0]) == pytest.approx(2 * 4 * 0.1 * radius, rel=0.01)
-    assert len(of_robot.get_paths()) == len(range(N)[max(0, 80 + row - 40) : 80 + row + 40 : 5])
+    x, y, heading = (truth + offset)[100]
+    ends = [[x + r * np.cos(heading + b), y + r * np.sin(heading + b)] for r, b in ((1.0, 0.5), (1.5, -0.5))]
+    sights, of_map, of_robot = (each for each in axes.collections if each.get_zorder() > 0.9)
+    np.testing.assert_allclose([line[1] for line in sights.get_segments()], ends)
+    np.testing.assert_allclose([line[0] for line in sights.get_segments()], [[x, y]] * 2)
+    assert np.clip(ends, *np.transpose([axes.get_xlim(), axes.get_ylim()])) == pytest.approx(np.array(ends))
+    # An ellipse larger than the robot stays as it is.
+    wide = [np.ptp(each.get_paths()[0].vertices[:, 0]) for each in (of_map, of_robot)]
+    assert wide == pytest.approx([2 * 0.1 * np.sqrt(stats.chi2.ppf(0.95, 2))] * 2, rel=0.01)
+    assert result.pictures[1].caption.endswith("at 10.0 s, with 95 % ellipses, magnified 1 times")
     assert len(transient.axes) == 4
     assert transient.axes[3].get_ylabel() == "position error [m]"
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.integrate import cumulative_trapezoid
+from scipy.integrate import cumulative_trapezoid, solve_ivp
 from scipy.io import loadmat
 from scipy.spatial.transform import Rotation
 
@@ -31,7 +31,7 @@ def ran(tmp_path_factory):
     """All scripts, one after the other in one Octave: the folder of their results, and what came of them."""
     folder = tmp_path_factory.mktemp("scripts")
     names = sorted(script.name for script in SCRIPTS.glob("*.m"))
-    assert len(names) == 24
+    assert len(names) == 25
     for name in names:
         own, functions = apart(without_fields((SCRIPTS / name).read_text()))
         for file, text in {Path(name).stem: own, **functions}.items():
@@ -224,6 +224,33 @@ def test_counts_of_a_histogram_are_those_of_numpy(ran):
     count, edges = np.histogram([1, 1, 2.5, 5], 4)
     np.testing.assert_array_equal(got["n"].ravel(), count)
     np.testing.assert_allclose(got["c"].ravel(), (edges[1:] + edges[:-1]) / 2)
+
+
+def test_arms_move_under_torques_and_dry_friction_holds_them(ran):
+    got = of(ran, "s25")
+    # 0.5 N m brake 0.5 kg m^2 from 3 rad/s: 4.5 rad in 3 s, and no motion from then on.
+    assert got["q1"][-1, 0] == pytest.approx(4.5, abs=1e-3)
+    assert (got["qd1"][got["t1"] > 3.001] == 0.0).all()
+    assert got["t1"][-1] == pytest.approx(4.0)
+    np.testing.assert_allclose(got["q3"][-1], got["q2"][-1], **EXACT)
+    puma, qr, qn = mjsim.arm("puma560"), np.array([0, np.pi / 2, -np.pi / 2, 0, 0, 0]), np.array([0, 1, 4, 0, 1, 0])
+    gear, viscous, dry = np.abs(got["G"].ravel()), got["B"].ravel(), got["Tc"]
+
+    def rate(_, x):
+        # Dry friction as a steep slope through zero, which needs a stiff integrator.
+        q, qd = x[:6], x[6:]
+        torque = -20.0 * np.array([0, 1, 1, 0, 0, 0]) * (q - qn * np.pi / 4)
+        friction = gear**2 * viscous * qd + gear * np.where(qd > 0, dry[0], -dry[1]) * np.tanh(qd / 1e-4)
+        rest = torque - puma.coriolis(q, qd) @ qd - puma.gravload(q) - friction
+        return np.concatenate([qd, np.linalg.solve(puma.inertia(q), rest)])
+
+    exact = solve_ivp(rate, (0.0, 0.8), [*qr, *np.zeros(6)], method="LSODA", rtol=1e-6, atol=1e-7)
+    np.testing.assert_allclose(got["q2"][-1], exact.y[:6, -1], atol=3e-3)
+    np.testing.assert_array_equal(got["q2"][:, [0, 3, 5]], 0.0)
+    np.testing.assert_array_equal(got["rows"][1], got["single"].ravel())
+    np.testing.assert_array_equal(got["rows"][0], got["stacked"].ravel())
+    expected = np.linalg.solve(puma.inertia(qr), -puma.rne(qr, np.ones(6), np.zeros(6)))
+    np.testing.assert_allclose(got["single"].ravel(), expected, rtol=1e-9)
 
 
 def test_figures_tell_their_limits_and_data_and_arms_carry_what_they_are_given(ran):

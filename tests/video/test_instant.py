@@ -1,5 +1,6 @@
 """Any instant of a film is a picture, an SVG or a PDF."""
 
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import cv2
@@ -41,15 +42,34 @@ def test_an_svg_has_the_paths_up_to_its_time_and_the_robot_where_it_is(recording
 
 
 def test_a_close_up_fits_a_column_and_shows_the_robot_larger(recording, tmp_path):
-    sizes = {}
+    sizes, notes = {}, {}
     for view in (None, "close-up"):
         write_instant(recording, tmp_path / f"{view}.svg", 0.4, view=view, sightings=False)
         root = ElementTree.parse(tmp_path / f"{view}.svg").getroot()
         width, height = (float(root.get(key).removesuffix("mm")) for key in ("width", "height"))
         sizes[view] = width, max(map(float, root.get("viewBox").split()[2:]))
         assert max(width, height) < (96.0 if view else 261.0)
+        notes[view] = [each.text for each in root.iter(f"{SVG}text") if "ellipses" in each.text]
+    # Beliefs of metres need no magnification.
+    assert notes == {None: [], "close-up": ["95 % ellipses"]}
     # It shows less of the world, so on a column of one width more of the robot.
     assert sizes["close-up"][1] < sizes[None][1]
+
+
+def test_ellipses_that_a_column_would_not_show_are_magnified_and_the_drawing_says_so(recording, tmp_path):
+    robot, row = next(iter(recording.robots)), 8
+    track = recording.robots[robot]
+    sure = replace(track, covariance=np.tile(np.diag([9e-6, 1e-6, 1e-6]), (len(track.time), 1, 1)))
+    small = replace(recording, robots={**recording.robots, robot: sure})
+    write_instant(small, tmp_path / "now.svg", float(recording.time[row]), view="close-up")
+    root = ElementTree.parse(tmp_path / "now.svg").getroot()
+    (robot_item,) = (each for each in recording.world.robots if each.name == robot)
+    factor = max(k for k in (1, 2, 5, 10, 20, 50, 100) if k * 0.003 * 2.4477 <= robot_item.body.radius)
+    assert f"95 % ellipses, magnified {factor} times" in [each.text for each in root.iter(f"{SVG}text")]
+    drawn = [each for each in root.iter(f"{SVG}polygon") if each.get("stroke") == INKS["estimate"].light]
+    points = [np.array([p.split(",") for p in each.get("points").split()], float) / 100 for each in drawn]
+    widths = [np.ptp(each[:, 0]) for each in points]
+    assert any(width == pytest.approx(2 * factor * 0.003 * 2.4477, rel=0.01) for width in widths)
 
 
 def test_dark_paper_has_the_lighter_colours(recording, tmp_path):

@@ -6,10 +6,7 @@ function M = inertia(varargin)
   q = mjsim_rows(rest{1}, n);
   M = zeros(n, n, size(q, 1));
   for k = 1:size(q, 1)
-    for j = 1:n
-      unit = zeros(1, n); unit(j) = 1;
-      M(:, j, k) = mjsim_rne(s, q(k, :), zeros(1, n), unit, zeros(3, 1), zeros(6, 1), 0)';
-    end
-    M(:, :, k) = (M(:, :, k) + M(:, :, k)') / 2 + diag(s.G.^2 .* s.Jm);
+    [~, rigid] = mjsim_rne(s, q(k, :), zeros(1, n), zeros(1, n), zeros(3, 1), zeros(6, 1), 0);
+    M(:, :, k) = (rigid + rigid') / 2 + diag(s.G.^2 .* s.Jm);
   end
 end

@@ -1,5 +1,9 @@
 function c = mjsim_chain(r)
 % MJSIM_CHAIN  Geometry and masses of an arm: frames before and after each joint, as robot.arms.NAME has them.
+  if isfield(r, 'Tc')
+    c = r;
+    return
+  end
   if isstruct(r)
     c = struct('before', r.before, 'after', r.after, 'slide', r.slide(:)', 'parent', r.parents(:)' + 1, ...
                'carrier', r.carrier + 1, 'base', r.base, 'tool', r.tool, 'gravity', -r.gravity(:), 'm', r.mass(:)', ...
