@@ -17,6 +17,8 @@ from mjsim.lab.plant_study import MAX_INTEGRATOR_POLE, first_output, shown_secon
 OTHERWISE = "take another rule of --pid, or --place, --lqr or --lead"
 ROOT_TOLERANCE = 1e-3
 """Roots that differ by less than this fraction of their size are equal but for rounding."""
+CLOSE, MAX_GUESSES = 1.6, 50
+"""A smaller time constant within this factor of a zero's is close to it; maximum number of guesses of the dead time."""
 Parameters = tuple[float, float, float]
 """Parameters of a PID: gain, integral time and derivative time [s]; an infinite integral time means no integral part.
 """
@@ -79,10 +81,10 @@ def _tangent(loop: Any, gain: float) -> Lag:
 
 
 def _halved(plant: LinearPlant) -> Lag:
-    """Return a first-order model by the half rule if all poles are lags, else by the step response.
+    """Return a first-order model by the half rule if poles and zeros are real, else by the step response.
 
     Half of the second largest time constant counts as dead time, half is added to the largest; the other lags, and
-    zeros in the right half plane, count as dead time.
+    zeros in the right half plane, count as dead time. Zeros in the left half plane change a lag each.
 
     References:
         Skogestad, Simple Analytic Rules for Model Reduction and PID Controller Tuning, J. Process Control 13 (2003),
@@ -92,12 +94,41 @@ def _halved(plant: LinearPlant) -> Lag:
     gain, zeros = _static_gain(loop), finite_zeros(loop)
     poles = _cancelled(loop.poles(), zeros)
     zeros = _cancelled(zeros, loop.poles())
-    if not (_are_real(poles) and _are_real(zeros) and (zeros.real > 0.0).all() and len(poles)):
+    if not (_are_real(poles) and _are_real(zeros) and len(poles) > len(zeros)):
         return _reaction(plant)
-    lags = np.sort(-1.0 / _merged(poles).real)[::-1]
-    half = lags[1] / 2.0 if len(lags) > 1 else 0.0
-    dead = plant.delay + half + float(lags[2:].sum()) + float((1.0 / zeros.real).sum())
-    return Lag(gain=gain, dead=float(dead), constant=float(lags[0] + half))
+    lags, zeros = np.sort(-1.0 / _merged(poles).real)[::-1], zeros.real
+    given = plant.delay + float((1.0 / zeros[zeros > 0.0]).sum())
+    leads, dead = np.sort(-1.0 / zeros[zeros < 0.0])[::-1], given + float(lags[1:].sum())
+    for _ in range(MAX_GUESSES):
+        # What a zero becomes depends on the dead time, and that on the lags that zeros leave.
+        factor, left = _without_leads(lags.tolist(), leads.tolist(), dead)
+        half = left[1] / 2.0 if len(left) > 1 else 0.0
+        guess, dead = dead, given + half + sum(left[2:])
+        if abs(dead - guess) <= 1e-9 * dead:
+            break
+    return Lag(gain=gain * factor, dead=dead, constant=left[0] + half)
+
+
+def _without_leads(lags: list[float], leads: list[float], dead: float) -> tuple[float, list[float]]:
+    """Return the factor of the gain and the lags that zeros in the left half plane leave, the largest first [s].
+
+    References:
+        Skogestad (2003), section 3.3, rules T1, T1a, T1b, T2 and T3.
+    """
+    factor = 1.0
+    for lead in leads:
+        larger = min((lag for lag in lags if lag >= lead), default=math.inf)
+        smaller = max((lag for lag in lags if lag < lead), default=0.0)
+        is_close = smaller > 0.0 and lead / smaller < min(larger / lead, CLOSE)
+        if larger == math.inf or is_close:
+            lags.remove(smaller)
+            factor *= max(lead / max(smaller, dead), 1.0)
+        else:
+            lags.remove(larger)
+            near = lead if lead >= 5.0 * dead else min(larger, 5.0 * dead)
+            factor *= near / larger
+            lags += [near - lead] if near > lead else []
+    return factor, sorted(lags, reverse=True)
 
 
 def _merged(roots: Array) -> Array:

@@ -45,6 +45,16 @@ PERIOD = 2 * np.pi / np.sqrt(11.0)
         ("simc", lags(1, 1, 1, 1), (0.3, 1.5, 0.0)),
         ("simc", lags(1, 0.2, 0.04, 0.008), (1.1 / 0.296, 1.1, 0.0)),
         ("simc", lags(1, 1, 1, num="-2, 1"), (1.5 / 7, 1.5, 0.0)),
+        # His examples E2, E3 and E13 have zeros in the left half plane: 0.08 beside 0.2, 15 beside 20, 2 beside 10.
+        ("simc", lags(2, 1, 0.4, 0.2, 0.05, 0.05, 0.05, num="-0.024, -0.22, 1"), (2.5 / 2.94, 2.5, 0.0)),
+        ("simc", lags(20, 1, 0.1, 0.1, num="30, 2"), (1.05 / (1.5 * 0.3), 1.05, 0.0)),
+        ("simc", lags(10, 0.5, num="2, 1") + ", delay: 1", (4.5 / (0.625 * 2.5), 4.5, 0.0)),
+        # Zeros larger than all lags, by T1, T1a and T1b: 3 / 2 with a lag of 1 left; 3 / theta; 1.
+        ("simc", lags(2, 1, num="3, 1") + ", delay: 0.5", (1 / 1.5, 1.0, 0.0)),
+        ("simc", lags(1, 0.1, num="3, 1") + ", delay: 2", (0.1 / (1.5 * 4), 0.1, 0.0)),
+        ("simc", lags(1, 0.1, num="1.5, 1") + ", delay: 2", (0.1 / 4, 0.1, 0.0)),
+        # 1.1 is closer to 1 than to 20 and less than 1.6 times it: T1 takes 1.
+        ("simc", lags(20, 1, num="1.1, 1") + ", delay: 0.2", (20 / (1.1 * 0.4), 1.6, 0.0)),
         # Half of 1 / 2 is added to 1, half counts as dead time with 1 / 3.
         ("simc", THREE, (1.25 / (7 / 6), 1.25, 0.0)),
         # An integrator with a dead time: gain 1 / (2 theta), integral time 8 theta.

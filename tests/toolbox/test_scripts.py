@@ -18,7 +18,7 @@ from mjsim.toolbox.local_functions import apart
 SCRIPTS = Path(__file__).parent / "scripts"
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.timeout(100),
+    pytest.mark.timeout(300),
     pytest.mark.skipif(shutil.which("octave-cli") is None, reason="no Octave here"),
 ]
 UP6 = [(0, 0, 0.15, np.pi / 2), (0, 0, 0.57, 0), (0, 0, 0.13, np.pi / 2), (0, 0.64, 0, -np.pi / 2),
@@ -232,7 +232,7 @@ def test_arms_move_under_torques_and_dry_friction_holds_them(ran):
     assert got["q1"][-1, 0] == pytest.approx(4.5, abs=1e-3)
     assert (got["qd1"][got["t1"] > 3.001] == 0.0).all()
     assert got["t1"][-1] == pytest.approx(4.0)
-    np.testing.assert_allclose(got["q3"][-1], got["q2"][-1], **EXACT)
+    np.testing.assert_allclose(got["q3"], got["q4"], **EXACT)
     puma, qr, qn = mjsim.arm("puma560"), np.array([0, np.pi / 2, -np.pi / 2, 0, 0, 0]), np.array([0, 1, 4, 0, 1, 0])
     gear, viscous, dry = np.abs(got["G"].ravel()), got["B"].ravel(), got["Tc"]
 
