@@ -103,3 +103,39 @@ robots:
             if len(arrived) == 2:
                 break
             assert tick.time < 16.0
+
+
+SEES = LIDAR.replace("FOV", "360").replace("REACH", "8")
+
+
+@pytest.mark.slow
+def test_it_gets_through_a_door_17_cm_wider_than_its_body():
+    world = mjsim.parse_world(f"""
+mjsim: 1
+walls:
+  - {{points: [[0, 0], [8, 0], [8, 4], [0, 4]], closed: true}}
+  - {{points: [[4, 0], [4, 4]], openings: [{{segment: 0, at: 1.725, width: 0.55}}]}}
+robots: [{{name: r, preset: pioneer3dx, at: [1.5, 1.2], sensors: {SEES}}}]
+""")
+    navigator = GoToGoal([6.5, 2.8])
+    with mjsim.Simulation(world, seed=1) as sim:
+        for tick in mjsim.ticks(sim, {"r": mjsim.Driver(navigator=navigator)}):
+            assert not any(event.kind == "bump" for event in tick.orders["r"].events)
+            if navigator.is_done:
+                break
+            assert tick.time < 25.0
+    assert tick.truth["r"].x > 6.0
+
+
+@pytest.mark.slow
+def test_shut_in_it_says_why_after_5_s():
+    walls = "walls: [{points: [[0, 0], [0.9, 0], [0.9, 0.9], [0, 0.9]], closed: true}]"
+    text = f"mjsim: 1\n{walls}\nrobots: [{{name: r, preset: pioneer3dx, at: [0.45, 0.45], sensors: {SEES}}}]\n"
+    with mjsim.Simulation(mjsim.parse_world(text), seed=1) as sim:
+        for tick in mjsim.ticks(sim, {"r": mjsim.Driver(navigator=GoToGoal([5.0, 0.5]))}):
+            told = [event.text for event in tick.orders["r"].events if event.kind == "blocked"]
+            if told:
+                break
+            assert tick.time < 6.0
+    assert told[0].startswith("r is blocked: no way to [5, 0.5]")
+    assert tick.time == pytest.approx(5.0, abs=0.2)
