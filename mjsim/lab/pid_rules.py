@@ -17,6 +17,8 @@ from mjsim.lab.plant_study import MAX_INTEGRATOR_POLE, first_output, shown_secon
 OTHERWISE = "take another rule of --pid, or --place, --lqr or --lead"
 ROOT_TOLERANCE = 1e-3
 """Roots that differ by less than this fraction of their size are equal but for rounding."""
+TINY = 2.0**-20
+"""Factor of a loop."""
 CLOSE, MAX_GUESSES = 1.6, 50
 """A smaller time constant within this factor of a zero's is close to it; maximum number of guesses of the dead time."""
 Parameters = tuple[float, float, float]
@@ -38,11 +40,12 @@ class Lag:
 def _ultimate(plant: LinearPlant) -> tuple[float, float]:
     """Return the ultimate gain and period [s]; in discrete time those of the sampled loop."""
     loop = first_output(plant.exact)
-    margins = margins_of(loop, plant.delay)
+    # The margin is the crossing nearest to gain 1, the ultimate gain the least one: nearest to 1 for a tiny loop.
+    margins = margins_of(TINY * loop, plant.delay)
     gain, at = margins["gain_margin"], margins["phase_crossover"]
     if gain is None or not at or not (outward(loop.poles(), plant.dt) < 1e-9).all():
         raise UsageError(f"no gain makes this plant oscillate; {OTHERWISE}")
-    return gain, 2.0 * math.pi / at
+    return TINY * gain, 2.0 * math.pi / at
 
 
 def _reaction(plant: LinearPlant) -> Lag:

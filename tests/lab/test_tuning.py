@@ -84,6 +84,15 @@ def test_a_gain_that_makes_a_delayed_lag_oscillate_is_found_without_an_approxima
     assert (gain, ti, td) == pytest.approx((0.6 * np.pi / 2, 2.0, 0.5), rel=1e-9)
 
 
+def test_the_ultimate_gain_is_the_least_of_all_crossings():
+    # 4 w + atan(w) = pi at 0.6426 rad/s, gain 0.5943; the next crossing, gain 1.152, is nearer to 1.
+    w = 0.6426
+    for _ in range(50):
+        w = (np.pi - np.arctan(w)) / 4
+    gain, ti, _ = tuned("ziegler-nichols", "num: [2], den: [1, 1], delay: 4")
+    assert (gain, ti) == pytest.approx((0.6 * np.hypot(w, 1.0) / 2, np.pi / w), rel=1e-6)
+
+
 def test_a_rule_for_dead_time_says_that_there_is_none():
     with pytest.raises(UsageError, match="the plant has no dead time, which this rule needs; use the rule simc"):
         tuned("cohen-coon", "num: [1], den: [1, 1]")
