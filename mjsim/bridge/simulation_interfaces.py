@@ -140,7 +140,7 @@ class SimulationInterfaces:
         return self._touch({"move": entity, "to": [to.x, to.y], "heading_deg": heading})
 
     def _step(self, steps: int) -> Coded:
-        if (state := self._session.state) in ("ended", "failed"):
+        if (state := self._reach("paused", "running")) in ("ended", "failed"):  # A world that loads is neither.
             return INCORRECT_STATE, f"the run has {state}; reset it first"
         if state != "paused":
             return FAILED, f"the simulation is {state}; pause it first"

@@ -38,7 +38,8 @@ class TestAnIndependentClient:
         assert answers["spawn"]["error_message"] in answers["info"]
 
     def test_moves_steps_deletes_and_resets(self, answers):
-        assert [answers[each]["result"] for each in ("set", "stepped", "deleted", "stepped again", "reset")] == [OK] * 5
+        fine = {"result": OK, "error_message": ""}
+        assert [answers[each] for each in ("set", "stepped", "deleted", "stepped again", "reset")] == [fine] * 5
         x, y, frame, nanoseconds = answers["crate"]
         assert (x, y, frame) == (pytest.approx(3.0, abs=1e-6), pytest.approx(1.0, abs=1e-6), "map")
         assert nanoseconds == 120_000_000  # three ticks of 25 Hz after the first

@@ -214,7 +214,7 @@ def test_named_wheels_are_those_that_drive(text, options, drive, names):
         (rover([0.0]), {"drive": "mecanum"}, "wheels"),
         (rover([0.0]), {"drive": "skid_steer"}, "has one axle that drives; skid steering needs two or more"),
         (rover([0.2, -0.2]), {"drive": "differential"}, "has 2 axles that drive; a differential drive has one"),
-        (rover([0.2, -0.2]), {"drive": "ackermann"}, "axles of r.urdf is 2, of those that steer 0; a car has two"),
+        (rover([0.2, -0.2]), {"drive": "ackermann"}, "axles: 2, steered: 0; a car has two"),
         (rover([0.2, -0.2]), {"drive": "tricycle"}, "has no single wheel that steers"),
         (rover([0.0]), {"forward": "+z"}, r"--forward is '\+z'; it is \+x, -x, \+y or -y"),
         (rover([0.0]), {"forward": "+y"}, r"--forward \+y is along the axles of r.urdf"),

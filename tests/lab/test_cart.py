@@ -136,7 +136,7 @@ def test_a_four_bar_passes_on_an_angle_as_its_loop_does():
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        ("of: cart, input: x.position, outputs: [q.rate]", "a rate among the outputs has no bound"),
+        ("of: cart, input: x.position, outputs: [q.rate]", "a rate among the outputs is unbounded"),
         ("of: cart, input: x.angle, outputs: [q]", "no input 'x.angle' of cart"),
         ("of: cart, input: pull, outputs: [q]", "no input 'pull' of cart"),
     ],

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mjsim.models import line_and_column, line_of, names_in
-from mjsim.models.inertia_repair import mend_inertias, mend_weightless, mended, number_of
+from mjsim.models.inertia_repair import finite_number, mend_inertias, mend_weightless, mended
 from mjsim.models.model_sources import ModelFiles
 from mjsim.models.robots.xml_positions import PlacedError, element_of, numbered, plainly, starts
 from mjsim.models.trials import model as model_fault
@@ -198,4 +198,4 @@ def test_a_robot_without_mass_weighs_what_its_shapes_do():
     assert [len(each.findall("visual")) for each in root] == [1, 1]
     for other in (urdf(link("a", "1", "", visual)), ET.fromstring("<mujoco/>")):
         assert list(mend_weightless(other, "r.urdf")) == []
-    assert [number_of(text) for text in ("1e2", "inf", "x", "", None)] == [100.0, None, None, None, None]
+    assert [finite_number(text) for text in ("1e2", "inf", "x", "", None)] == [100.0, None, None, None, None]

@@ -66,7 +66,7 @@ def test_code_runs_with_the_content_that_was_allowed_and_with_no_other(world, tm
     trust = Trust()
     files = {path: path.read_bytes() for path in (tmp_path / "go.py", tmp_path / "helper.py")}
     for path, data in files.items():
-        with pytest.raises(UsageError, match=f"'{path.name}' is code that you have not allowed as it is now"):
+        with pytest.raises(UsageError, match=f"'{path.name}' is code that you have not allowed in its present form"):
             trust.admit(path, data)
     with pytest.raises(RefusedError) as caught:
         trust.check(world)

@@ -316,7 +316,7 @@ def test_a_program_that_is_swapped_between_the_check_and_its_start_does_not_run(
     trust.allow(world, trust.asks_for(world))
     drivers_of(world)
     program.write_text("#!/bin/sh\ntouch evil\n")
-    with pytest.raises(UsageError, match=r"'go\.sh' is code that you have not allowed as it is now"):
+    with pytest.raises(UsageError, match=r"'go\.sh' is code that you have not allowed in its present form"):
         drivers_of(world)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["driven.yaml", "go.sh"]
 

@@ -29,7 +29,7 @@ LITERAL = re.compile(r"""//[^\n]*|/\*.*?\*/|("(?:[^"\\\n]|\\.)*"|`(?:[^`\\]|\\.)
 NOT_SEEN = re.compile(
     r"(\b(class|role|at|font|style|viewBox|method|view|kind)|className|from|FONT|KEY|FIRST|clip"
     r"|[!=]==|case|import|word\(|definition\(|matchMedia\(|includes\(|offers\(|querySelector\w*(<\w+>)?\(|el\()"
-    r"[:=]? *([a-z]\w+ \? )?$"
+    r"[:=]? *([a-z][\w.]+ \? )?$"
 )
 WORDS = re.compile(r"^[A-Z][a-z]+([ ;]|$)|[A-Za-z]{2,}[,.;:]? [a-z]{2,}|\} [a-z]{2,}|[a-z]{2,}:? \$\{")
 
