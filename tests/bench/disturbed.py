@@ -10,12 +10,12 @@ from numpy.random import Generator
 from threadpoolctl import threadpool_limits
 
 from mjsim.geometry import Array, Pose, wrap_angle
-from mjsim.interface import BeaconInfo, Estimator, Observation, Odometry, RobotInfo, SaysLost, Sighting
+from mjsim.interface import BeaconInfo, Estimator, HasPath, Observation, Odometry, RobotInfo, SaysLost, Sighting
 
-SIZE, CORNERS = (12.0, 8.0), ((10.0, 2.0), (10.0, 6.0), (2.0, 6.0), (2.0, 2.0))
-"""Of the room [m], and where the robot drives round and round."""
-DT, EVERY, REACH, FOV = 0.04, 5, 6.0, math.radians(60.0)
-"""Tick [s], ticks between sightings, and how far [m] and wide [rad] landmarks are seen."""
+from .landmark_rooms import DT, FAULTS, ROOMS, SIZE, LandmarkRoom
+
+EVERY, REACH, FOV = 5, 6.0, math.radians(60.0)
+"""Ticks between sightings, and how far [m] and wide [rad] landmarks are seen."""
 R = np.diag([0.05, math.radians(1.0)]) ** 2
 
 
@@ -48,6 +48,13 @@ class Disturbance:
     """The pose that it is carried to."""
     after: tuple[tuple[float, float], ...] = ()
     """Where it drives from there, before it goes on [m]."""
+    every: float = math.inf
+    """Until it happens again [s]."""
+
+    def acts(self, time: float) -> bool:
+        """Return whether it happens at a time [s]."""
+        since = time - self.time
+        return since >= 0.0 and (since % self.every if since else 0.0) < self.seconds
 
 
 DISTURBED = {
@@ -57,6 +64,14 @@ DISTURBED = {
     "turned by 90 degrees": Disturbance(seconds=1.0, by=(0.0, 0.0, math.pi / 2.0)),
     "carried away": Disturbance(to=(9.0, 5.0, 2.0)),
 }
+CASES: dict[str, tuple[LandmarkRoom, Disturbance | None]] = {
+    **{name: (room, None) for name, room in ROOMS.items()},
+    "clutter": (ROOMS["clutter"], DISTURBED["carried away"]),
+    **{name: (ROOMS["plain"], disturbance) for name, disturbance in DISTURBED.items()},
+    "pushed by 0.3 m every 20 s": (ROOMS["plain"], Disturbance(20.0, 1.0, (0.2, 0.2, 0.0), every=20.0)),
+    **{name: (LandmarkRoom(faults=faults), None) for name, faults in FAULTS.items()},
+}
+"""Rooms and what happens in them."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -72,9 +87,17 @@ class Errors:
     lost: Array
     """Whether the estimator says so."""
 
+    path: float = math.nan
+    """Mean error of the final trajectory, if there is one [m]."""
+
     def surely_wrong(self) -> float:
         """Return the time with an error beyond all that the covariance allows [s]: 25 is 1 in 60,000."""
         return float(DT * np.sum(self.nees > 25.0))
+
+    def longest_wrong(self) -> float:
+        """Return the longest time without a break in which the estimate was surely wrong [s]."""
+        right = np.flatnonzero(np.concatenate([[True], self.nees <= 25.0, [True]]))
+        return float(DT * (np.diff(right).max() - 1))
 
     def seconds_lost(self) -> float:
         """Return the time in which the estimator said that it is lost [s]."""
@@ -98,22 +121,25 @@ def drive(
     seed: int,
     disturbance: Disturbance | None = None,
     *,
-    number: int = 8,
+    room: LandmarkRoom = ROOMS["plain"],
     seconds: float = 100.0,
 ) -> dict[str, Errors]:
-    """Drive round the room; return the errors of estimators that all got the same observations."""
+    """Drive round a room; return the errors of estimators that all got the same observations."""
     rng = np.random.default_rng([seed, 1])
-    places = landmarks(number, np.random.default_rng([seed, 7]))
+    places = landmarks(8, np.random.default_rng([seed, 7])) if room.places is None else room.places
     catalogue = {name: BeaconInfo(name, None, 0.3, 0.3) for name in places}
-    inside = np.full(2, 0.6), np.array(SIZE) - 0.6
+    inside = np.full(2, 0.6), np.array(room.size) - 0.6
 
     def seen(moment: Moment) -> Observation:
         """Return odometry and, when they are due, sightings."""
-        looks = _looks(moment.truth, places, moment.time, rng)
-        return Observation(moment.time, DT, moment.odometry, sightings=looks if moment.tick % EVERY == 0 else ())
+        looks = _looks(moment.truth, places, moment.time, rng) if moment.tick % EVERY == 0 else ()
+        shown = (look for look in looks if room.shows(places[str(look.name)], moment.time, moment.truth[:2]))
+        odometry = room.faults.of_odometry(moment.odometry, moment.time)
+        return Observation(moment.time, DT, odometry, sightings=tuple(map(room.faults.of_sighting, shown)))
 
-    moments = driven(CORNERS, inside, rng, disturbance, seconds)
-    return compared(estimators, ((moment.truth, seen(moment)) for moment in moments), ROBOT, catalogue, seed)
+    moments = driven(room.corners, inside, rng, disturbance, seconds)
+    robot = dataclasses.replace(ROBOT, prior=Pose(*room.corners[-1], 0.0))
+    return compared(estimators, ((moment.truth, seen(moment)) for moment in moments), robot, catalogue, seed)
 
 
 class Moment(NamedTuple):
@@ -153,7 +179,7 @@ def driven(
         step = _step(truth, after[0] if after else corners[corner])
         c, s = math.cos(truth[2]), math.sin(truth[2])
         truth = truth + np.array([c * step[0], s * step[0], step[2]])
-        if disturbance is not None and disturbance.time <= time < disturbance.time + disturbance.seconds:
+        if disturbance is not None and disturbance.acts(time):
             truth = truth + np.array(disturbance.by) * DT / disturbance.seconds
             truth = truth if disturbance.to is None else np.array(disturbance.to)
             after = list(disturbance.after)
@@ -172,7 +198,9 @@ def compared(
     for estimator in estimators.values():
         estimator.start(robot, catalogue, np.random.default_rng(seed + 100))
     rows: dict[str, list[tuple[float, ...]]] = {name: [] for name in estimators}
+    truths: list[Array] = []
     for truth, seen in drive:
+        truths.append(truth)
         for name, estimator in estimators.items():
             belief = estimator.update(seen)
             off = belief.pose.as_array() - truth
@@ -180,7 +208,15 @@ def compared(
             nees = off @ np.linalg.solve(belief.covariance + 1e-12 * np.eye(3), off)
             lost = isinstance(estimator, SaysLost) and estimator.lost()
             rows[name].append((seen.time, np.hypot(*off[:2]), nees, len(seen.sightings), lost))
-    return {name: Errors(*np.array(own).T) for name, own in rows.items()}
+    return {name: Errors(*np.array(own).T, path=_path(estimators[name], truths)) for name, own in rows.items()}
+
+
+def _path(estimator: Estimator, truths: Sequence[Array]) -> float:
+    """Return the mean error of the final trajectory of an estimator that has a pose for each tick [m]."""
+    if not isinstance(estimator, HasPath):
+        return math.nan
+    path = np.array([pose.as_array() for _, pose in estimator.path()])
+    return float(np.hypot(*(path - truths)[:, :2].T).mean()) if len(path) == len(truths) else math.nan
 
 
 def _step(truth: Array, corner: tuple[float, float]) -> Array:
