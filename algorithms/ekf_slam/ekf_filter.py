@@ -68,7 +68,7 @@ class EkfSlamFilter(SlamState):
             pose: Mean of (x, y, heading), shape (3,) [m, m, rad].
             covariance: Of the pose, shape (3, 3); None for zeros, which makes the start the origin of the map.
             parameters: Number p of systematic errors of the motion, estimated too; initially 0 and certain.
-            sensor: Number s of systematic errors of the ranges, 2 or 0, as in `range_errors`; also initially 0.
+            sensor: Number s of systematic errors of sightings, 2, 3 or 0, as in `measured`; also initially 0.
             renew: A first estimate is replaced if the newest one differs by more than this ratio to the distance of
                 the landmark: its Jacobians no longer describe the measurement.
             far: A correction is iterated if it turns the robot by more than this [rad], or moves the robot or a visible
@@ -224,9 +224,13 @@ class EkfSlamFilter(SlamState):
         self._P[:3, :size], self._P[:size, :3] = 0.0, 0.0
         self._P[:3, :3] = covariance
 
+    def loosen(self, variances: ArrayLike) -> None:
+        """Add variances (3,) to those of the pose, which has moved in an unknown way [m^2, m^2, rad^2]."""
+        self._P[range(3), range(3)] += np.asarray(variances, dtype=float)
+
     def assume(self, variances: ArrayLike) -> None:
-        """Add variances (s,) to those of the sensor's errors, before the first landmark."""
-        rows = range(self._sensor.start, self._sensor.stop)
+        """Add variances to those of the first errors of the sensor, before the first landmark."""
+        rows = range(self._sensor.start, self._sensor.start + len(np.asarray(variances)))
         self._P[rows, rows] += np.asarray(variances, dtype=float)
 
     def constrain(self, variances: ArrayLike) -> None:

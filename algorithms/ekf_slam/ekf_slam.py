@@ -24,6 +24,7 @@ from mjsim.geometry import Array, Pose, wrap_angles
 from mjsim.interface import BeaconInfo, Estimate, Observation, Odometry, RobotInfo, Sighting
 
 from ..estimation.ekf_models import bicycle_motion, odometry_motion
+from ..estimation.misfit import Misfit
 from ..estimation.odometry_errors import COUNT, DELAY, OdometryErrors
 from ..estimation.range_errors import RANGE_ERRORS, RangeErrors
 from ..estimation.recent_motion import RecentMotion
@@ -35,7 +36,7 @@ from .invariant_ekf import InvariantEkfSlamFilter
 from .landmark_merging import DuplicateLandmarks
 from .map_management import Probation
 from .past_positions import Mark, PastPositions
-from .rival_filters import RivalFilters
+from .rival_filters import LARGE_MOTION, LARGE_SENSOR, RivalFilters
 
 __all__ = ["EkfSlam", "EkfSlamFilter", "InvariantEkfSlamFilter", "bicycle_motion", "odometry_motion"]
 
@@ -136,7 +137,7 @@ class EkfSlam:
 
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
         """Begin at the robot's prior with an empty map."""
-        self._recent, self._relocation = RecentMotion(), Relocation()
+        self._recent, self._relocation, self._misfit = RecentMotion(), Relocation(), Misfit()
         self._duplicates = DuplicateLandmarks(gate=self._gate, scale=self._sighting_scale)
         self._odometry_errors = OdometryErrors(self._systematic, delay=self._delay)
         self._errors = PictureErrors(robot, nod=self._nod, repeat=self._repeat)
@@ -178,13 +179,13 @@ class EkfSlam:
             self._past.move(distance)
             if innovations:
                 self._past.hold(believed)
-        mapped = self._mapped()
+        mapped, doubted = self._mapped(), self._rivals.suspected(believed)
         belief = Estimate(
             pose=Pose.from_array(believed.pose),
-            covariance=believed.covariance,
-            landmarks=believed.landmarks(mapped),
+            covariance=doubted.covariance,
+            landmarks=doubted.landmarks(mapped),
             innovations=innovations,
-            joint_covariance=believed.joint_covariance_of(mapped) if self._joint else None,
+            joint_covariance=doubted.joint_covariance_of(mapped) if self._joint else None,
         )
         if self._past is not None:
             self._past.mark(self._rivals, believed.pose)
@@ -205,28 +206,31 @@ class EkfSlam:
 
         Relative error of the distance, turn per metre [rad/m], relative error of the turn, and delay of the motion [s].
         """
-        return self._filter.parameters
+        return self._filter.parameters[:COUNT]
 
     @property
     def range_errors(self) -> tuple[Array, Array]:
         """Estimated offset [m] and relative error of ranges, (2,), and their covariance; (0,) without such errors."""
-        return self._filter.sensor_errors
+        mean, covariance = self._filter.sensor_errors
+        return mean[:RANGE_ERRORS], covariance[:RANGE_ERRORS, :RANGE_ERRORS]
 
     def _move(self, moved: Odometry, covariance: Array, seconds: float) -> None:
         """Predict with odometry; systematic errors add up to the odometry noise over `systematic`."""
         delay = float(self._filter.parameters[3])
         errors = self._odometry_errors.step(moved, covariance, seconds, delay=delay)
-        self._rivals.predict(self._motion, (moved.forward, moved.left, moved.turn), covariance, errors=errors)
+        self._rivals.predict(
+            self._motion, (moved.forward, moved.left, moved.turn), covariance, errors=errors, seconds=seconds
+        )
 
     def _limit_range_errors(self, sightings: Sequence[Sighting]) -> None:
         """Assume systematic errors of the ranges as large as the scatter of named sightings leaves room for."""
         if math.isinf(self._systematic):
             return
         prior = self._range_errors.begin(sightings)
-        self._rivals.change(lambda slam: slam.assume(prior))
+        self._rivals.change_usual(lambda slam: slam.assume(prior))
         variances = self._range_errors.constraint(sightings, self._recent)
         if variances is not None:
-            self._rivals.change(lambda slam: slam.constrain(variances))
+            self._rivals.change_usual(lambda slam: slam.constrain(variances))
 
     def _relocate(self, time: float) -> None:
         """Relocate the robot to where the recent sightings fit the map, if nearly all of them fail."""
@@ -261,9 +265,17 @@ class EkfSlam:
         """Correct by sightings within the gate; remove landmarks on probation that too many contradict."""
         Z, R = self._measured(sightings)
         nu, S = self._filter.innovations(names, Z, R)
+        lost = self._relocation.lost
+        excess = (
+            None
+            if lost or math.isinf(self._systematic)
+            else self._misfit.excess(time, sightings, nu, S, gate=self._gate)
+        )
+        if excess is not None:
+            self._rivals.loosen(excess)
+            nu, S = self._filter.innovations(names, Z, R)
         distances = _squared_distances(nu, S)
         good = distances < self._gate
-        lost = self._relocation.lost
         counting = [] if lost else np.flatnonzero(good).tolist()
         if counting:
             together = self._errors.covariance([sightings[i] for i in counting], scale=self._sighting_scale)
@@ -349,13 +361,19 @@ class EkfSlam:
 def _new_filters(
     jacobians: Jacobians | Literal["invariant"], *, pose: Array, covariance: Array, errors: bool
 ) -> RivalFilters:
-    """Return filters with and without errors of odometry, both with errors of ranges; or one without any."""
+    """Return filters with and without errors of odometry, both with errors of ranges, and one with large errors.
+
+    Or only one without any.
+    """
     sensor = RANGE_ERRORS if errors else 0
     make: Callable[..., EkfSlamFilter] = InvariantEkfSlamFilter
     if jacobians != "invariant":
         make = partial(EkfSlamFilter, jacobians=jacobians, renew=RENEW)
     filters = [make(pose=pose, covariance=covariance, parameters=COUNT, sensor=sensor, far=FAR) for _ in range(2)]
-    return RivalFilters(filters[0], filters[1] if errors else None)
+    if not errors:
+        return RivalFilters(filters[0], None)
+    wide = make(pose=pose, covariance=covariance, parameters=len(LARGE_MOTION), sensor=len(LARGE_SENSOR), far=FAR)
+    return RivalFilters(*filters, wide)
 
 
 def _squared_distances(nu: Array, S: Array) -> Array:

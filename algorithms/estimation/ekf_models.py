@@ -140,16 +140,16 @@ def measured(z: Array, H_pose: Array, H_landmark: Array, errors: Array) -> tuple
         z: True range [m] and bearing [rad], shape (k, 2).
         H_pose: Derivative of it by the pose, shape (k, 2, 3).
         H_landmark: By the landmark, shape (k, 2, 2).
-        errors: Offset [m] and relative error of the range, shape (2,), or shape (0,).
+        errors: Offset [m] and relative error of the range, shape (2,); offset of the bearing too [rad], (3,); or (0,).
     """
     H_sensor = np.zeros((len(z), 2, len(errors)))
     if not len(errors):
         return z, Slopes(H_pose, H_landmark, H_sensor)
-    offset, scale = errors.tolist()
-    H_sensor[:, 0, 0], H_sensor[:, 0, 1] = 1.0, z[:, 0]
+    offset, scale, turned = (*errors.tolist(), 0.0)[:3]
+    H_sensor[:, 0, 0], H_sensor[:, 0, 1], H_sensor[:, 1, 2:] = 1.0, z[:, 0], 1.0
     stretch = np.array([1.0 + scale, 1.0])
     H = Slopes(stretch[:, None] * H_pose, stretch[:, None] * H_landmark, H_sensor)
-    return np.asarray(z * stretch + (offset, 0.0)), H
+    return np.asarray(z * stretch + (offset, turned)), H
 
 
 def corrected(z: Array, errors: Array) -> tuple[Array, Array, Array]:
@@ -162,10 +162,11 @@ def corrected(z: Array, errors: Array) -> tuple[Array, Array, Array]:
     """
     if not len(errors):
         return z, np.eye(2), np.zeros((2, 0))
-    offset, scale = errors.tolist()
-    true = max((float(z[0]) - offset) / (1.0 + scale), MIN_RANGE)
-    by_errors = np.array([[-1.0, -true], [0.0, 0.0]]) / (1.0 + scale)
-    return np.array([true, float(z[1])]), np.diag([1.0 / (1.0 + scale), 1.0]), by_errors
+    offset, scale, turned = (*errors.tolist(), 0.0)[:3]
+    stretch = 1.0 + scale
+    true = max((float(z[0]) - offset) / stretch, MIN_RANGE)
+    by_errors = np.array([[-1.0 / stretch, -true / stretch, 0.0], [0.0, 0.0, -1.0]])[:, : len(errors)]
+    return np.array([true, float(z[1]) - turned]), np.diag([1.0 / stretch, 1.0]), by_errors
 
 
 def innovation(Z: Array, expected: Array) -> Array:

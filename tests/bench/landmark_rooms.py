@@ -30,14 +30,14 @@ class Faults:
     drift: float = 0.0
     """What odometry tells: factors on distance and turn, and added to the turn [rad/s]."""
     slip: float = 0.0
-    """Speed that wheels which spin add for 0.4 of every 15 s [m/s]."""
+    """Speed that wheels which spin add for the last 0.4 of every 15 s [m/s]."""
     bearing: float = 0.0
     range: float = 1.0
     """Of sightings: added to bearings [rad], and factor on ranges."""
 
     def of_odometry(self, told: Odometry, time: float) -> Odometry:
         """Return what wheels with these errors tell."""
-        slip = self.slip * DT if time % 15.0 < 0.4 else 0.0
+        slip = self.slip * DT if time % 15.0 > 14.6 else 0.0
         forward, turn = told.forward * self.distance + slip, told.turn * self.turn + self.drift * DT
         return Odometry(forward, told.left, turn, told.covariance)
 
