@@ -224,10 +224,6 @@ class EkfSlamFilter(SlamState):
         self._P[:3, :size], self._P[:size, :3] = 0.0, 0.0
         self._P[:3, :3] = covariance
 
-    def loosen(self, variances: ArrayLike) -> None:
-        """Add variances (3,) to those of the pose, which has moved in an unknown way [m^2, m^2, rad^2]."""
-        self._P[range(3), range(3)] += np.asarray(variances, dtype=float)
-
     def assume(self, variances: ArrayLike) -> None:
         """Add variances to those of the first errors of the sensor, before the first landmark."""
         rows = range(self._sensor.start, self._sensor.start + len(np.asarray(variances)))

@@ -24,7 +24,6 @@ from mjsim.geometry import Array, Pose, wrap_angles
 from mjsim.interface import BeaconInfo, Estimate, Observation, Odometry, RobotInfo, Sighting
 
 from ..estimation.ekf_models import bicycle_motion, odometry_motion
-from ..estimation.misfit import Misfit
 from ..estimation.odometry_errors import COUNT, DELAY, OdometryErrors
 from ..estimation.range_errors import RANGE_ERRORS, RangeErrors
 from ..estimation.recent_motion import RecentMotion
@@ -137,7 +136,7 @@ class EkfSlam:
 
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
         """Begin at the robot's prior with an empty map."""
-        self._recent, self._relocation, self._misfit = RecentMotion(), Relocation(), Misfit()
+        self._recent, self._relocation = RecentMotion(), Relocation()
         self._duplicates = DuplicateLandmarks(gate=self._gate, scale=self._sighting_scale)
         self._odometry_errors = OdometryErrors(self._systematic, delay=self._delay)
         self._errors = PictureErrors(robot, nod=self._nod, repeat=self._repeat)
@@ -265,17 +264,9 @@ class EkfSlam:
         """Correct by sightings within the gate; remove landmarks on probation that too many contradict."""
         Z, R = self._measured(sightings)
         nu, S = self._filter.innovations(names, Z, R)
-        lost = self._relocation.lost
-        excess = (
-            None
-            if lost or math.isinf(self._systematic)
-            else self._misfit.excess(time, sightings, nu, S, gate=self._gate)
-        )
-        if excess is not None:
-            self._rivals.loosen(excess)
-            nu, S = self._filter.innovations(names, Z, R)
         distances = _squared_distances(nu, S)
         good = distances < self._gate
+        lost = self._relocation.lost
         counting = [] if lost else np.flatnonzero(good).tolist()
         if counting:
             together = self._errors.covariance([sightings[i] for i in counting], scale=self._sighting_scale)
@@ -373,7 +364,7 @@ def _new_filters(
     if not errors:
         return RivalFilters(filters[0], None)
     wide = make(pose=pose, covariance=covariance, parameters=len(LARGE_MOTION), sensor=len(LARGE_SENSOR), far=FAR)
-    return RivalFilters(*filters, wide)
+    return RivalFilters(filters[0], filters[1], wide)
 
 
 def _squared_distances(nu: Array, S: Array) -> Array:

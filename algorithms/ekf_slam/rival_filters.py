@@ -81,11 +81,6 @@ class RivalFilters:
         if self._rival is not None:
             action(self._rival)
 
-    def loosen(self, variances: ArrayLike) -> None:
-        """Add variances (3,) to those of the pose, which has moved in an unknown way; that is no constant error."""
-        self.change(lambda slam: slam.loosen(variances))
-        self._doubt, self._against = min(self._doubt, 0.0), 0.0
-
     def predict(
         self,
         motion: MotionModel,
