@@ -62,7 +62,9 @@ def test_the_estimator_of_a_nodding_robot_is_consistent_and_that_which_holds_it_
             )
             for assumed in (0.15, 0.0)
         )
-    assert np.mean((average > low) & (average < high)) > 0.9
+    # It is rather too careful than too sure: sensors might err by more than stated.
+    assert np.mean(average < high) > 0.95
+    assert 2.0 < average.mean() < 3.0
     assert np.mean((level > low) & (level < high)) < 0.6 < np.median(level) / high
 
 
