@@ -222,14 +222,25 @@ def _frames(motion: "ArmMotion") -> Iterator[np.ndarray[Any, np.dtype[np.uint8]]
     rows = np.unique(np.linspace(0, len(q) - 1, min(len(q), MAX_FRAMES)).round().astype(int))
     figure = Figure(figsize=(4.8, 4.4), dpi=100)
     canvas: Any = FigureCanvasAgg(figure)
-    axes: Any = figure.add_axes((0.0, 0.0, 1.0, 0.95), projection="3d")
+    axes: Any = figure.add_axes((0.0, 0.0, 1.0, 0.95), projection="3d", title=motion.arm.name)
     bounds, way = motion.arm.extent(q[rows]), motion.arm.fkine(q)[:, :3, 3]
+    empty: Any = None
     for row in rows:
-        axes.clear()
         motion.arm.draw(axes, q[row], bounds=bounds)
         axes.plot(*way[: row + 1].T, color="#0072bd", lw=1.2)
-        axes.set_title(motion.arm.name)
-        canvas.draw()
+        moving = sorted([*axes.lines, *axes.texts], key=lambda artist: float(artist.get_zorder()))
+        if empty is None:
+            # Panes, ticks and labels stay the same, and take most of the time.
+            for artist in moving:
+                artist.set_visible(False)
+            canvas.draw()
+            empty = canvas.copy_from_bbox(figure.bbox)
+            for artist in moving:
+                artist.set_visible(True)
+        canvas.restore_region(empty)
+        for artist in moving:
+            axes.draw_artist(artist)
+            artist.remove()
         picture = np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
         for _ in range(FRAMES_PER_POSTURE):
             yield picture

@@ -39,6 +39,8 @@ NAMES = {
     "walls": ("walls", "wall", "corners", "room", "outline", "roomcorners", "wallcorners"),
 }  # fmt: skip
 """Names of the tables, without underscores and case."""
+MAX_NAMED = 8
+"""Pictures that do not exist which a report names."""
 NESTED = 4
 """Depth to which structs around the tables are opened."""
 PICTURES = (".jpg", ".jpeg", ".png")
@@ -230,25 +232,35 @@ def _beacons(path: Path, tables: Tables, given: tuple[str, Any] | None, scale: f
         tables.told.append(f"the headings of {name} exceed 2 pi: they are taken as degrees")
         turn = math.pi / 180.0
     found = []
+    absent: list[str] = []
     for item, row in zip(items, numbers, strict=True):
-        picture = _picture(path, tables, name, item[3]) if len(item) == 4 else None
+        picture = _picture(path, item[3], absent) if len(item) == 4 else None
         heading = float(row[2]) * turn if len(row) == 3 else None
         found.append(PlacedBeacon(_at(_rounded(row[:2] * scale)), heading, picture))
+    tables.told.extend(_told_absent(name, absent))
     return found
 
 
-def _picture(path: Path, tables: Tables, name: str, entry: Entry) -> str | None:
-    """Return the picture of a beacon, by its name or number; None for a reflector."""
+def _picture(path: Path, entry: Entry, absent: list[str]) -> str | None:
+    """Return the picture of a beacon, by its name or number; None for a reflector, whose entry joins the absent."""
     text = entry if isinstance(entry, str) else f"{entry:g}"
     names = [text, *(text + suffix for suffix in PICTURES)]
     pictures = [name for name in names if Path(name).name == name and Path(name).suffix.lower() in PICTURES]
     for picture in (folder + each for folder in ("", POSTERS) for each in pictures):
         if has_asset(picture, Source(folder=path.parent)):
             return picture
-    line = f"{name} has P = {text}, which is no picture beside the file or in assets: a reflector"
-    if entry and line not in tables.told:
-        tables.told.append(line)
+    if entry and text not in absent:
+        absent.append(text)
     return None
+
+
+def _told_absent(name: str, absent: list[str]) -> list[str]:
+    """Return the line about values of P that name no picture."""
+    if not absent:
+        return []
+    values = ", ".join(absent[:MAX_NAMED]) + (f" and {len(absent) - MAX_NAMED} others" if absent[MAX_NAMED:] else "")
+    which = "which are no pictures" if absent[1:] else "which is no picture"
+    return [f"{name} has P = {values}, {which} beside the file or in assets: reflectors"]
 
 
 def _walls(tables: Tables, given: tuple[str, Any] | None) -> list[Array]:

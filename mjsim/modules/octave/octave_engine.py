@@ -31,7 +31,9 @@ _MAX_LAYOUTS = 250
 _SEED_COUNT = 16
 """Number of values that seed each random generator."""
 _PARSE = re.compile(r"parse error(?: near line (\d+) of file ([^\n]*))?:?\s*([^\n]+)(?:\s+>>> *([^\n]*))?")
-_COLUMN = re.compile(r" near line \d+, column \d+$")
+_COLUMN = re.compile(r" near line \d+, column \d+$| \(note: variable '\w+' shadows function\)$")
+_UNKNOWN = re.compile(r"robot\(\S*\): out of bound 0 ")
+"""Error of a function that indexes an empty field of its robot."""
 
 
 class OctaveEngine(Engine):
@@ -128,6 +130,8 @@ class OctaveEngine(Engine):
             place = f"{Path(file).name}:{line}" if file else self._function.place
             return f"raised a parse error: {one_line(description)}{context} ({place})"
         shortened = _COLUMN.sub("", one_line(message))
+        if _UNKNOWN.search(shortened):
+            shortened += "; places of beacons and walls are [] unless the world says map: known"
         shortened = shortened if len(shortened) <= MAX_TEXT_LENGTH else f"{shortened[:MAX_TEXT_LENGTH]}..."
         return f"raised an error: {shortened}{self._frame_place(frames.splitlines())}"
 
