@@ -22,6 +22,7 @@ from .range_views import RangeView, Views, touched
 from .recovery import Around, Attempt, Recovery, Toward
 from .scan_alignment import ScanAlignment
 from .shown_plan import shown_plan
+from .slip import Slip
 from .way_plan import EXPLAINED, WayPlan
 
 FINE = 0.025
@@ -115,7 +116,7 @@ class GoToGoal:
         self._place: Array = np.array([robot.prior.x, robot.prior.y])
         self._lay_out(self._place)
         self._left, self._is_there, self._is_new = list(self._goals), False, False
-        self._recovery, self._looked = Recovery(), -math.inf
+        self._recovery, self._slip, self._looked = Recovery(), Slip(), -math.inf
         self._moving = MovingThings()
         self._alignment: ScanAlignment | None = ScanAlignment(robot.prior)
         self._reckoned = self.pose = robot.prior
@@ -149,14 +150,19 @@ class GoToGoal:
         if self._is_there:
             return self._face(pose, seen.time)
         way, stuck = self._way, self._recovery.stuck
-        field = way.to(self._left[0][:2], place, seen.time, points=self._obstacles, stuck=stuck)
-        seconds = float(field.at(place))
-        if self._recovery.update(pose, seconds, seen.time, area=way.seen_area, barred=way.is_barred):
+        is_first = way.field is None
+        field = way.to(self._left[0][:2], place, seen.time, points=self._obstacles, stuck=stuck, busy=bool(views))
+        self._slip.update(pose, seen.odometry, views)
+        # Wheels that slip are no progress.
+        driven = self._slip.held or pose
+        seconds = float(field.at(driven.as_array()[:2]))
+        if self._recovery.update(driven, seconds, seen.time, area=way.seen_area, barred=way.is_barred):
             self._memory.forget(seen.time - 1.0)
             way.begin()
         self._reason = self._why() if self._recovery.silent(seen.time) else None
         self._local.shift(self._robot.dt)
-        if views and self._is_hurried(seen.time):
+        # The first plan takes the time of this tick.
+        if views and not is_first and self._is_hurried(seen.time):
             self._choose(seen, pose, field)
         elif self._twist.any():
             self._twist = self._local.planned
@@ -350,6 +356,8 @@ class GoToGoal:
         x, y, heading = self._left[0].tolist()
         if self._is_there:
             return f"no room to turn to {math.degrees(heading):g} degrees at [{x:g}, {y:g}]; waiting for some"
+        if self._slip.held is not None:
+            return f"the wheels turn, but the sensors see no motion; still trying to get to [{x:g}, {y:g}]"
         if self._jammed:
             return f"every motion would touch something; still trying to get to [{x:g}, {y:g}]"
         if self._way.is_barred:

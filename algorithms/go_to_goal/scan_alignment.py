@@ -22,6 +22,9 @@ FEWEST, MATCHED = 12, 0.75
 """Fewer points near obstacles correct nothing. If a smaller share of these then counts in full, they are other points
 nearby, such as the far sides of posts: in BARN worlds and rooms such alignments only made headings worse."""
 
+SURE = 6.0
+"""Larger corrections, squared and by their covariance, are wrong: `SLIPS` already allows for twice the usual error."""
+
 
 class ScanAlignment:
     """Dead reckoning that is corrected where scans meet obstacles seen before.
@@ -71,7 +74,9 @@ class ScanAlignment:
             pose = pose @ Pose.from_array(step)
         x, y = self.pose.transform(points).T
         apart = map.at(x, y)
-        if np.count_nonzero(apart < NEAR) < MATCHED * np.count_nonzero(apart < FAR):
+        moved = (start.inverse() @ self.pose).as_array()
+        matches = np.count_nonzero(apart < NEAR) >= MATCHED * np.count_nonzero(apart < FAR)
+        if not matches or float(moved @ weight @ moved) > SURE:
             self.pose, self._covariance = start, spread
 
 

@@ -53,6 +53,7 @@ class WayPlan:
         self.field: CostToGo | None = None
         """The times planned last; None before the first plan to a goal."""
         self._planned, self._checked = -math.inf, -math.inf
+        self._is_put_off = self._is_farther = False
         self._noted = dict[str, float]()
         self._price: Array = np.zeros((0, 0))
         self._planner = Planner(np.zeros(2), np.zeros(2), cell)
@@ -109,7 +110,16 @@ class WayPlan:
         """Plan anew at the next call, since something unknown to the plan has changed."""
         self._planned = -math.inf
 
-    def to(self, goal: Array, place: Array, now: float, *, points: Array, stuck: list[tuple[float, float]]) -> CostToGo:
+    def to(
+        self,
+        goal: Array,
+        place: Array,
+        now: float,
+        *,
+        points: Array,
+        stuck: list[tuple[float, float]],
+        busy: bool = False,
+    ) -> CostToGo:
         """Return the times to a goal, computed anew if there is news.
 
         Args:
@@ -118,9 +128,15 @@ class WayPlan:
             now: [s]
             points: Obstacles seen, shape (n, 2) [m].
             stuck: Places to avoid [m].
+            busy: Whether this tick has other work: then it is computed at the next.
         """
-        if self.field is not None and not self._is_due(self.field, place, now, points):
-            return self.field
+        if self.field is not None:
+            if busy and not self._is_put_off:
+                self._is_put_off = True
+                return self.field
+            self._is_put_off = False
+            if not self._is_due(self.field, place, now, points):
+                return self.field
         self._planned = self._checked = now
         self._price = price = self._priced(goal, place, points, stuck)
         self.is_barred = not self._planner.is_connected(price, goal, place)
@@ -130,10 +146,13 @@ class WayPlan:
         if self.is_barred:
             price, self.field = np.minimum(price, BARRIER), None
         # What is much farther from the goal than the robot does not matter.
-        far = math.inf if self.field is None else float(self.field.at(place)) + BEYOND
+        before = None if self._is_farther else self.field
+        far = math.inf if before is None else float(before.at(place)) + BEYOND
         field = self._planner.cost_to_go(price, goal, limit=far)
-        if far < UNREACHED <= float(field.at(place)):
-            field = self._planner.cost_to_go(price, goal)
+        self._is_farther = far < UNREACHED <= float(field.at(place))
+        if before is not None and self._is_farther:
+            self.begin()
+            return before
         self.field = field
         return field
 

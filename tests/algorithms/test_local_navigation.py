@@ -126,6 +126,21 @@ def test_dead_reckoning_is_corrected_by_a_scan_of_known_walls():
     assert math.hypot(error.x, error.y) < 0.02
 
 
+def test_a_correction_far_beyond_what_wheels_slip_is_refused():
+    posts = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
+    a = np.linspace(0.0, 2 * math.pi, 16)
+    known = (posts[:, None] + 0.1 * np.stack([np.cos(a), np.sin(a)], axis=-1)).reshape(-1, 2)
+    map, found = ObstacleMap(np.zeros(2), known, cell=0.025, half=3.0), []
+    for turn in (0.05, 0.2):
+        alignment = ScanAlignment(ORIGIN)
+        # Four times this covariance: a deviation of 0.06 rad.
+        alignment.move(Odometry(0.0, 0.0, 0.0, np.diag([1e-6, 1e-6, 9e-4])))
+        alignment.align(Pose(0.0, 0.0, turn).inverse().transform(known), map)
+        found.append(alignment.pose.heading)
+    assert found[0] > 0.03
+    assert found[1] == 0.0
+
+
 def test_a_scan_of_other_things_near_known_ones_corrects_nothing():
     wall = np.stack([np.linspace(-2.0, 2.0, 200), np.full(200, 1.5)], axis=-1)
     elsewhere = np.stack([np.full(100, 1.0), np.linspace(-1.5, 0.9, 100)], axis=-1)

@@ -248,7 +248,9 @@ def test_a_plan_waits_for_news_on_the_way_and_has_its_goal_in_the_middle_of_a_ce
     third = way.to(goal, place, 1.5, points=both, stuck=[])
     assert third is not second
     way.begin()
-    fourth = way.to(goal, place, 1.55, points=both, stuck=[(1.0, 0.15)])
+    assert way.to(goal, place, 1.55, points=both, stuck=[(1.0, 0.15)], busy=True) is third
+    # With work at each tick it waits for one only.
+    fourth = way.to(goal, place, 1.6, points=both, stuck=[(1.0, 0.15)], busy=True)
     assert float(fourth.at(place)) > float(third.at(place)) + 0.05
 
 

@@ -1,0 +1,67 @@
+"""Notices wheels that turn without moving the robot: what the sensors see stays as it was."""
+
+import math
+
+import numpy as np
+
+from mjsim.geometry import Array, Pose
+from mjsim.interface import Odometry
+
+from .obstacle_map import ObstacleMap
+from .range_views import RangeView
+
+DRIVEN, TURNED = 0.25, 0.35
+"""Motion of the wheels after which scans are compared [m, rad]."""
+RANGE, CELL = 5.0, 0.05
+"""Range of the points that are compared, and side of the cells [m]."""
+FEWEST = 8
+"""Fewer points tell nothing."""
+FAR = 0.2
+"""Largest distance of a point from those of the other scan that counts [m]."""
+CHANGED = 0.05
+"""Mean distance of the points of two scans from different places [m]."""
+
+
+class Slip:
+    """Compares scans before and after the wheels turn.
+
+    The wheels slip if a scan fits to one from before as it is, and does not fit if moved as the wheels say. Where it
+    fits both ways, as in a long corridor, nothing is known.
+    """
+
+    def __init__(self) -> None:
+        """Start without a scan."""
+        self._moved = Pose(0.0, 0.0, 0.0)
+        self._start: Pose | None = None
+        self._before: ObstacleMap | None = None
+        self.held: Pose | None = None
+        """Estimate of the pose where the wheels began to slip; None while they do not."""
+
+    def update(self, pose: Pose, odometry: Odometry, views: list[RangeView]) -> None:
+        """Add the motion of a tick, and its scan if there is one.
+
+        Args:
+            pose: Of the robot, as estimated.
+            odometry: Motion of the tick.
+            views: What it sees.
+        """
+        self._moved = self._moved @ Pose(odometry.forward, odometry.left, odometry.turn)
+        driven = math.hypot(self._moved.x, self._moved.y) > DRIVEN or abs(self._moved.heading) > TURNED
+        if not views or not (driven or self._before is None):
+            return
+        points = np.concatenate([view.points() for view in views])
+        points = points[np.abs(points).max(axis=1, initial=0.0) < RANGE]
+        if self._before is not None and len(points) >= FEWEST:
+            still, moved = _misfit(points, self._before), _misfit(self._moved.transform(points), self._before)
+            if moved > CHANGED > still and still < 0.5 * moved:
+                self.held = self._start
+            elif still > CHANGED:
+                self.held = None
+        if self.held is None:
+            self._moved, self._start = Pose(0.0, 0.0, 0.0), pose
+            self._before = ObstacleMap(np.zeros(2), points, cell=CELL, half=RANGE + FAR) if len(points) else None
+
+
+def _misfit(points: Array, before: ObstacleMap) -> float:
+    """Return the mean distance of points (n, 2) from those of a scan before [m]."""
+    return float(np.minimum(before.at(points[:, 0], points[:, 1]), FAR).mean())
