@@ -19,7 +19,7 @@ from .obstacle_map import ObstacleMap
 from .obstacle_memory import ObstacleMemory
 from .path_integral import Leads, MotionPrices, PathIntegral
 from .range_views import RangeView, Views, touched
-from .recovery import Around, Attempt, Recovery, Toward
+from .recovery import SILENT, Around, Attempt, Recovery, Toward
 from .scan_alignment import ScanAlignment
 from .shown_plan import shown_plan
 from .slip import Slip
@@ -152,14 +152,15 @@ class GoToGoal:
         way, stuck = self._way, self._recovery.stuck
         is_first = way.field is None
         field = way.to(self._left[0][:2], place, seen.time, points=self._obstacles, stuck=stuck, busy=bool(views))
-        self._slip.update(pose, seen.odometry, views)
+        self._slip.update(pose, seen.odometry, views, seen.time)
         # Wheels that slip are no progress.
         driven = self._slip.held or pose
         seconds = float(field.at(driven.as_array()[:2]))
         if self._recovery.update(driven, seconds, seen.time, area=way.seen_area, barred=way.is_barred):
             self._memory.forget(seen.time - 1.0)
             way.begin()
-        self._reason = self._why() if self._recovery.silent(seen.time) else None
+        is_silent = self._recovery.silent(seen.time) or self._slip.lasts(seen.time) > SILENT
+        self._reason = self._why() if is_silent else None
         self._local.shift(self._robot.dt)
         # The first plan takes the time of this tick.
         if views and not is_first and self._is_hurried(seen.time):

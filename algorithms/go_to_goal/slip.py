@@ -10,7 +10,7 @@ from mjsim.interface import Odometry
 from .obstacle_map import ObstacleMap
 from .range_views import RangeView
 
-DRIVEN, TURNED = 0.25, 0.35
+DRIVEN, TURNED = 0.15, 0.25
 """Motion of the wheels after which scans are compared [m, rad]."""
 RANGE, CELL = 5.0, 0.05
 """Range of the points that are compared, and side of the cells [m]."""
@@ -31,19 +31,23 @@ class Slip:
 
     def __init__(self) -> None:
         """Start without a scan."""
-        self._moved = Pose(0.0, 0.0, 0.0)
-        self._start: Pose | None = None
+        self._moved, self._start, self._since = Pose(0.0, 0.0, 0.0), Pose(0.0, 0.0, 0.0), 0.0
         self._before: ObstacleMap | None = None
         self.held: Pose | None = None
         """Estimate of the pose where the wheels began to slip; None while they do not."""
 
-    def update(self, pose: Pose, odometry: Odometry, views: list[RangeView]) -> None:
+    def lasts(self, now: float) -> float:
+        """Return how long the wheels have slipped until a time [s]."""
+        return 0.0 if self.held is None else now - self._since
+
+    def update(self, pose: Pose, odometry: Odometry, views: list[RangeView], now: float) -> None:
         """Add the motion of a tick, and its scan if there is one.
 
         Args:
             pose: Of the robot, as estimated.
             odometry: Motion of the tick.
             views: What it sees.
+            now: [s]
         """
         self._moved = self._moved @ Pose(odometry.forward, odometry.left, odometry.turn)
         driven = math.hypot(self._moved.x, self._moved.y) > DRIVEN or abs(self._moved.heading) > TURNED
@@ -58,7 +62,7 @@ class Slip:
             elif still > CHANGED:
                 self.held = None
         if self.held is None:
-            self._moved, self._start = Pose(0.0, 0.0, 0.0), pose
+            self._moved, self._start, self._since = Pose(0.0, 0.0, 0.0), pose, now
             self._before = ObstacleMap(np.zeros(2), points, cell=CELL, half=RANGE + FAR) if len(points) else None
 
 
