@@ -7,6 +7,8 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.interface import RobotInfo
 
+from .obstacle_map import ObstacleMap
+
 EXCESS = 0.015
 """Excess of the discs beyond the sides of the body [m]."""
 MAX_DISCS = 9
@@ -29,6 +31,14 @@ class BodyDiscs:
         """Half of the smaller side, the least clearance with which the body passes [m]."""
         self.reach = robot.radius
         """Radius of the circle about the origin that contains the body [m]."""
+
+    def clearance(self, x: Array, y: Array, heading: Array, map: ObstacleMap) -> Array:
+        """Return the distance between the rim and obstacles at poses, shape (...) each [m]."""
+        c, s = np.cos(heading), np.sin(heading)
+        least = np.full_like(x, np.inf)
+        for (ahead, left), radius in zip(self.centres.tolist(), self.radii.tolist(), strict=True):
+            np.minimum(least, map.at(x + c * ahead - s * left, y + s * ahead + c * left) - radius, out=least)
+        return least
 
 
 def _covered(outline: Array) -> tuple[Array, Array]:

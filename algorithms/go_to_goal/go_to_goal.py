@@ -14,16 +14,18 @@ from mjsim.interface import Command, Estimate, Observation, RobotInfo, Shown, Wo
 from ..paths.grid_search import shown_path
 from ..scans.distance_grid import DistanceGrid
 from .cost_to_go import UNREACHED, CostToGo
+from .goals import checked_goals
 from .moving_things import GATE, MovingThings
-from .obstacle_map import ObstacleMap
+from .obstacle_map import ObstacleMap, sampled
 from .obstacle_memory import ObstacleMemory
 from .path_integral import Leads, MotionPrices, PathIntegral
+from .pose_approach import SPEED, PoseApproach
 from .range_views import RangeView, Views, touched
 from .recovery import SILENT, Around, Attempt, Recovery, Toward
 from .scan_alignment import ScanAlignment
 from .shown_plan import shown_plan
-from .slip import Slip
 from .way_plan import EXPLAINED, WayPlan
+from .wheel_slip import WheelSlip
 
 FINE = 0.025
 """Side of the cells in which obstacles are remembered [m]."""
@@ -58,7 +60,7 @@ class GoToGoal:
     time to the goal is planned on a grid, where unseen space counts as free but doubtful; sampled motions of the
     robot's true shape and limits lead down this time. Without progress the robot backs out, looks round, forgets
     obstacles that it does not see, and tries other ways; after 5 s it also says why. Dead reckoning is corrected by
-    scans. It takes goals while it runs, and turns to the heading of a goal where its drive turns on the spot.
+    scans. It takes goals while it runs, and arrives at the heading of a goal.
 
     References:
         Williams et al. 2018 in `path_integral`; Dijkstra 1959 in `cost_to_go`.
@@ -87,7 +89,7 @@ class GoToGoal:
             cell: Side of a cell of the planning grid; in large maps it is doubled until the grid is small enough [m].
             show_all: Whether to show goals, costs and sampled motions too, five times a second, not only the path.
         """
-        self._goals = _checked(goals)
+        self._goals = checked_goals(goals)
         positive = {"speed": speed, "tolerance": tolerance, "tolerance_deg": tolerance_deg, "cell": cell}
         for key, value in positive.items():
             if value is not None and not value > 0:
@@ -108,7 +110,7 @@ class GoToGoal:
         top = min(robot.max_speed, math.inf if self._speed is None else self._speed)
         self._slow_pause = min(max(SPACING / top, LOOK), SLOW_LOOK)
         self._local = PathIntegral(robot, rng, top=top)
-        self._walls = _sampled(map.segments) if map is not None else np.zeros((0, 2))
+        self._walls = sampled(map.segments, cell=FINE) if map is not None else np.zeros((0, 2))
         self._near, self._around = self._walls, np.full(2, math.inf)
         known = DistanceGrid.from_segments(map.segments) if len(self._walls) and map is not None else None
         half = self._local.body.half_width
@@ -116,7 +118,8 @@ class GoToGoal:
         self._place: Array = np.array([robot.prior.x, robot.prior.y])
         self._lay_out(self._place)
         self._left, self._is_there, self._is_new = list(self._goals), False, False
-        self._recovery, self._slip, self._looked = Recovery(), Slip(), -math.inf
+        self._approach = None if math.isinf(robot.max_curvature) else PoseApproach(robot, top=top)
+        self._recovery, self._slip, self._looked = Recovery(), WheelSlip(), -math.inf
         self._moving = MovingThings()
         self._alignment: ScanAlignment | None = ScanAlignment(robot.prior)
         self._reckoned = self.pose = robot.prior
@@ -124,7 +127,7 @@ class GoToGoal:
         self._twist = np.zeros(3)
         self._reason: str | None = None
         self._scan: Array = np.zeros((0, 2))
-        self._jammed = self._is_open = False
+        self._jammed = self._is_open = self._is_slow = False
         self._now, self._chosen = 0.0, -math.inf
         self._shown: tuple[Shown, ...] = ()
         self._shown_at = -math.inf
@@ -140,15 +143,17 @@ class GoToGoal:
         place = self._place
         if self._is_new:
             self._is_new = False
-            self._recovery.restart(seen.time)
+            self._restart(seen.time)
         while self._left and self._arrives(pose, seen.time):
             self._left, self._way.field, self._is_there = self._left[1:], None, False
-            self._recovery.restart(seen.time)
+            self._restart(seen.time)
         if not self._left:
             self._reason = None
             return Command()
         if self._is_there:
             return self._face(pose, seen.time)
+        if (command := self._approached(pose, seen)) is not None:
+            return command
         way, stuck = self._way, self._recovery.stuck
         is_first = way.field is None
         field = way.to(self._left[0][:2], place, seen.time, points=self._obstacles, stuck=stuck, busy=bool(views))
@@ -159,8 +164,8 @@ class GoToGoal:
         if self._recovery.update(driven, seconds, seen.time, area=way.seen_area, barred=way.is_barred):
             self._memory.forget(seen.time - 1.0)
             way.begin()
-        is_silent = self._recovery.silent(seen.time) or self._slip.lasts(seen.time) > SILENT
-        self._reason = self._why() if is_silent else None
+        lost = self._slip.lasts(seen.time), 0.0 if self._approach is None else self._approach.since(seen.time)
+        self._reason = self._why() if self._recovery.silent(seen.time) or max(lost) > SILENT else None
         self._local.shift(self._robot.dt)
         # The first plan takes the time of this tick.
         if views and not is_first and self._is_hurried(seen.time):
@@ -179,6 +184,7 @@ class GoToGoal:
             return self._shown
         self._shown_at, path = self._now, self._way.field.path(self._place)
         path = path[:0] if self._way.is_barred else path
+        path = self._approach.left if self._approach is not None and len(self._approach.left) else path
         more = shown_plan(self._way, self._local, self._left, self._place) if self._show_all else ()
         self._shown = (*more, *(shown_path(path) if len(path) > 1 else ()))
         return self._shown
@@ -204,16 +210,37 @@ class GoToGoal:
         self._left, self._is_there, self._is_new = list(self._goals), False, True
         self._lay_out(self._place)
 
+    def _restart(self, now: float) -> None:
+        """Begin with a new goal at a time [s]."""
+        self._recovery.restart(now)
+        if self._approach is not None:
+            self._approach.restart()
+
     def _arrives(self, pose: Pose, now: float) -> bool:
-        """Return whether the robot is at its goal, and faces where it should if its drive turns on the spot."""
-        (x, y, heading), can_turn = self._left[0].tolist(), math.isinf(self._robot.max_curvature)
-        if math.hypot(x - pose.x, y - pose.y) < self._tolerance:
-            if math.isnan(heading) or not can_turn:
-                return True
-            if not self._is_there:
-                self._recovery.restart(now)
+        """Return whether the robot is at its goal and faces where it should; note if it turns on the spot there."""
+        x, y, heading = self._left[0].tolist()
+        is_near = math.hypot(x - pose.x, y - pose.y) < self._tolerance
+        if math.isnan(heading):
+            return is_near
+        if is_near and self._approach is None and not self._is_there:
+            self._recovery.restart(now)
             self._is_there = True
-        return self._is_there and abs(_apart(heading, pose.heading)) < self._tolerance_turn
+        return (is_near or self._is_there) and abs(_apart(heading, pose.heading)) < self._tolerance_turn
+
+    def _approached(self, pose: Pose, seen: Observation) -> Command | None:
+        """Return the command that leads a car to the heading of its goal; None while it drives as usual."""
+        approach, goal, speed = self._approach, self._left[0], seen.odometry.forward / seen.dt
+        self._is_slow = approach is not None and math.isfinite(goal[2]) and approach.is_near(pose, goal, seen.time)
+        if approach is None or not self._is_slow or abs(speed) > 1.5 * SPEED:
+            return None
+        body, near = self._local.body, np.concatenate([self._walls, self._obstacles])
+        map = ObstacleMap(self._place, near, cell=FINE, half=approach.reach + body.reach)
+        command = approach.command(pose, speed, goal, lambda poses: body.clearance(*poses.T, map), seen.time)
+        self._local.reset()
+        self._twist = np.array([command.forward, 0.0, command.turn])
+        self._recovery.restart(seen.time)
+        self._reason = self._why() if approach.since(seen.time) > SILENT else None
+        return command
 
     def _face(self, pose: Pose, now: float) -> Command:
         """Return the command that turns the robot to the heading of its goal, on the side where there is room."""
@@ -328,7 +355,7 @@ class GoToGoal:
         """Choose the next twist by the local planner."""
         near = np.concatenate([self._near, self._obstacles])
         obstacles = ObstacleMap(self._place, near, cell=FINE, half=self._local.reach)
-        attempt, prices = self._recovery.attempt, MotionPrices()
+        attempt, prices = self._recovery.attempt, MotionPrices(top=SPEED if self._is_slow else math.inf)
         self._chosen, self._is_open = seen.time, False
         leads: Leads = field
         if attempt is Attempt.BACK:
@@ -357,6 +384,8 @@ class GoToGoal:
         x, y, heading = self._left[0].tolist()
         if self._is_there:
             return f"no room to turn to {math.degrees(heading):g} degrees at [{x:g}, {y:g}]; waiting for some"
+        if self._approach is not None and self._approach.since(self._now) > SILENT:
+            return f"no way to {math.degrees(heading):g} degrees at [{x:g}, {y:g}] found yet; still searching"
         if self._slip.held is not None:
             return f"the wheels turn, but the sensors see no motion; still trying to get to [{x:g}, {y:g}]"
         if self._jammed:
@@ -366,28 +395,6 @@ class GoToGoal:
         return f"no progress towards [{x:g}, {y:g}]; trying other ways"
 
 
-def _checked(goals: Sequence[Sequence[float]]) -> Array:
-    """Return goals as rows of x, y [m] and heading [rad], NaN for any, shape (n, 3)."""
-    try:
-        rows = [np.atleast_1d(np.asarray(goal, dtype=float)) for goal in goals]
-        rows = [np.concatenate(rows)] if rows and all(row.shape == (1,) for row in rows) else rows
-    except (TypeError, ValueError):
-        rows = []
-    if not rows or not all(row.shape in ((2,), (3,)) for row in rows):
-        raise ValueError(f"goals is {goals!r:.80}; give at least one [x, y], or [x, y, heading]")
-    if not all(np.isfinite(row).all() for row in rows):
-        raise ValueError(f"goals is {[row.tolist() for row in rows]}; give finite numbers [m, deg]")
-    return np.array([[*row[:2], math.radians(row[2]) if len(row) == 3 else math.nan] for row in rows])
-
-
 def _apart(heading: float, other: float) -> float:
     """Return the smallest turn from another heading to a heading [rad]."""
     return math.remainder(heading - other, 2.0 * math.pi)
-
-
-def _sampled(segments: Array) -> Array:
-    """Return points on segments (n, 2, 2), in every cell of the memory, shape (k, 2) [m]."""
-    counts = 1 + np.ceil(np.hypot(*(segments[:, 1] - segments[:, 0]).T) / FINE).astype(int)
-    which = np.repeat(np.arange(len(segments)), counts)
-    share = np.concatenate([np.linspace(0.0, 1.0, count) for count in counts.tolist()]) if len(counts) else np.zeros(0)
-    return np.asarray(segments[which, 0] + share[:, None] * (segments[which, 1] - segments[which, 0]))

@@ -50,3 +50,11 @@ class ObstacleMap:
         # The two ufuncs are several times faster than np.clip on small arrays.
         i, j = np.minimum(np.maximum(i, edge), most), np.minimum(np.maximum(j, edge), most)
         return np.asarray(j * len(self.distance) + i)
+
+
+def sampled(segments: Array, *, cell: float) -> Array:
+    """Return points on segments (n, 2, 2), in every cell of a side, shape (k, 2) [m]."""
+    counts = 1 + np.ceil(np.hypot(*(segments[:, 1] - segments[:, 0]).T) / cell).astype(int)
+    which = np.repeat(np.arange(len(segments)), counts)
+    share = np.concatenate([np.linspace(0.0, 1.0, count) for count in counts.tolist()]) if len(counts) else np.zeros(0)
+    return np.asarray(segments[which, 0] + share[:, None] * (segments[which, 1] - segments[which, 0]))

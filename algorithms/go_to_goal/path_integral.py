@@ -157,13 +157,13 @@ class PathIntegral:
         self._plan = both[chosen]
         way = _rollout(pose, both[chosen][None])
         self.motion = np.stack(way, axis=-1)[0]
-        self.clearance = float(self._clearance(*way, map).min())
+        self.clearance = float(self.body.clearance(*way, map).min())
         return self.planned
 
     def candidates(self, most: int) -> Array:
         """Return places on some of the motions that were sampled last, at most a number, shape (k, n, 2) [m]."""
         pose, twists = self._sampled
-        x, y, _ = _rollout(pose, twists[:: 1 + (len(twists) - 1) // most])
+        x, y, _ = _rollout(pose, twists[:: 1 + len(twists) // most])
         return np.stack([x[:, ::3], y[:, ::3]], axis=-1)
 
     def apart(self, points: Array) -> float:
@@ -174,7 +174,7 @@ class PathIntegral:
     def can_turn(self, pose: Pose, angle: float, map: ObstacleMap) -> bool:
         """Return whether the body can turn on the spot by an angle [rad] without a touch."""
         headings = pose.heading + np.linspace(0.0, angle, 2 + int(abs(angle) / 0.05))
-        clearance = self._clearance(np.full_like(headings, pose.x), np.full_like(headings, pose.y), headings, map)
+        clearance = self.body.clearance(np.full_like(headings, pose.x), np.full_like(headings, pose.y), headings, map)
         return bool(clearance.min() >= min(0.0, float(clearance[0]) - CLOSER))
 
     def _samples(self) -> Array:
@@ -207,8 +207,8 @@ class PathIntegral:
     ) -> tuple[Array, NDArray[np.bool_]]:
         """Return the cost of motions, shape (k,) [s], and whether they collide, shape (k,)."""
         x, y, heading = _rollout(pose, twists)
-        clearance = self._clearance(x, y, heading, map)
-        now = float(self._clearance(np.array(pose.x), np.array(pose.y), np.array(pose.heading), map))
+        clearance = self.body.clearance(x, y, heading, map)
+        now = float(self.body.clearance(np.array(pose.x), np.array(pose.y), np.array(pose.heading), map))
         # Closer than the margin it may go on, but not approach.
         hit = clearance < min(MARGIN, now - CLOSER)
         hits = np.asarray(hit.any(axis=1))
@@ -259,14 +259,6 @@ class PathIntegral:
         if math.isfinite(self._bend):
             return 2.0 * math.pi / (self._bend * self._top)
         return 0.25 * math.pi / float(self._limits[2])
-
-    def _clearance(self, x: Array, y: Array, heading: Array, map: ObstacleMap) -> Array:
-        """Return the distance between the rim and obstacles at poses, shape (k, n) each [m]."""
-        c, s = np.cos(heading), np.sin(heading)
-        least = np.full_like(x, np.inf)
-        for (ahead, left), radius in zip(self.body.centres.tolist(), self.body.radii.tolist(), strict=True):
-            np.minimum(least, map.at(x + c * ahead - s * left, y + s * ahead + c * left) - radius, out=least)
-        return least
 
 
 def _rollout(pose: Pose, twists: Array) -> tuple[Array, Array, Array]:

@@ -1,5 +1,7 @@
 """GoToGoal with other drives and sensors: around walls and posts that it does not know."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -139,3 +141,43 @@ def test_shut_in_it_says_why_after_5_s():
             assert tick.time < 6.0
     assert told[0].startswith("r is blocked: no way to [5, 0.5]")
     assert tick.time == pytest.approx(5.0, abs=0.2)
+
+
+F1TENTH = "preset: f1tenth"
+TRICYCLE = (
+    "drive: {type: tricycle, wheelbase: 0.6, driven: front, max_steer_deg: 40},"
+    " body: {box: [0.9, 0.5, 0.4], at: [0.3, 0]}"
+)
+POST = "  - {cylinder: [0.2, 1.0], at: [3.2, 2.2]}"
+BAY = "  - {box: [0.9, 0.3, 1.0], at: [2.2, 0.15]}\n  - {box: [0.9, 0.3, 1.0], at: [4.3, 0.15]}"
+POSES = {
+    "a car, against its direction": (F1TENTH, POST, [4.5, 2.5, 180.0]),
+    "a car, across": (F1TENTH, POST, [4.5, 2.5, 90.0]),
+    "a car that parks between two boxes": (F1TENTH, BAY, [3.1, 0.28, 0.0]),
+    "a tricycle, against its direction": (TRICYCLE, POST, [4.5, 2.5, 180.0]),
+    "a tricycle, across": (TRICYCLE, POST, [4.5, 2.5, -90.0]),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", POSES)
+def test_it_arrives_at_the_heading_of_its_goal_with(case):
+    robot, obstacles, goal = POSES[case]
+    world = mjsim.parse_world(f"""
+mjsim: 1
+walls: [{{points: [[0, 0], [7, 0], [7, 5], [0, 5]], closed: true}}]
+obstacles:
+{obstacles}
+robots: [{{name: r, {robot}, at: [1, 2.5], sensors: {SEES.replace("0.05, 0, 0.4", "0.1, 0, 0.45")}}}]
+""")
+    navigator = GoToGoal([goal])
+    with mjsim.Simulation(world, seed=1) as sim:
+        for tick in mjsim.ticks(sim, {"r": mjsim.Driver(navigator=navigator)}):
+            assert not any(event.kind == "bump" for event in tick.orders["r"].events)
+            if navigator.is_done:
+                break
+            assert tick.time < 30.0
+    pose = tick.truth["r"]
+    # The tolerances, and the drift of dead reckoning.
+    assert math.hypot(pose.x - goal[0], pose.y - goal[1]) < 0.17
+    assert abs(math.remainder(pose.heading - math.radians(goal[2]), 2 * math.pi)) < math.radians(7.0)

@@ -235,7 +235,9 @@ def navigated(goals, pose, *, time=0.04, **keys):
     module = GoToGoal(goals, **keys)
     module.start(robot(prior=pose), None, np.random.default_rng(0))
     belief = Estimate(pose=pose, covariance=np.zeros((3, 3)))
-    return module, module.command(observation(time), belief), belief
+    # At the first tick it plans, at the next scan it drives.
+    module.command(observation(time), belief)
+    return module, module.command(observation(time + 0.16), belief), belief
 
 
 @pytest.mark.parametrize(("heading", "goal_deg"), [(0.0, 90.0), (3.0, -170.0), (-3.0, 170.0), (0.5, -60.0)])

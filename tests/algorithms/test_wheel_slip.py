@@ -8,7 +8,7 @@ import pytest
 import mjsim
 from mjsim.algorithms.go_to_goal.go_to_goal import GoToGoal
 from mjsim.algorithms.go_to_goal.range_views import RangeView
-from mjsim.algorithms.go_to_goal.slip import Slip
+from mjsim.algorithms.go_to_goal.wheel_slip import WheelSlip
 from mjsim.geometry import Pose
 from mjsim.interface import Odometry
 from tests.algorithms.test_goals_by_drive import SEES
@@ -39,7 +39,7 @@ def driven(slip, pose, *, forward, turn, share, length=6.0, ticks=40):
 
 @pytest.mark.parametrize(("forward", "turn"), [(0.04, 0.0), (0.0, 0.05), (-0.03, 0.02)])
 def test_wheels_that_slip_are_noticed_and_released_when_the_robot_moves(forward, turn):
-    slip, start = Slip(), Pose(-1.0, 0.2, 0.3)
+    slip, start = WheelSlip(), Pose(-1.0, 0.2, 0.3)
     place, held = driven(slip, start, forward=forward, turn=turn, share=1.0)
     assert held == [None] * 40
     _, held = driven(slip, place, forward=forward, turn=turn, share=0.0)
@@ -50,7 +50,7 @@ def test_wheels_that_slip_are_noticed_and_released_when_the_robot_moves(forward,
 
 
 def test_in_a_corridor_without_ends_nothing_is_known():
-    _, held = driven(Slip(), Pose(0.0, 0.2, 0.0), forward=0.04, turn=0.0, share=1.0, length=60.0)
+    _, held = driven(WheelSlip(), Pose(0.0, 0.2, 0.0), forward=0.04, turn=0.0, share=1.0, length=60.0)
     assert held == [None] * 40
 
 

@@ -22,7 +22,7 @@ CHANGED = 0.05
 """Mean distance of the points of two scans from different places [m]."""
 
 
-class Slip:
+class WheelSlip:
     """Compares scans before and after the wheels turn.
 
     The wheels slip if a scan fits to one from before as it is, and does not fit if moved as the wheels say. Where it
