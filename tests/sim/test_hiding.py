@@ -87,3 +87,28 @@ def test_no_pixel_of_an_office_changes_and_few_of_its_rooms_are_drawn(monkeypatc
             counts.append([seen[0][1], seen[1][1]])
     few, many = np.mean(counts, axis=0)
     assert few < many / 2
+
+
+def test_what_moves_behind_a_wall_is_not_drawn(monkeypatch):
+    carts = "".join(
+        f"  - {{name: cart{k}, box: [0.2, 0.2, 1.0], at: [{4 + 0.3 * (k % 10)}, {1 + k // 10}],"
+        f" path: {{points: [[{4 + 0.3 * (k % 10)}, {1.5 + k // 10}]], speed: 0.1}}}}\n"
+        for k in range(20)
+    )
+    text = two_rooms(wall=3.0).replace("beacons:", f"obstacles:\n{carts}beacons:")
+    few, many = both_ways(text, monkeypatch)
+    assert few <= 4 + 10 < 40 < many
+
+
+def test_what_is_drawn_first_changes_no_pixel(monkeypatch):
+    world = office(500, 160, 120)
+    with Simulation(world) as sim, Renderer(sim.model, width=160, height=120) as renderer:
+        sort = in_view.InView.sort
+        for place in office_places(500, 10):
+            sim.move("scout", place)
+            seen = []
+            for order in (sort, lambda self, scene, view: None):
+                monkeypatch.setattr(in_view.InView, "sort", order)
+                seen += [renderer.render(sim.data, "scout/front"), renderer.depth(sim.data, "scout/front")]
+            np.testing.assert_array_equal(seen[0], seen[2])
+            np.testing.assert_array_equal(seen[1], seen[3])

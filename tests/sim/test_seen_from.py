@@ -35,7 +35,7 @@ def data(model):
 
 
 def test_the_nearest_wall_of_each_column_is_that_which_a_ray_meets(model):
-    hiding = Hiding(model, np.arange(model.ngeom))
+    hiding = Hiding(model)
     lines = np.stack([hiding._x, hiding._y, hiding._x_end, hiding._y_end], axis=-1)
     half, columns = math.tan(math.radians(35)), 16
     for eye, heading in (((0.0, 0.0), 0.0), ((1.0, -3.0), 0.6), ((4.5, 0.5), -0.4), ((4.5, 0.5), math.pi)):

@@ -5,6 +5,8 @@ behind it is visible unless it is higher. A plan is therefore sufficient: one de
 the nearest wall; whatever is farther in all its columns is hidden. A level camera sees along each column in one
 direction of the plan, so no pixel changes.
 
+What is left is sorted: where near things are rendered first, the surfaces behind them are not textured.
+
 References:
     Teller, Sequin, Visibility preprocessing for interactive walkthroughs, SIGGRAPH 1991: walls of buildings as
     occluders; here they are drawn into a buffer of one row, as Greene, Kass, Miller, Hierarchical Z-buffer visibility,
@@ -19,7 +21,8 @@ from numpy.typing import NDArray
 
 from mjsim.compile import rgba_of, wall_lines
 from mjsim.geometry import Array
-from mjsim.models import matrix_of
+from mjsim.sim.rendering.geom_boxes import GeomBoxes
+from mjsim.sim.rendering.scene_geoms import as_bytes, geoms_of, same_layout
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,7 +94,31 @@ class InView:
         # Of a sphere around each [m]; a plane without sizes has no end.
         flat = np.where(sizes[:, :2].min(axis=1, initial=np.inf) > 0.0, np.hypot(sizes[:, 0], sizes[:, 1]), np.inf)
         self._radii = np.where(self._planes, flat, model.geom_rbound[drawn])
-        self._hiding = Hiding(model, drawn)
+        self._boxes = GeomBoxes(model, drawn)
+        self._far = np.zeros(model.ngeom)
+        self._sortable: bool | None = None
+        self._hiding = Hiding(model)
+
+    def sort(self, scene: mujoco.MjvScene, view: Frustum) -> None:
+        """Sort the geoms of a scene by distance, with level ones such as floors and ceilings last.
+
+        Args:
+            scene: In the state of the last call of `unseen`.
+            view: Its view.
+        """
+        if self._sortable is None and scene.ngeom > 1:
+            self._sortable = same_layout(scene)
+        if not self._sortable:
+            return
+        low, high = self._boxes.last
+        far = np.square(np.clip(view.eye, low, high) - view.eye).sum(axis=1)
+        far[high[:, 2] - low[:, 2] < LEVEL_HEIGHT] += FAR
+        self._far[self._drawn] = far
+        geoms = geoms_of(scene)[: scene.ngeom]
+        own = geoms["objtype"] == mujoco.mjtObj.mjOBJ_GEOM
+        order = np.argsort(np.where(own, self._far[np.where(own, geoms["objid"], 0)], 0.0), kind="stable")
+        rows = as_bytes(geoms)
+        rows[:] = rows[order]
 
     def unseen(self, data: mujoco.MjData, view: Frustum) -> NDArray[np.intp]:
         """Return the drawn geoms that lie wholly beside or behind the view or behind walls, or show a bare back."""
@@ -99,7 +126,8 @@ class InView:
         normals = data.geom_xmat[self._drawn, 2::3]
         unseen = self._planes & (np.einsum("ij,ij->i", offsets, normals) > 0.0)
         unseen |= view.beside(offsets, self._radii)
-        self._hiding.add_to(unseen, view.eye, view.ahead, view.right, view.half_width, view.columns)
+        low, high = self._boxes.update(data)
+        self._hiding.add_to(unseen, low, high, view)
         return np.asarray(self._drawn[unseen])
 
 
@@ -116,53 +144,41 @@ HEIGHT_TOLERANCE = 1e-4
 WALL_EXTENSION = 1e-9
 """Extension of a wall beyond its ends in the picture, so that no column falls between two adjoining walls [m at 1 m].
 """
-CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
-"""Corners of a cube centred on the origin."""
+LEVEL_HEIGHT, FAR = 0.4, 1e6
+"""Height below which a geom is level [m], and what is added to the square of its distance [m^2]."""
 
 
 class Hiding:
-    """Determines which static geoms are hidden by walls."""
+    """Determines which geoms are hidden by walls."""
 
-    def __init__(self, model: mujoco.MjModel, drawn: NDArray[np.intp]) -> None:
-        """Find the occluding walls, all as high as most walls are, and the geoms that may be hidden.
-
-        Args:
-            model: The compiled world.
-            drawn: Geoms that are drawn at all.
-        """
+    def __init__(self, model: mujoco.MjModel) -> None:
+        """Find the occluding walls, all as high as most walls are."""
         lines = wall_lines(model)
         self._top = _usual_top(lines)
         hides = lines[lines[:, 4] >= self._top]
         self._x, self._y, self._x_end, self._y_end = np.ascontiguousarray(hides[:, :4].T)
         self._middle = np.stack([(self._x + self._x_end) / 2, (self._y + self._y_end) / 2])
         self._reach = ((self._x_end - self._x) ** 2 + (self._y_end - self._y) ** 2) / 4
-        fixed = np.flatnonzero(model.geom_bodyid[drawn] == 0) if len(hides) else np.empty(0, dtype=np.intp)
-        boxes = np.array([_box(model, int(geom)) for geom in drawn[fixed]]).reshape(-1, 2, 3)
-        low = boxes[:, 1, 2] <= self._top + HEIGHT_TOLERANCE
-        self._places = fixed[low]
-        (x, y), (x_far, y_far) = boxes[low, 0, :2].T, boxes[low, 1, :2].T
-        self._corners = np.stack([np.stack([x, x, x_far, x_far], axis=1), np.stack([y, y_far, y, y_far], axis=1)])
 
-    def add_to(
-        self, unseen: NDArray[np.bool_], eye: Array, ahead: Array, right: Array, half_width: float, columns: int
-    ) -> None:
+    def add_to(self, unseen: NDArray[np.bool_], low: Array, high: Array, camera: Frustum) -> None:
         """Mark hidden geoms.
 
         Args:
-            unseen: For each drawn geom whether it is known to be invisible; modified.
-            eye: Position of the camera, world frame, shape (3,) [m].
-            ahead: Its optical axis, unit vector, world frame, shape (3,).
-            right: Its right axis, unit vector, world frame, shape (3,).
-            half_width: Tangent of half its horizontal field of view.
-            columns: Number of columns of the picture.
+            unseen: For each drawn geom whether it is known to be invisible, shape (n,); modified.
+            low: Minimum corners of their boxes, world frame, shape (n, 3) [m].
+            high: Maximum corners, shape (n, 3) [m].
+            camera: The view.
         """
+        eye, ahead, right = camera.eye, camera.ahead, camera.right
+        half_width, columns = camera.half_width, camera.columns
         if eye[2] >= self._top or abs(ahead[2]) > MAX_LEVEL_RISE or abs(right[2]) > MAX_LEVEL_RISE:
             return
-        candidates = np.flatnonzero(~unseen[self._places])
+        candidates = np.flatnonzero(~unseen & (high[:, 2] <= self._top + HEIGHT_TOLERANCE))
         if len(candidates) < MIN_GEOMS:
             return
         view = np.stack([right[:2] / np.hypot(*right[:2]), ahead[:2] / np.hypot(*ahead[:2])])
-        x, y = self._corners[0, candidates] - eye[0], self._corners[1, candidates] - eye[1]
+        (x, y, _), (x_far, y_far, _) = (low[candidates] - eye).T, (high[candidates] - eye).T
+        x, y = np.stack([x, x, x_far, x_far], axis=1), np.stack([y, y_far, y, y_far], axis=1)
         lateral, far = view[0, 0] * x + view[0, 1] * y, view[1, 0] * x + view[1, 1] * y
         nearest = far.min(axis=1)
         before = nearest > NEAR_PLANE
@@ -173,7 +189,7 @@ class Hiding:
         last = np.clip(np.ceil((columns_at.max(axis=1) + 1.0) * (columns / 2) - 0.5).astype(int), 0, columns - 1)
         walls = np.append(self._nearness(view, eye[:2], half_width, columns), 0.0)
         least = np.minimum.reduceat(walls, np.stack([first, last + 1], axis=1).ravel())[::2] if len(first) else nearest
-        unseen[self._places[candidates[least > 1.0 / nearest]]] = True
+        unseen[candidates[least > 1.0 / nearest]] = True
 
     def _nearness(self, view: Array, eye: Array, half_width: float, columns: int) -> Array:
         """Return 1 / depth of the nearest occluding wall in each column, 0 without one, shape (columns,) [1/m]."""
@@ -215,25 +231,6 @@ def _clipped(x: Array, z: Array, x_end: Array, z_end: Array) -> tuple[Array, Arr
     """Return the starts of lines; those behind the eye are moved along the line to just in front of it."""
     share = np.where(z < NEAR_PLANE, (NEAR_PLANE - z) / np.where(z_end == z, 1.0, z_end - z), 0.0)
     return x + share * (x_end - x), np.maximum(z, NEAR_PLANE)
-
-
-def _box(model: mujoco.MjModel, geom: int) -> Array:
-    """Return the minimum and maximum corner of a box around a static geom, world frame, shape (2, 3) [m]."""
-    rotation = matrix_of(model.geom_quat[geom])
-    if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
-        mesh = model.geom_dataid[geom]
-        first = model.mesh_vertadr[mesh]
-        points = model.mesh_vert[first : first + model.mesh_vertnum[mesh]].astype(float)
-    else:
-        middle, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
-        if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
-            endless = np.where(model.geom_size[geom, :2] > 0.0, model.geom_size[geom, :2], np.inf)
-            middle, half = np.zeros(3), np.append(endless, 0.0)
-        points = middle + half * CORNERS
-    if not np.isfinite(points).all():
-        return np.array([[-np.inf] * 3, [np.inf] * 3])
-    p_world = points @ rotation.T + model.geom_pos[geom]
-    return np.stack([p_world.min(axis=0), p_world.max(axis=0)])
 
 
 def _usual_top(lines: Array) -> float:

@@ -131,7 +131,7 @@ class Renderer(Closes):
         with self._canvas.at_work(self._rect.width, self._rect.height) as canvas:
             self._scene.flags[:] = INSTANCES
             with self._merged.shown_apart():
-                self._update(data, camera, cull=True)
+                self._update(data, camera, cull=True, ordered=False)
             mujoco.mjr_render(self._rect, self._scene, canvas.mjr)
             self._read(canvas)
         places = self._rgba.view("<u4")[..., 0] & 0xFFFFFF
@@ -190,8 +190,17 @@ class Renderer(Closes):
             raise ValueError(f"out is {out.dtype} of shape {out.shape}; it must be C-contiguous uint8 {self._shape}, 3")
         return out
 
-    def _update(self, data: mujoco.MjData, camera: str | mujoco.MjvCamera, *, cull: bool) -> Frustum:
-        """Fill the scene with the geoms that a camera may see, and return the view of the camera."""
+    def _update(
+        self, data: mujoco.MjData, camera: str | mujoco.MjvCamera, *, cull: bool, ordered: bool = True
+    ) -> Frustum:
+        """Fill the scene with the geoms that a camera may see, and return the view of the camera.
+
+        Args:
+            data: The state.
+            camera: The camera.
+            cull: Whether to leave out what it does not see.
+            ordered: With `cull`, whether to sort the geoms by distance: their places are not their numbers then.
+        """
         model, scene = self._model, self._scene
         mujoco.mjv_updateCamera(model, data, self._camera(camera), scene)
         view = frustum_of(scene, width=self._rect.width, height=self._rect.height)
@@ -205,6 +214,8 @@ class Renderer(Closes):
             mujoco.mjv_addGeoms(model, data, self._option, mujoco.MjvPerturb(), CATEGORIES, scene)
         finally:
             model.geom_group[unseen] = groups
+        if cull and ordered:
+            in_view.sort(scene, view)
         return view
 
     def _light(self, data: mujoco.MjData, view: Frustum) -> None:
