@@ -105,7 +105,7 @@ class ScriptFigures:
     def _in_its_axes(self, call: FigureCall) -> FigureCall:
         """Return a call without the handle of axes before its arguments; these become the current ones."""
         first = call.arguments[0] if call.arguments else None
-        if not isinstance(first, np.ndarray) or first.size != 1 or call.name == "set":
+        if not isinstance(first, np.ndarray) or first.size != 1 or call.name in ("set", "label_of"):
             return call
         number, part = divmod(float(first.ravel()[0]), 1.0)
         if part != HANDLE or int(number) not in self._axes:

@@ -168,8 +168,7 @@ def _axis(drawn: ScriptFigures, call: FigureCall) -> None:
         if isinstance(word, np.ndarray) and word.size >= 4:
             limits = np.ravel(word)
             for setter, pair in zip(("set_xlim", "set_ylim", "set_zlim"), limits.reshape(-1, 2), strict=False):
-                if hasattr(axes, setter):
-                    getattr(axes, setter)(*pair)
+                _limit(axes, setter, pair)
         elif word in ("equal", "image"):
             axes.set_aspect("equal", adjustable="datalim" if axes.name != "3d" and word == "equal" else "box")
         elif word == "square" and axes.name != "3d":
@@ -183,6 +182,13 @@ def _axis(drawn: ScriptFigures, call: FigureCall) -> None:
     _keep_limits(axes)
 
 
+def _limit(axes: Any, method: str, pair: Array) -> None:
+    """Set the limits of an axis; one that is infinite stays that of the data."""
+    ends = [float(end) if np.isfinite(end) else None for end in pair]
+    if hasattr(axes, method) and ends != [None, None]:
+        getattr(axes, method)(*ends)
+
+
 def _keep_limits(axes: Any) -> None:
     """Give axes of equal scales a box of their limits, if these are fixed."""
     if axes.name != "3d" and axes.get_aspect() != "auto" and not axes.get_autoscalex_on():
@@ -192,8 +198,8 @@ def _keep_limits(axes: Any) -> None:
 def _limits(method: str) -> Drawing:
     def limiting(drawn: ScriptFigures, call: FigureCall) -> None:
         axes = drawn.pane(call.figure).axes
-        if call.arguments and isinstance(call.arguments[0], np.ndarray) and hasattr(axes, method):
-            getattr(axes, method)(*np.ravel(call.arguments[0])[:2])
+        if call.arguments and isinstance(call.arguments[0], np.ndarray):
+            _limit(axes, method, np.ravel(call.arguments[0])[:2])
             _keep_limits(axes)
 
     return limiting

@@ -39,7 +39,7 @@ WITHOUT_EFFECT = (
 )
 """Those that change nothing on a picture, or belong to windows."""
 NOT_DRAWN = (
-    *("annotation", "datetick", "pareto", "plotmatrix", "slice", "streamline", "streamtube"),
+    *("annotation", "datetick", "gtext", "pareto", "plotmatrix", "slice", "streamline", "streamtube"),
     *("streamribbon", "stemleaf", "isocaps", "tetramesh", "pie3", "surfnorm", "semilogxerr", "semilogyerr"),
     *("loglogerr", "swarmchart", "heatmap", "geoplot", "parallelcoords", "boxchart", "bubblechart", "quiverc"),
 )
@@ -47,7 +47,7 @@ NOT_DRAWN = (
 FIGURE_FUNCTIONS = (*DRAWN, *WITHOUT_EFFECT, *NOT_DRAWN)
 """All functions that are recorded."""
 INTERACTIVE = (
-    *("ginput", "gtext", "waitforbuttonpress", "input", "keyboard", "menu", "uigetfile", "uiputfile", "uigetdir"),
+    *("ginput", "waitforbuttonpress", "input", "keyboard", "menu", "uigetfile", "uiputfile", "uigetdir"),
     *("inputdlg", "listdlg", "questdlg", "uisetfont", "uisetcolor", "getpts", "getrect", "drawpolygon", "impoint"),
 )
 """Functions that wait for a person."""

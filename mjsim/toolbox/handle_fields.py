@@ -1,27 +1,22 @@
-"""Fields of graphics handles as calls of set and get: handles are numbers here; methods of two results as calls."""
+"""Fields of graphics handles as calls of set and get: handles are numbers here."""
 
 import re
 from collections.abc import Mapping
 
 from mjsim.toolbox.figure_names import FIGURE_FUNCTIONS
-from mjsim.toolbox.local_functions import COMMENT, QUOTED
+from mjsim.toolbox.local_functions import bare_line
 
 MAKERS = "|".join((*FIGURE_FUNCTIONS, "gcf", "groot", "fplot", "ezplot", "fimplicit", "fsurf", "fmesh", "refline"))
 MADE = re.compile(
     rf"(?:^|[;,])\s*(?:\[([\w\s,~]+)\]|(\w+)(?:\([^()=]*\)|\{{[^{{}}=]*\}})?)\s*=\s*(?:{MAKERS})\s*(?:\(|;|,|$)"
 )
-METHODS = re.compile(
-    r"(\[[^\[\]=]*[\s,][^\[\]=]*\]\s*=\s*)([A-Za-z]\w*(?:\.\w+(?:\(\))?)?)\.(ikine|ikcon|ikunc|fdyn)(\(\s*\)|\()?"
-)
-"""Methods of arms of which Octave would ask for one result only."""
 PARTS: Mapping[str, str] = {"XLabel": "xlabel", "YLabel": "ylabel", "ZLabel": "zlabel", "Title": "title"}
 """Texts of axes, which are handles of their own in MATLAB."""
 
 
 def without_fields(text: str) -> str:
     """Return a script in which fields of handles are set and read by functions, each on its line."""
-    text = METHODS.sub(lambda at: f"{at[1]}{at[3]}({at[2]}{', ' if at[4] == '(' else ')'}", text)
-    bare = [COMMENT.sub("", QUOTED.sub(lambda found: "'" * len(found[0]), line)) for line in text.split("\n")]
+    bare = [bare_line(line) for line in text.split("\n")]
     names = {
         name for line in bare for found in MADE.finditer(line) for name in re.findall(r"\w+", found[1] or found[2])
     }

@@ -31,6 +31,11 @@ def apart(text: str) -> tuple[str, dict[str, str]]:
     return ("\n".join(own), {key: "\n".join(lines) for key, lines in functions.items()}) if not depth else (text, {})
 
 
+def bare_line(line: str) -> str:
+    """Return a line whose text is blank, at the same places, without its comment."""
+    return COMMENT.sub("", QUOTED.sub(lambda found: "'" * len(found[0]), line))
+
+
 def _block_step(line: str) -> int:
     """Return how many block comments a line opens, or closes."""
     return {"%{": 1, "#{": 1, "%}": -1, "#}": -1}.get(line.strip(), 0)

@@ -108,6 +108,7 @@ def math_text(text: str) -> str:
     """
     if any(letter > LAST_OF_MATHTEXT for letter in text):
         return SYMBOL.sub(_letters, text.replace("$", "").replace("\\circ", "\N{DEGREE SIGN}"))
+    text = text if "$" in text else text.replace("\\|", "\N{DOUBLE VERTICAL LINE}")
     if "$" in text or not SYMBOL.search(text):
         plain = text.replace("$$", "$") if text.count("$") % 2 == 0 else text.replace("$", r"\$")
         return plain if _parses(plain) else text.replace("$", "").replace("\\", "")

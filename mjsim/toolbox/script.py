@@ -5,6 +5,7 @@ import re
 import subprocess
 import tempfile
 import warnings
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,9 +18,8 @@ from mjsim.interface import quoted
 from mjsim.modules import TOOLBOX, find_octave
 from mjsim.output import free_paths, write_set
 from mjsim.toolbox.calls import read_calls, write_recorders
-from mjsim.toolbox.handle_fields import without_fields
-from mjsim.toolbox.local_functions import apart
 from mjsim.toolbox.missing import explained
+from mjsim.toolbox.translation import in_files_of, translate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,6 +45,9 @@ CJK = ("Noto Sans CJK JP", "Noto Sans CJK SC", "Noto Sans CJK TC", "Noto Sans CJ
 GLYPH = re.compile(r"Glyph (\d+) ")
 MARK = "mjsim-error: "
 """Before the error of a script on standard error."""
+NOISE = re.compile(r"DISPLAY|GUI features|^warning: called from|^ {4}\S+ at line \d+|ignoring const exec|^\s*$")
+"""Lines on standard error that are not about the script."""
+MAX_WARNINGS = 20
 OTHER_FORMATS = ("eps", "svg", "jpg", "jpeg", "tif", "tiff")
 """Formats that a script may request, beside PNG and PDF."""
 DPI = 110
@@ -58,7 +61,7 @@ class ScriptRun:
     files: tuple[Path, ...]
     """Files that were written."""
     notes: tuple[str, ...]
-    """What could not be drawn, one line each."""
+    """Warnings of the script, and what could not be drawn, one line each."""
     driven: Path | None
     """File of the arm for which the script opened sliders."""
     error: str | None
@@ -84,67 +87,42 @@ def run_script(script: Path, folder: Path, *, overwrite: bool = False) -> Script
     with tempfile.TemporaryDirectory(prefix="mjsim-octave-") as place:
         write_recorders(Path(place))
         record = Path(place) / "calls.mat"
-        error = _run(script.resolve(), Path(place), record)
+        error, warnings = _run(script.resolve(), Path(place), record)
         calls = list(read_calls(record)) if record.is_file() else []
     files, notes, driven = _drawn_files(calls)
     write_set(folder, files, of=f"script {script.name}", overwrite=overwrite)
     return ScriptRun(
-        tuple(folder / name for name in files), tuple(notes), None if driven is None else folder / driven, error
+        tuple(folder / name for name in files), (*warnings, *notes), None if driven is None else folder / driven, error
     )
 
 
-def _run(script: Path, recorders: Path, record: Path) -> str | None:
-    """Run Octave; return the error that ended the script, as one line."""
+def _run(script: Path, recorders: Path, record: Path) -> tuple[str | None, list[str]]:
+    """Run Octave; return the error that ended the script, as one line, and its warnings."""
     words = [find_octave(), *FLAGS, "--eval", _code(script, recorders, record)]
     done = subprocess.run(words, cwd=script.parent, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, check=False)
-    lines = done.stderr.decode(errors="replace").splitlines()
-    lines = [line for line in lines if "DISPLAY" not in line and "GUI features" not in line and line.strip()]
+    lines = [line for line in done.stderr.decode(errors="replace").splitlines() if not NOISE.search(line)]
     marked = next((line.removeprefix(MARK) for line in lines if line.startswith(MARK)), None)
     if marked is None and done.returncode:
         ended = f"ended with exit code {done.returncode}"
         marked = next((line for line in lines if line.startswith(("error:", "parse error"))), ended)
+    others = Counter(line for line in lines if not line.startswith((MARK, "error:", "parse error")))
+    told = [line + (f" ({count} times)" if count > 1 else "") for line, count in others.most_common(MAX_WARNINGS)]
     if marked is None:
-        return None
-    marked = re.sub(rf"{re.escape(str(recorders))}/own/\w+\.m", script.name, marked)
-    return f"{script.name}: {explained(marked.removeprefix('error: '))}"
+        return None, told
+    marked = in_files_of(script, recorders / "own", marked.removeprefix("error: "))
+    return f"{script.name}: {explained(marked)}", told
 
 
 def _code(script: Path, recorders: Path, record: Path) -> str:
     """Return what Octave evaluates: the script in the base workspace, so that `clear all` is its own."""
     quiet = "".join(f"warning('off','Octave:{name}');" for name in SILENCED_WARNINGS)
-    folders = (recorders, HERE / "recorder", TOOLBOX, script.parent)
+    made = translate(script, recorders / "own")
+    old = [TOOLBOX / "old"] if made.is_old else []
+    folders = (recorders / "own", recorders, HERE / "recorder", *old, TOOLBOX, script.parent)
     paths = "".join(f"addpath({quoted(str(folder))});" for folder in folders[::-1])
-    called = f"source({quoted(str(script))})"
-    if _is_function(script):
-        called = f"feval({quoted(script.stem)})"
-    elif (own := _with_functions(script, recorders)) is not None:
-        called = f"addpath({quoted(str(own.parent))});source({quoted(str(own))})"
+    called = f"feval({quoted(made.run.stem)})" if made.is_function else f"source({quoted(str(made.run))})"
     told = f"fprintf(stderr,'{MARK}%s\\n',mjsim_told(mjsim_caught,{quoted(str(script))},{quoted(str(recorders))}));"
     return f"{quiet}{paths}mjsim_start({quoted(str(record))});try,{called};catch mjsim_caught,{told}exit(1);end"
-
-
-def _with_functions(script: Path, recorders: Path) -> Path | None:
-    """Write the functions of a script as files, which are there from its first line; return the script without them.
-
-    None if it defines none, and sets no fields of handles.
-    """
-    text = script.read_text(errors="surrogateescape")
-    plain = without_fields(text)
-    own, functions = apart(plain)
-    if not functions and plain == text:
-        return None
-    folder = recorders / "own"
-    folder.mkdir()
-    for name, text in functions.items():
-        (folder / f"{name}.m").write_text(text, errors="surrogateescape")
-    (folder / "mjsim_script.m").write_text(own, errors="surrogateescape")
-    return folder / "mjsim_script.m"
-
-
-def _is_function(script: Path) -> bool:
-    """Return whether the file is a function instead of a script."""
-    text = re.sub(r"(?m)^\s*[%#].*$", "", script.read_text(errors="replace")).lstrip()
-    return bool(re.match(rf"function\b[^\n]*\b{re.escape(script.stem)}\b", text))
 
 
 def _drawn_files(calls: Sequence[Any]) -> tuple[dict[str, bytes], list[str], str | None]:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from matplotlib import cm
 
 from mjsim.geometry import Array
 from mjsim.toolbox.calls import FigureCall
@@ -31,8 +32,16 @@ def _surface(kind: str) -> Drawing:
         words, _ = words_of(call)
         edge: dict[str, Any] = {key: words[key] for key in ("alpha", "linewidth") if key in words}
         if kind == "mesh":
-            lines: dict[str, Any] = {"lw": 0.7, "color": words.get("edgecolor") or ORDER[0]}
-            return [pane.axes.plot_wireframe(x, y, z, **(lines | edge))]
+            if words.get("edgecolor"):
+                return [pane.axes.plot_wireframe(x, y, z, **({"lw": 0.7, "color": words["edgecolor"]} | edge))]
+            lines: dict[str, Any] = {"cmap": drawn.map_of(call.figure), "rcount": 60, "ccount": 60, "lw": 0.8, **edge}
+            made = pane.axes.plot_surface(x, y, z, **lines)
+            # Its edges have the colours of the heights, and its faces hide what is behind them.
+            made.mjsim_scale = cm.ScalarMappable(made.norm, made.cmap)
+            made.set_edgecolor(made.to_rgba(made.get_array()))
+            made.set_array(None)
+            made.set_facecolor("white")
+            return [made]
         drawing: dict[str, Any] = {"rcount": 80, "ccount": 80, "lw": 0.2, "edgecolor": "#00000040", **edge}
         face = words.get("facecolor")
         if words.get("edgecolor"):
@@ -65,8 +74,11 @@ def _levels(method: str) -> Drawing:
             drawing |= {"linewidths": words["linewidth"]} if "linewidth" in words else {}
             drawing |= {"linestyles": words["linestyle"]} if words.get("linestyle", "none") != "none" else {}
         made = getattr(pane.axes, "contour" if method == "contour3" else method)(x, y, z, **drawing)
+        if method == "contourf":
+            edges = {"colors": "black", "linewidths": 0.5, "negative_linestyles": "solid"}
+            made.mjsim_edges = pane.axes.contour(x, y, z, levels=made.levels, **edges)
         if given.get("showtext") == "on":
-            pane.axes.clabel(made, fontsize=8)
+            getattr(made, "mjsim_edges", made).clabel(fontsize=8)
         pane.labelled.append(made.legend_elements()[0][0] if method == "contour" and len(made.levels) else made)
         return [made]
 
@@ -82,7 +94,8 @@ def _labels(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
     """Label the levels of a contour."""
     handles = np.ravel(data_of(call)[-1]).tolist() if data_of(call) else []
     for artist in (each for handle in handles for each in drawn.artists(handle) if hasattr(each, "clabel")):
-        artist.clabel(fontsize=8)
+        # Labels cut gaps into what they label: of filled levels into their edges.
+        getattr(artist, "mjsim_edges", artist).clabel(fontsize=8)
     return []
 
 

@@ -22,6 +22,8 @@ OUTSIDE: Mapping[str, tuple[str, tuple[float, float]]] = {
     "best": ("upper left", (1.02, 1.0)),
 }  # fmt: skip
 """Places of a legend beside the axes: its corner, and where that is in the axes."""
+NUMBERED = {-1: "northeastoutside", 0: "best", 1: "northeast", 2: "northwest", 3: "southwest", 4: "southeast"}
+"""Places of a legend as numbers, as old programs have them."""
 OPTIONS = ("location", "orientation", "fontsize", "numcolumns", "interpreter", "box", "autoupdate", "textcolor",
            "color", "edgecolor", "fontweight", "fontname", "position", "units", "linewidth", "string")  # fmt: skip
 """Properties of a legend, in lower case."""
@@ -50,6 +52,14 @@ def _label(method: str) -> Drawing:
         return [getattr(axes, method)(_written(words[0] if words else "", rest), **properties_of(rest))]
 
     return labelling
+
+
+def _label_of(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
+    """Return the title of axes, or the label of one of them."""
+    handle, name = call.arguments
+    axes = drawn.artists(float(np.ravel(handle)[0]))
+    found = getattr(axes[0], "title" if name == "title" else f"{name[0]}axis", None) if axes else None
+    return [] if found is None else [found if name == "title" else found.label]
 
 
 def _main_title(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
@@ -98,7 +108,9 @@ def _legend(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
     handles = handles or [each for each in pane.labelled or pane.axes.lines if _is_shown(each)]
     if lower in ([], ["show"]):
         names = [_name_of(each, k) for k, each in enumerate(handles, start=1)]
-    place = str(options.get("location", "best")).lower()
+    numbers = [each for each in words[1:at] if isinstance(each, np.ndarray) and each.size == 1 and names]
+    numbered = NUMBERED.get(int(numbers[-1].item())) if numbers else None
+    place = str(options.get("location", numbered or "best")).lower()
     keywords: dict[str, Any] = {"loc": PLACES.get(place, "best")}
     if place.endswith("outside"):
         corner, keywords["bbox_to_anchor"] = OUTSIDE.get(place.removesuffix("outside"), OUTSIDE["best"])
@@ -126,7 +138,10 @@ def _name_of(artist: Any, number: int) -> str:
 
 def _colorbar(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
     pane = drawn.pane(call.figure)
-    mapped = [each for each in (*pane.axes.images, *pane.axes.collections) if each.get_array() is not None]
+    drawings = [*pane.axes.images, *pane.axes.collections]
+    edges = {getattr(each, "mjsim_edges", None) for each in drawings}
+    scales = [getattr(each, "mjsim_scale", each) for each in drawings if each not in edges]
+    mapped = [each for each in scales if each.get_array() is not None or each not in drawings]
     if not mapped:
         return []
     place = next((each.lower().removesuffix("outside") for each in call.arguments if is_text(each)), "east")
@@ -139,6 +154,7 @@ TEXT_FUNCTIONS: Mapping[str, Drawing] = {
     "xlabel": _label("set_xlabel"),
     "ylabel": _label("set_ylabel"),
     "zlabel": _label("set_zlabel"),
+    "label_of": _label_of,
     "sgtitle": _main_title,
     "suptitle": _main_title,
     "text": _text,

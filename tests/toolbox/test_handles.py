@@ -37,10 +37,6 @@ def test_every_function_of_the_list_is_drawn_or_said_not_to_be():
         ("a = axes; a.Title.String = 'x; y'; w = a.XLim;", "a = axes; title(a, 'x; y'); w = get(a, 'XLim');"),
         ("f = figure; f.Position(3:4) = [8 6];", "f = figure; set(f, 'Position', []);"),
         ("l = plot(x); if l.LineWidth == 2, s.LineWidth = 1; end", None),
-        (
-            "[q, e] = r.ikine(T); [t, x] = r.nofriction().fdyn(1);",
-            "[q, e] = ikine(r, T); [t, x] = fdyn(r.nofriction(), 1);",
-        ),
         ("s.Color = 2; disp('h.Color = 3')", "s.Color = 2; disp('h.Color = 3')"),
     ],
 )
@@ -114,3 +110,44 @@ def test_names_and_formats_of_a_script_are_kept():
         ("saveas", (ONE, "c", "epsc")),
     ]
     assert drawn(*calls, ("saveas", (ONE, "d.svg"))).files == [(1, "a.eps"), (1, "b.png"), (1, "c.eps"), (1, "d.svg")]
+
+
+def test_labels_of_axes_are_handles_and_bounds_without_end_follow_the_data():
+    figures = drawn(
+        ("plot", (ROW,)),
+        ("gca", ()),
+        ("label_of", (np.array([[2.0 + 2.0**-13]]), "ylabel")),
+        ("set", (np.array([[3.0]]), "String", "q_2")),
+        ("axis", (np.array([[0.0, np.inf, -np.inf, 7.0]]),)),
+    )
+    (axes,) = figures.figure(1).axes
+    assert axes.get_ylabel() == "q$\\mathregular{_{2}}$"
+    assert (axes.get_xlim()[0], axes.get_ylim()[1]) == (0.0, 7.0)
+    assert axes.get_xlim()[1] == pytest.approx(3.1)
+    assert not figures.skipped
+
+
+def test_filled_levels_have_labelled_edges_and_a_mesh_hides_what_is_behind_it():
+    x, y = np.meshgrid(np.linspace(-2, 2, 9), np.linspace(-2, 2, 9))
+    z = x * np.exp(-x * x - y * y)
+    figures = drawn(("contourf", (x, y, z, 6 * ONE)), ("clabel", (np.array([[1.0]]),)), ("colorbar", ()))
+    filled, edges = figures.figure(1).axes[0].collections
+    assert len(edges.labelTexts) > 0
+    assert filled.get_paths()[0].vertices.size > 0
+    bar = figures.figure(1).axes[1]
+    assert tuple(bar.get_ylim()) == (filled.levels[0], filled.levels[-1])
+    figures = drawn(("mesh", (x, y, z)), ("colorbar", ()))
+    (made,) = figures.figure(1).axes[0].collections
+    assert len(np.unique(made.get_edgecolor(), axis=0)) > 10
+    assert len(figures.figure(1).axes) == 2
+
+
+def test_a_legend_may_stand_at_a_place_that_is_a_number():
+    figures = drawn(("plot", (ROW,)), ("legend", ("one", 4 * ONE)))
+    legend = figures.figure(1).axes[0].get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == ["one"]
+    assert legend._loc == 4
+
+
+def test_a_norm_has_its_bars():
+    assert math_text(r"\|e\|") == "\N{DOUBLE VERTICAL LINE}e\N{DOUBLE VERTICAL LINE}"

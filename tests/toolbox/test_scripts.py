@@ -14,6 +14,7 @@ from mjsim.mechanics import Arm, jtraj
 from mjsim.toolbox import run_script
 from mjsim.toolbox.handle_fields import without_fields
 from mjsim.toolbox.local_functions import apart
+from mjsim.toolbox.method_calls import with_calls
 
 SCRIPTS = Path(__file__).parent / "scripts"
 pytestmark = [
@@ -33,7 +34,7 @@ def ran(tmp_path_factory):
     names = sorted(script.name for script in SCRIPTS.glob("*.m"))
     assert len(names) == 25
     for name in names:
-        own, functions = apart(without_fields((SCRIPTS / name).read_text()))
+        own, functions = apart(without_fields(with_calls((SCRIPTS / name).read_text())))
         for file, text in {Path(name).stem: own, **functions}.items():
             (folder / f"{file}.m").write_text(text)
     (folder / "all_of_them.m").write_text("".join(f"clear all; source('{name}');\n" for name in names))

@@ -9,6 +9,7 @@ function v = get(h, name, varargin)
     case 'zlim', v = zlim(h);
     case {'currentaxes', 'parent'}, v = gca();
     case 'number', v = h;
+    case {'xlabel', 'ylabel', 'zlabel', 'title'}, v = mjsim_record('label_of', {h(1), lower(name)});
     case 'type'
       v = 'line';
       if isaxes(h), v = 'axes'; end

@@ -5,7 +5,11 @@ function text = mjsim_told(caught, script, recorders)
   own = fullfile(recorders, 'own');
   for frame = caught.stack'
     file = frame.file;
-    if strncmp(file, own, numel(own)), file = script; end
+    if strncmp(file, own, numel(own))
+      [unused, name] = fileparts(file);
+      file = fullfile(folder, [strrep(name, 'mjsim_own_', '') '.m']);
+      if ~exist(file, 'file'), file = script; end
+    end
     if frame.line > 0 && strncmp(file, folder, numel(folder))
       [unused, name, ending] = fileparts(file);
       text = sprintf('%s (%s%s:%d)', text, name, ending, frame.line);

@@ -7,7 +7,15 @@ function [q, err] = ikine(varargin)
   T = rest{1}; q0 = zeros(1, n); M = ones(6, 1); numbers = 0; k = 2;
   while k <= numel(rest)
     if ischar(rest{k}) && any(strcmp(rest{k}, {'mask', 'q0'}))
-      if strcmp(rest{k}, 'mask'), M = rest{k + 1}(:); else, q0 = rest{k + 1}; end
+      if strcmp(rest{k}, 'mask'), M = rest{k + 1}(:); else, q0 = rest{k + 1}(:)'; end
+      k = k + 1;
+    elseif ischar(rest{k}) && any(strcmp(rest{k}, {'pinv', 'nopinv', 'varstep', 'novarstep', 'quiet', 'verbose', ...
+                                                   'search', 'notsearch', 'plot', 'transpose'}))
+      % How it iterates is ours: only the pose that it reaches counts.
+    elseif ischar(rest{k})
+      if ~any(strcmp(rest{k}, {'tol', 'ilimit', 'rlimit', 'slimit', 'alpha', 'lambda', 'lambdamin'}))
+        error('ikine has no option ''%s''; it has mask and q0', rest{k});
+      end
       k = k + 1;
     elseif isnumeric(rest{k}) && ~isempty(rest{k})
       if numel(rest{k}) == 6 && numbers > 0, M = rest{k}(:); else, q0 = rest{k}(:)'; end

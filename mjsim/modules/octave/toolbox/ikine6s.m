@@ -30,7 +30,7 @@ function q = solved(M, L, side, elbow, wrist)
   q(3) = -atan2(d4, a3) - side * elbow * acos(max(min(cosine, 1), -1));
   u = a2 + a3 * cos(q(3)) - d4 * sin(q(3)); v = a3 * sin(q(3)) + d4 * cos(q(3));
   q(2) = atan2(Y, X) - atan2(v, u);
-  R = M(1:3, 1:3)' * rotz(q(1)) * rotx(pi / 2) * rotz(q(2) + q(3)) * rotx(-pi / 2);
+  R = M(1:3, 1:3)' * t2r(trotz(q(1)) * trotx(pi / 2) * trotz(q(2) + q(3)) * trotx(-pi / 2));
   R = R';
   sine = hypot(R(1, 3), R(2, 3));
   q(5) = wrist * atan2(sine, R(3, 3));

@@ -1,5 +1,12 @@
 function [q, qd, qdd] = jtraj(q0, q1, t, qd0, qd1)
 % JTRAJ  Quintics from one posture to another: [q, qd, qdd] = jtraj(q0, q1, t, qd0, qd1); a number stands for steps.
+%   jtraj(r, T0, T1, t) moves an arm between the postures of two poses.
+  if isa(q0, 'robot')
+    r = q0; poses = cat(3, q1, t); t = qd0;
+    try, ends = ikine6s(r, poses); catch, ends = ikine(r, poses); end
+    [q, qd, qdd] = jtraj(ends(1, :), ends(2, :), t);
+    return
+  end
   if isscalar(t)
     length_ = 1; s = (0:t - 1)' / (t - 1);
   else

@@ -2,6 +2,11 @@ function [angles, scale] = mjsim_deg(given)
 % MJSIM_DEG  Angles of arguments in radians, one vector or several numbers, and the unit in radians: 1, or a degree.
   words = cellfun(@ischar, given);
   scale = 1;
+  for word = given(words)
+    if ~any(strcmp(word{1}, {'deg', 'rad', 'zyx', 'xyz'}))
+      error('''%s'' is not known here; write ''deg'', or ''zyx'' or ''xyz'' as order of roll, pitch and yaw', word{1});
+    end
+  end
   if any(strcmp(given(words), 'deg')), scale = pi / 180; end
   angles = cellfun(@(a) a(:)', given(~words), 'UniformOutput', false);
   angles = [angles{:}] * scale;

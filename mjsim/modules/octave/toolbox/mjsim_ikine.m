@@ -1,7 +1,7 @@
 function [q, miss] = mjsim_ikine(s, T, q0, M)
 % MJSIM_IKINE  Damped least squares from q0, then from other starts, always the same ones (Sugihara, 2011).
   n = numel(s.m);
-  best = q0; least = Inf;
+  best = q0; least = Inf; again = 0;
   seed = 1;
   for try_ = 1:40
     start = q0;
@@ -12,10 +12,13 @@ function [q, miss] = mjsim_ikine(s, T, q0, M)
       end
     end
     [q, miss] = descend(s, T, start, M);
+    % Where several starts end at the same distance, that is the nearest.
+    again = again + 1;
+    if miss < least * (1 - 1e-4), again = 0; elseif miss > least * (1 + 1e-4), again = again - 1; end
     if miss < least
       best = q; least = miss;
     end
-    if least < 1e-10, break, end
+    if least < 1e-10 || again > 3, break, end
   end
   q = best; miss = least;
 end

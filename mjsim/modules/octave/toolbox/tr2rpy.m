@@ -1,8 +1,10 @@
 function rpy = tr2rpy(T, varargin)
-% TR2RPY  Roll, pitch and yaw of a pose, a row for each; in degrees with 'deg'.
+% TR2RPY  Roll, pitch and yaw of a pose, a row for each, as rpy2tr has them; in degrees with 'deg'.
+  sign_ = 1 - 2 * any(strcmp(varargin, 'xyz'));
   rpy = zeros(size(T, 3), 3);
   for k = 1:size(T, 3)
     R = T(1:3, 1:3, k);
+    if sign_ < 0, R = R'; end
     if hypot(R(1, 1), R(2, 1)) < 1e-12
       roll = 0; pitch = atan2(-R(3, 1), R(1, 1)); yaw = atan2(-R(2, 3), R(2, 2));
     else
@@ -13,5 +15,5 @@ function rpy = tr2rpy(T, varargin)
     rpy(k, :) = [roll pitch yaw];
   end
   [unused, scale] = mjsim_deg(varargin);
-  rpy = rpy / scale;
+  rpy = sign_ * rpy / scale;
 end

@@ -1,4 +1,5 @@
 function T = trotz(varargin)
 % TROTZ  The pose of a rotation about z, 4 x 4: trotz(angle) or trotz(angle, 'deg').
-  T = [rotz(varargin{:}), zeros(3, 1); 0 0 0 1];
+  T = eye(4);
+  T(1:3, 1:3) = rotz(varargin{:})(1:3, 1:3);
 end

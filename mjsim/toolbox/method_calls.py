@@ -1,0 +1,47 @@
+"""Methods of arms and links as calls: links are structs here, and Octave asks a method of an object for one result."""
+
+import re
+
+from mjsim.toolbox.local_functions import bare_line
+
+TWO_RESULTS = re.compile(
+    r"(\[[^\[\]=]*[\s,][^\[\]=]*\]\s*=\s*)([A-Za-z]\w*(?:\.\w+(?:\(\))?)?)\.(ikine|ikcon|ikunc|fdyn|jtraj)(\(\s*\)|\()?"
+)
+"""Methods of which a script wants several results."""
+INDEX = r"(?:\([^()]*\)|\{[^{}]*\})"
+OF_LINK = re.compile(
+    rf"(?<![\w.])([A-Za-z]\w*(?:\.links?)?{INDEX}?)\."
+    r"(?:A\(((?:(?!\bend\b)[^(),:]|\([^()]*\))+)\)|(RP|isrevolute|isprismatic)\b(?!\())(?!\s*=(?!=))"
+)
+"""Methods of links, with the joint's value, or without arguments."""
+OF_LINKS = re.compile(r"(?<![\w.])([A-Za-z]\w*)\.links(\.[A-Za-z]\w*)(?!\w|\s*=(?!=))")
+"""A field of all links of an arm."""
+OF_SOME = re.compile(r"(?<=[\[{])\s*([A-Za-z]\w*)\.links(\([^()]*\)\.[A-Za-z]\w*)(?=\s*[\]}])")
+"""A field of some links of an arm, between brackets."""
+OLD = re.compile(r"(?m)^\s*(?:puma560|twolink)\b|\b(?:link|robot)\s*\(")
+NEW = re.compile(r"\b(?:SerialLink|Link|Revolute|Prismatic|mdl_\w+|trot[xyz]|rpy2r|eul2r|t2r|r2t)\b")
+POSES = re.compile(r"\btransl\s*\([^;\n]*\)\s*\*\s*rot[xyz]\b|\brot[xyz]\s*\([^;\n*]*\)\s*\*\s*transl\b")
+"""A rotation that is multiplied with a pose, as only the old toolbox can."""
+
+
+def is_old(text: str) -> bool:
+    """Return whether a script is written for the old toolbox, whose rotations rotx, roty and rotz are poses."""
+    bare = "\n".join(map(bare_line, text.split("\n")))
+    return bool(POSES.search(bare)) or (bool(OLD.search(bare)) and not NEW.search(bare))
+
+
+def with_calls(text: str) -> str:
+    """Return a script with calls in place of methods, each on its line."""
+    text = TWO_RESULTS.sub(lambda at: f"{at[1]}{at[3]}({at[2]}{', ' if at[4] == '(' else ')'}", text)
+    return "\n".join(map(_line, text.split("\n")))
+
+
+def _line(line: str) -> str:
+    for found in reversed(list(OF_LINK.finditer(bare_line(line)))):
+        link, value, name = (line[slice(*found.span(k))] for k in (1, 2, 3))
+        call = f"mjsim_member({link}, '{name}')" if name else f"mjsim_member({link}, 'A', {value})"
+        line = line[: found.start()] + call + line[found.end() :]
+    for pattern in (OF_LINKS, OF_SOME):
+        for found in reversed(list(pattern.finditer(bare_line(line)))):
+            line = f"{line[: found.start()]}mjsim_links({found[1]}){found[2]}{line[found.end() :]}"
+    return line

@@ -1,0 +1,119 @@
+"""Scripts of any encoding, with functions in files beside them, run as they are, and errors name the user's files."""
+
+import shutil
+
+import numpy as np
+import pytest
+from scipy.io import loadmat
+
+from mjsim.mechanics import Arm
+from mjsim.toolbox import run_script
+from mjsim.toolbox.translation import decoded, renamed
+
+needs_octave = pytest.mark.skipif(shutil.which("octave-cli") is None, reason="no Octave here")
+
+
+@pytest.mark.parametrize(
+    ("data", "text"),
+    [
+        ("Gelenkverl\xe4ufe in \xb0, gr\xf6\xdfer".encode("cp1252"), "Gelenkverl\xe4ufe in \xb0, gr\xf6\xdfer"),
+        ("title('\u5de5\u4f5c\u7a7a\u95f4')".encode("gb18030"), "title('\u5de5\u4f5c\u7a7a\u95f4')"),
+        ("\ufeff% \xe9".encode(), "% \xe9"),
+    ],
+)
+def test_text_of_windows_is_read_as_it_was_written(data, text):
+    assert decoded(data) == text
+
+
+def test_functions_get_other_names_where_they_are_called_but_not_variables_and_sentences():
+    assert renamed("y = f(2); x.f = 1; disp('f is'); feval('f', @f)", ["f"]) == (
+        "y = mjsim_own_f(2); x.f = 1; disp('f is'); feval('mjsim_own_f', @mjsim_own_f)"
+    )
+    assert renamed("s = struct('f', 2);", ["f"]) == "s = struct('f', 2);"
+    assert renamed("for f = 1:3, disp(f), end", ["f"]) == "for f = 1:3, disp(f), end"
+    assert renamed("[a, f] = size(x); f + 1", ["f"]) == "[a, f] = size(x); f + 1"
+
+
+LECTURE = """% Vorlesung: R\xfcckw\xe4rtsrechnung\r
+clear all; close all; clc;\r
+L{1} = link([pi/2 0.26 0 0.675 0]); L{2} = link([0 0.68 0 0 0]); L{3} = link([pi/2 -0.035 0 0 0]);\r
+L{4} = link([-pi/2 0 0 0.67 0]); L{5} = link([pi/2 0 0 0 0]); L{6} = link([0 0 0 0.158 0]);\r
+kr16 = robot(L, 'KR16', 'KUKA');\r
+T1 = transl(1.2, 0.3, 0.9) * rotz(pi/4) * roty(pi/2 + 0.3);\r
+q1 = ikine(kr16, T1, [0 pi/2 0 0 pi/6 0], 'tol', 1e-9, 'ilimit', 500);\r
+reached = fkine(kr16, q1);\r
+kinds = [kr16.links.alpha]; parts = [kr16.links(2:3).A];\r
+chain = product(kr16, q1);\r
+figure; plot(1:2); title('Gelenkverl\xe4ufe'); legend('q', 4)\r
+save('-v7', 'lecture.mat', 'T1', 'reached', 'kinds', 'parts', 'chain');\r
+x = ikine(kr16, transl(9, 9, 9), zeros(1, 6));\r
+broken(1);\r
+"""
+PRODUCT = """function T = product(r, q)
+  T = eye(4);
+  n = numel(r.links.alpha);
+  L = SerialLinks(r);
+  for k = 1:6, T = T * L(k).A(q(k)); end
+end
+function L = SerialLinks(r)
+  for k = 1:6
+    o = r.link{k};
+    L(k) = Link([0 o.D o.A o.alpha]);
+  end
+end
+"""
+BROKEN = """function broken(x)
+  G = [x.links.G];
+end
+"""
+
+
+@needs_octave
+@pytest.mark.slow
+def test_a_lecture_with_files_beside_it_runs_to_its_mistake(tmp_path):
+    (tmp_path / "lecture.m").write_bytes(LECTURE.encode("cp1252"))
+    (tmp_path / "product.m").write_text(PRODUCT)
+    (tmp_path / "broken.m").write_text(BROKEN)
+    made = run_script(tmp_path / "lecture.m", tmp_path / "out")
+    got = loadmat(tmp_path / "lecture.mat")
+    np.testing.assert_allclose(got["reached"], got["T1"], atol=1e-9)
+    np.testing.assert_allclose(got["chain"], got["reached"], atol=1e-12)
+    np.testing.assert_allclose(got["kinds"].ravel(), np.array([1, 0, 1, -1, 1, 0]) * np.pi / 2)
+    np.testing.assert_allclose(got["parts"].ravel(), [0.68, -0.035])
+    cosine, sine = np.cos(np.pi / 4), np.sin(np.pi / 4)
+    # Rz(45 deg) Ry(90 deg + 0.3), by hand.
+    np.testing.assert_allclose(got["T1"][:3, 2], [cosine * np.cos(0.3), sine * np.cos(0.3), -np.sin(0.3)], atol=1e-12)
+    assert any("does not reach 1 of 1 poses" in note for note in made.notes)
+    assert made.error is not None
+    assert made.error.endswith("(broken.m:2)")
+    assert "mjsim_own" not in made.error
+
+
+MODIFIED = """function modified
+% Craig's table by links, and by the arm
+  for k = 1:3, L(k) = Link([0 0.1 * k 0.2 (k - 1) * pi / 2], 'modified'); end
+  r = SerialLink(L, 'name', 'three');
+  q = [0.3 -0.5 0.7];
+  A = L(1).A(q(1)) * L(2).A(q(2)) * L(3).A(q(3));
+  T = r.fkine(q);
+  [p, pd] = r.jtraj(r.fkine(q), r.fkine(q + 0.2), 5);
+  kind = L(2).RP;
+  save('-v7', 'modified.mat', 'A', 'T', 'q', 'p', 'kind');
+end
+"""
+
+
+@needs_octave
+@pytest.mark.slow
+def test_links_have_their_methods_in_a_function_too(tmp_path):
+    (tmp_path / "modified.m").write_text(MODIFIED)
+    assert run_script(tmp_path / "modified.m", tmp_path / "out").error is None
+    got = loadmat(tmp_path / "modified.mat")
+    rows = [{"d": 0.1 * k, "a": 0.2, "alpha": (k - 1) * np.pi / 2} for k in (1, 2, 3)]
+    arm = Arm.from_dh(rows, "modified")
+    np.testing.assert_allclose(got["A"], arm.fkine(got["q"][0]), atol=1e-12)
+    np.testing.assert_allclose(got["T"], got["A"], atol=1e-12)
+    np.testing.assert_allclose(
+        arm.fkine(got["p"][[0, -1]]), arm.fkine(np.vstack([got["q"], got["q"] + 0.2])), atol=1e-9
+    )
+    assert got["kind"][0] == "R"
