@@ -66,6 +66,7 @@ def figures_of(experiment: Experiment) -> dict[str, Any]:
         "poles": _pairs(study.poles),
         "zeros": _pairs(study.zeros),
         "margins": study.margins,
+        "stable_at_gain_1": study.is_stable_closed,
         "root_locus": _locus_figures(study.locus),
         "held_input": experiment.held,
         "designs": [
@@ -199,6 +200,7 @@ def _facts(experiment: Experiment) -> HtmlTable:
         ("poles", _roots_text(study.poles, dt)),
         ("zeros", _roots_text(study.zeros, dt)),
         ("stable", "yes" if study.is_stable else "no"),
+        ("stable with unity feedback", "yes" if study.is_stable_closed else "no: the margins are those to stability"),
         *_margin_rows(study.margins),
     ]
     if delay := study.plant.delay:

@@ -74,7 +74,8 @@ def bode_plot(found: Study) -> Figure:
     if gain.get_legend_handles_labels()[0]:
         gain.legend(frameon=False, loc="lower left")
     gain.set(ylabel="gain [dB]")
-    gain.set_title(f"Bode: {found.plant.input} to {found.plant.outputs[0]}", loc="left")
+    unstable = "" if found.is_stable_closed else ", unstable with unity feedback"
+    gain.set_title(f"Bode: {found.plant.input} to {found.plant.outputs[0]}{unstable}", loc="left")
     phase.set(ylabel="phase [deg]", xlabel="frequency [rad/s]")
     phase.set_ylim(bottom=max(phase.get_ylim()[0], np.degrees(found.phase[0]) - MAX_PHASE))
     return figure

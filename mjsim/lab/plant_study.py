@@ -90,6 +90,14 @@ class Study:
         """Whether all poles are in the left half plane, or in the unit circle."""
         return bool((outward(self.poles, self.plant.dt) < 0.0).all())
 
+    @property
+    def is_stable_closed(self) -> bool:
+        """Whether the loop of gain 1 is stable; of an unstable one the margins tell how far it is from being stable."""
+        if self.plant.delay and self.is_stable:
+            # Its poles reach the axis first at the least of these gains, which are exact.
+            return all(crossing.gain > 1.0 for crossing in self.locus.crossings)
+        return bool((outward(self.locus.unity, self.plant.dt) < 0.0).all())
+
 
 def study(plant: LinearPlant, *, seconds: float | None = None) -> Study:
     """Analyse a plant.

@@ -88,3 +88,21 @@ def test_crossings_of_the_locus_are_those_of_the_negative_axis(plant):
     inside = [w for w in turned if w < 0.9 * study.locus.extent]
     shown = {round(abs(mark.point.imag), 4) for mark in study.locus.crossings}
     assert dt or all(any(abs(w - other) < 1e-3 for other in shown) for w in inside)
+
+
+def unstable_poles(name):
+    """Return the number of poles of the loop of gain 1 that grow: roots, or by the argument along a half circle."""
+    num, den, delay, dt = PLANTS[name]
+    if not delay:
+        roots = np.roots(np.polyadd(num, den))
+        return int((np.abs(roots) > 1.0).sum() if dt else (roots.real > 0.0).sum())
+    w = np.linspace(-300.0, 300.0, 400_001)
+    s = np.concatenate([1e-4 + 1j * w, 1e-4 + 300.0 * np.exp(1j * np.linspace(np.pi / 2, -np.pi / 2, 1001))])
+    value = 1.0 + np.polyval(num, s) / np.polyval(den, s) * np.exp(-s * delay)
+    turns = np.angle(value[1:] / value[:-1]).sum() / (2.0 * np.pi)
+    return round(-turns) + int((np.roots(den).real > 1e-4).sum())
+
+
+def test_whether_the_loop_of_gain_1_is_stable_is_told(plant):
+    name, study = plant
+    assert study.is_stable_closed == (unstable_poles(name) == 0)
