@@ -29,8 +29,8 @@ from .wheel_slip import WheelSlip
 
 FINE = 0.025
 """Side of the cells in which obstacles are remembered [m]."""
-FORGET = 60.0
-"""Time for which an obstacle that is not seen again is remembered [s]."""
+FORGET, TOUCHED = 60.0, 10.0
+"""Time for which an obstacle that is not seen again is remembered, and without progress one that was touched [s]."""
 LOOK, SLOW_LOOK, SPACING = 0.08, 0.16, 0.16
 """Time between scans that are used, that of slow robots and in the open, and the way that a robot drives meanwhile [s,
 s, m]."""
@@ -128,9 +128,8 @@ class GoToGoal:
         self._reason: str | None = None
         self._scan: Array = np.zeros((0, 2))
         self._jammed = self._is_open = self._is_slow = False
-        self._now, self._chosen = 0.0, -math.inf
+        self._now, self._chosen, self._shown_at = 0.0, -math.inf, -math.inf
         self._shown: tuple[Shown, ...] = ()
-        self._shown_at = -math.inf
 
     def command(self, seen: Observation, belief: Estimate) -> Command:
         """Return the next twist; zero at the last goal, and while every motion would collide."""
@@ -163,6 +162,7 @@ class GoToGoal:
         seconds = float(field.at(driven.as_array()[:2]))
         if self._recovery.update(driven, seconds, seen.time, area=way.seen_area, barred=way.is_barred):
             self._memory.forget(seen.time - 1.0)
+            self._touched.forget(seen.time - TOUCHED)
             way.begin()
         lost = self._slip.lasts(seen.time), 0.0 if self._approach is None else self._approach.since(seen.time)
         self._reason = self._why() if self._recovery.silent(seen.time) or max(lost) > SILENT else None

@@ -58,18 +58,28 @@ def test_a_motion_is_priced_by_the_time_from_where_it_leads_and_how_it_is_driven
     half_turn = 2 * math.pi / (1.5 * 0.9) if "max_curvature" in keys else 0.25 * math.pi / 2.0
     assert hits.any()
     assert not hits.all()
-    for motion, price, hit in zip(twists, cost, hits, strict=True):
+    # It stands before it meets what moves: from the time that it takes to stop on, this does not matter yet.
+    fastest = max(math.hypot(ahead, left) for ahead, left in twists[:, 0, :2])
+    stops = math.ceil((fastest / 2.0 + 0.3) / STEP)
+    gaps = np.full((len(twists), 20), math.inf)
+    for row, motion in enumerate(twists):
+        for step, (x, y, heading) in enumerate(driven(pose, motion), start=1):
+            for thing in things:
+                at, size = thing.place + STEP * step * thing.velocity, thing.radius + 0.12 * STEP * step
+                gaps[row, step - 1] = min(
+                    math.dist(Pose(x, y, heading).transform(centre), at) - radius - size for centre, radius in discs
+                )
+    start = min(0.0, gaps[:, 0].max() - 0.004)
+    for motion, price, hit, gap in zip(twists, cost, hits, gaps, strict=True):
         way, total, when, beside = driven(pose, motion), 0.0, None, 0.0
         for step, (x, y, heading) in enumerate(way, start=1):
             places = [Pose(x, y, heading).transform(centre) for centre, _ in discs]
             clear = min(float(map.at(*at)) - radius for at, (_, radius) in zip(places, discs, strict=True))
-            when = step - 1 if when is None and clear < 0.02 else when
-            for thing in things:
-                at, size = thing.place + STEP * step * thing.velocity, thing.radius + 0.12 * STEP * step
-                apart = min(math.dist(p, at) - radius - size for p, (_, radius) in zip(places, discs, strict=True))
-                beside += 15.0 * max(1.0 - apart / 0.25, 0.0)
-                clear = min(clear, apart)
             ahead, left, _ = motion[step - 1]
+            meets = step <= stops and gap[step - 1] < start and math.hypot(ahead, left) > 0.05
+            when = step - 1 if when is None and (clear < 0.02 or meets) else when
+            beside += 15.0 * max(1.0 - gap[step - 1] / 0.25, 0.0)
+            clear = min(clear, gap[step - 1])
             total += 2.0 * max(math.hypot(ahead, left) - max(0.3 + 3.5 * clear, 0.3), 0.0)
             total += 0.5 * max(1.0 - clear / 0.12, 0.0) + 0.7 * max(-ahead, 0.0)
         total = STEP * (total + beside) + 0.01 * np.abs(np.diff(motion / np.maximum(limits, 1e-6), axis=0)).sum()
