@@ -29,8 +29,8 @@ TRAVELLED, STRAY = 0.15, 0.15
 """How far a thing must have gone, and its mean error at most, to count as moving [m]."""
 MAX_PREDICTED = 6
 """Number of things that are predicted: the nearest."""
-BEHIND = 0.08
-"""Distance of the middle of a thing behind the side that is seen [m]."""
+BEHIND = 0.7
+"""Distance between the middle of a round thing and the mean of the side that is seen [radii]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,15 +81,19 @@ class MovingThings:
         """Add the points of a scan where nothing was before, shape (n, 2) [m], seen from a pose at a time [s]."""
         groups = [_thing(group, robot, now) for group in grouped(fresh, GAP)]
         unmatched = [group for group in groups if group is not None]
-        things = []
-        for thing in self.tracked:
-            place = thing.after(now - thing.seen)
-            near = min(unmatched, key=lambda group: math.dist(group.place, place), default=None)
-            if near is not None and math.dist(near.place, place) < GATE:
-                unmatched.remove(near)
-                things.append(_updated(thing, near, now))
-            elif now - thing.seen < GONE:
-                things.append(thing)
+        things, left = [], list(self.tracked)
+        apart = {
+            (thing, group): math.dist(group.place, thing.after(now - thing.seen))
+            for thing in left
+            for group in unmatched
+        }
+        for thing, group in sorted(apart, key=lambda pair: apart[pair]):
+            # The nearest first, so that things that pass each other keep their own.
+            if thing in left and group in unmatched and apart[thing, group] < GATE:
+                left.remove(thing)
+                unmatched.remove(group)
+                things.append(_updated(thing, group, now))
+        things += [thing for thing in left if now - thing.seen < GONE]
         self.tracked = [*things, *unmatched]
 
     def predicted(self, robot: Pose, now: float) -> list[Thing]:
@@ -107,8 +111,9 @@ def _thing(points: Array, robot: Pose, now: float) -> Thing | None:
         return None
     middle = points.mean(axis=0)
     away = middle - (robot.x, robot.y)
-    place = middle + BEHIND * away / max(float(np.hypot(*away)), 1e-6)
-    return Thing(place, np.zeros(2), max(0.5 * extent, 0.1), now, 1, place)
+    radius = max(0.5 * extent, 0.1)
+    place = middle + BEHIND * radius * away / max(float(np.hypot(*away)), 1e-6)
+    return Thing(place, np.zeros(2), radius, now, 1, place)
 
 
 def _updated(thing: Thing, seen: Thing, now: float) -> Thing:

@@ -38,8 +38,8 @@ CLOSE, COMFORT = 0.5, 0.12
 """Cost of time spent at no clearance, falling to 0 at a comfortable one [1, m]."""
 MET, SPACE, UNSURE = 15.0, 0.25, 0.12
 """Cost of time at no distance from things that move, falling to 0 at a space [1, m], which grows with time [m/s]."""
-REACTION, CREEPING = 0.3, 0.05
-"""Time until a robot begins to stop, and speed at which it stands [s, m/s]."""
+MEETING, REACTION, CREEPING = 5.0, 0.3, 0.05
+"""Cost of driving into what moves, time until the robot begins to stop, and speed at which it stands [s, s, m/s]."""
 CHANGE = 0.01
 """Cost of a change of the twist by the robot's limits [s]."""
 RESERVE = 0.85
@@ -213,19 +213,20 @@ class PathIntegral:
         now = float(self.body.clearance(np.array(pose.x), np.array(pose.y), np.array(pose.heading), map))
         # Closer than the margin it may go on, but not approach.
         hit = clearance < min(MARGIN, now - CLOSER)
-        apart = self._apart(x, y, heading, prices.things)
-        if prices.things:
-            hit |= self._meets(twists, apart)
         hits = np.asarray(hit.any(axis=1))
         when = np.where(hits, hit.argmax(axis=1), STEPS)
         cost = self._led(np.stack([x[:, 3::4], y[:, 3::4]], axis=-1), heading[:, -1], field)
-        cost += self._driven(twists, np.minimum(clearance, apart), prices)
+        apart = self._apart(x, y, heading, prices.things)
+        # What moves may turn: beside it the robot is half as fast.
+        cost += self._driven(twists, np.minimum(clearance, 0.5 * apart), prices)
         if prices.things:
-            cost += STEP * (MET * np.maximum(1.0 - apart / SPACE, 0.0)).sum(axis=1)
+            cost += MEETING * self._meets(twists, apart) + STEP * (MET * np.maximum(1.0 - apart / SPACE, 0.0)).sum(
+                axis=1
+            )
         return np.where(hits, cost + HIT * (2.0 - when / STEPS), cost), hits
 
     def _meets(self, twists: Array, apart: Array) -> NDArray[np.bool_]:
-        """Return the steps in which the robot drives where it meets something, within the time that it takes to stop.
+        """Return which motions drive into what moves within the time that the robot takes to stop, shape (k,).
 
         References:
             Bouraine, Fraichard, Salhi, Provably Safe Navigation for Mobile Robots with Limited Field-of-Views in
@@ -235,7 +236,7 @@ class PathIntegral:
         stops = RESERVE * STEP * float(speed[:, 0].max()) / float(self._gains[0]) + REACTION
         meets = (apart < min(0.0, float(apart[:, 0].max()) - CLOSER)) & (speed > CREEPING)
         meets[:, math.ceil(stops / STEP) :] = False
-        return np.asarray(meets)
+        return np.asarray(meets.any(axis=1))
 
     def _apart(self, x: Array, y: Array, heading: Array, things: tuple[Thing, ...]) -> Array:
         """Return the distance between the rim and what moves at poses, shape (k, STEPS) each [m]."""

@@ -107,6 +107,28 @@ robots:
             assert tick.time < 16.0
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 3])
+def test_two_that_meet_in_a_corridor_for_one_pass_by_its_niche(seed):
+    lidar = LIDAR.replace("[0.05, 0, 0.4]", "[0.1, 0, 0.2]").replace("FOV", "360").replace("REACH", "8")
+    niche = "[10, 0], [10, 1], [5.8, 1], [5.8, 2], [4.6, 2], [4.6, 1], [0, 1]"
+    world = mjsim.parse_world(f"""
+mjsim: 1
+walls: [{{points: [[0, 0], {niche}], closed: true}}]
+robots:
+  - {{name: a, preset: pioneer3dx, at: [1, 0.5], sensors: {lidar}}}
+  - {{name: b, preset: pioneer3dx, at: [9, 0.5], heading_deg: 180, sensors: {lidar}}}
+""")
+    navigators = {"a": GoToGoal([9.0, 0.5]), "b": GoToGoal([1.0, 0.5])}
+    with mjsim.Simulation(world, seed=seed) as sim:
+        for tick in mjsim.ticks(sim, {name: mjsim.Driver(navigator=each) for name, each in navigators.items()}):
+            for order in tick.orders.values():
+                assert not any(event.kind == "bump" for event in order.events)
+            if all(each.is_done for each in navigators.values()):
+                break
+            assert tick.time < 40.0
+
+
 SEES = LIDAR.replace("FOV", "360").replace("REACH", "8")
 
 
@@ -181,3 +203,43 @@ robots: [{{name: r, {robot}, at: [1, 2.5], sensors: {SEES.replace("0.05, 0, 0.4"
     # The tolerances, and the drift of dead reckoning.
     assert math.hypot(pose.x - goal[0], pose.y - goal[1]) < 0.17
     assert abs(math.remainder(pose.heading - math.radians(goal[2]), 2 * math.pi)) < math.radians(7.0)
+
+
+TWO_DOORS = """
+mjsim: 1
+walls:
+  - {points: [[0, 0], [8, 0], [8, 5], [0, 5]], closed: true}
+  - points: [[4, 0], [4, 5]]
+    openings:
+      - {name: near, at: 0.8, width: 1.0, door: {angle_deg: 85, locked: true}}
+      - {name: far, at: 3.4, width: 1.0, door: {angle_deg: 85, locked: true}}
+obstacles: [{name: cart, box: [0.5, 0.9, 1.0], at: [6, 4.3], movable: true, mass: 30}]
+robots: [{name: r, preset: pioneer3dx, at: [1, 1.3], sensors: SENSORS}]
+run: {events: [EVENTS]}
+"""
+BLOCKED_WAYS = {
+    "a door that closes": ("{time: 2, close: near}", None),
+    "a cart that stands in the door": ("{time: 2, move: cart, to: [4, 1.3]}", None),
+    "all doors, until one opens": (
+        "{time: 2, close: near}, {time: 2, close: far}, {time: 14, open: far, angle_deg: 85}",
+        "no way to [7, 1.3]",
+    ),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", BLOCKED_WAYS)
+def test_where_its_way_is_blocked_for_ever_it_takes_another(case):
+    events, reason = BLOCKED_WAYS[case]
+    world, told = mjsim.parse_world(TWO_DOORS.replace("SENSORS", SEES).replace("EVENTS", events)), []
+    navigator = GoToGoal([7.0, 1.3])
+    with mjsim.Simulation(world, seed=1) as sim:
+        for tick in mjsim.ticks(sim, {"r": mjsim.Driver(navigator=navigator)}):
+            assert not any(event.kind == "bump" for event in tick.orders["r"].events)
+            told += [event.text for event in tick.orders["r"].events if event.kind == "blocked"]
+            if navigator.is_done:
+                break
+            assert tick.time < 45.0
+    assert tick.truth["r"].x > 6.5
+    if reason is not None:
+        assert reason in told[0]

@@ -158,7 +158,8 @@ def test_a_thing_that_moves_is_found_with_its_velocity_and_one_that_stands_is_no
     for tick in range(12):
         time = 0.08 * tick
         places = np.array([[2.0 - 0.5 * time, 1.0], [3.0, -1.0]])
-        points = (rim[None] + places[:, None]).reshape(-1, 2)
+        # The side towards the robot.
+        points = np.concatenate([place + rim[rim @ place < 0.0] for place in places])
         things.update(points + rng.normal(0.0, 0.005, points.shape), ORIGIN, time)
     (thing,) = things.predicted(ORIGIN, 0.88)
     np.testing.assert_allclose(thing.velocity, [-0.5, 0.0], atol=0.1)

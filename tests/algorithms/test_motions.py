@@ -71,15 +71,16 @@ def test_a_motion_is_priced_by_the_time_from_where_it_leads_and_how_it_is_driven
                 )
     start = min(0.0, gaps[:, 0].max() - 0.004)
     for motion, price, hit, gap in zip(twists, cost, hits, gaps, strict=True):
-        way, total, when, beside = driven(pose, motion), 0.0, None, 0.0
+        way, total, when, beside, met = driven(pose, motion), 0.0, None, 0.0, False
         for step, (x, y, heading) in enumerate(way, start=1):
             places = [Pose(x, y, heading).transform(centre) for centre, _ in discs]
             clear = min(float(map.at(*at)) - radius for at, (_, radius) in zip(places, discs, strict=True))
             ahead, left, _ = motion[step - 1]
             meets = step <= stops and gap[step - 1] < start and math.hypot(ahead, left) > 0.05
-            when = step - 1 if when is None and (clear < 0.02 or meets) else when
+            met |= meets
+            when = step - 1 if when is None and clear < 0.02 else when
             beside += 15.0 * max(1.0 - gap[step - 1] / 0.25, 0.0)
-            clear = min(clear, gap[step - 1])
+            clear = min(clear, 0.5 * gap[step - 1])
             total += 2.0 * max(math.hypot(ahead, left) - max(0.3 + 3.5 * clear, 0.3), 0.0)
             total += 0.5 * max(1.0 - clear / 0.12, 0.0) + 0.7 * max(-ahead, 0.0)
         total = STEP * (total + beside) + 0.01 * np.abs(np.diff(motion / np.maximum(limits, 1e-6), axis=0)).sum()
@@ -87,6 +88,7 @@ def test_a_motion_is_priced_by_the_time_from_where_it_leads_and_how_it_is_driven
         course = way[-1, 2] - math.atan2(*(way[-1, :2] - goal)[::-1])
         total += 0.6 * times[-1] + 0.4 * times.mean() + half_turn * (1.0 - math.cos(course)) * min(times[-1], 1.0)
         assert hit == (when is not None)
+        total += 5.0 * met
         assert price == pytest.approx(total + (50.0 * (2.0 - when / 20) if hit else 0.0), rel=1e-4)
 
 

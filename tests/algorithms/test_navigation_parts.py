@@ -195,8 +195,8 @@ def test_a_thing_is_followed_by_an_alpha_beta_filter():
         size = 1.0 + 0.3 * (tick == 3)
         middle = way + (2.0, 1.0) + size * rim.mean(axis=0)
         things.update(way + (2.0, 1.0) + size * rim, Pose(0.5, -1.0, 0.0), 0.1 * tick)
-        seen = middle + 0.08 * (middle - (0.5, -1.0)) / math.dist(middle, (0.5, -1.0))
         own = 0.5 * size * math.hypot(0.1, 0.2)
+        seen = middle + 0.7 * own * (middle - (0.5, -1.0)) / math.dist(middle, (0.5, -1.0))
         if place is None:
             place, radius, first = seen, own, seen
         else:
