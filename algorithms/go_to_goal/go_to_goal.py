@@ -118,7 +118,7 @@ class GoToGoal:
         self._place: Array = np.array([robot.prior.x, robot.prior.y])
         self._lay_out(self._place)
         self._left, self._is_there, self._is_new = list(self._goals), False, False
-        self._approach = None if math.isinf(robot.max_curvature) else PoseApproach(robot, top=top)
+        self._approach = None if math.isinf(robot.max_curvature) else PoseApproach(robot, self._local.body, top=top)
         self._recovery, self._slip, self._looked = Recovery(), WheelSlip(), -math.inf
         self._moving = MovingThings()
         self._alignment: ScanAlignment | None = ScanAlignment(robot.prior)
@@ -233,9 +233,9 @@ class GoToGoal:
         self._is_slow = approach is not None and math.isfinite(goal[2]) and approach.is_near(pose, goal, seen.time)
         if approach is None or not self._is_slow or abs(speed) > 1.5 * SPEED:
             return None
-        body, near = self._local.body, np.concatenate([self._walls, self._obstacles])
-        map = ObstacleMap(self._place, near, cell=FINE, half=approach.reach + body.reach)
-        command = approach.command(pose, speed, goal, lambda poses: body.clearance(*poses.T, map), seen.time)
+        near = np.concatenate([self._walls, self._obstacles])
+        map = ObstacleMap(self._place, near, cell=FINE, half=approach.reach)
+        command = approach.command(pose, speed, goal, map, seen.time)
         self._local.reset()
         self._twist = np.array([command.forward, 0.0, command.turn])
         self._recovery.restart(seen.time)

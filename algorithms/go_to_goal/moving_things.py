@@ -19,8 +19,9 @@ GATE = 0.5
 """How far from its prediction a thing may be seen again [m]."""
 GONE = 1.0
 """Time after which a thing that is not seen again is forgotten [s]."""
-POSITION_GAIN, SPEED_GAIN = 0.6, 0.35
-"""Share of the difference to the prediction by which position and velocity change."""
+POSITION_GAIN, SPEED_GAIN = 0.5, 0.17
+"""Share of the difference to the prediction by which position and velocity change: the second is the square of the
+first over two less the first, Kalata's relation in section 6.5."""
 SLOWEST, FASTEST = 0.12, 3.0
 """Speeds of things that move [m/s]."""
 CONFIRMED = 4

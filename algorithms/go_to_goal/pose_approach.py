@@ -4,6 +4,7 @@ import heapq
 import itertools
 import math
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -11,6 +12,8 @@ from mjsim.geometry import Array, Pose
 from mjsim.interface import Command, RobotInfo
 
 from ..paths.reeds_shepp import Curve, curves, length_of, poses_on
+from .body_discs import BodyDiscs
+from .obstacle_map import ObstacleMap
 
 NEAR, NEAREST = 3.0, 1.0
 """Distance to the goal from which it plans [radii of the tightest turn], at least [m]."""
@@ -131,9 +134,9 @@ class PoseSearch:
 class PoseApproach:
     """Takes over near a goal with a heading, for robots that cannot turn on the spot."""
 
-    def __init__(self, robot: RobotInfo, *, top: float) -> None:
-        """Take the limits of the robot, and its maximum speed [m/s]."""
-        self._robot, self._top = robot, min(top, SPEED)
+    def __init__(self, robot: RobotInfo, body: BodyDiscs, *, top: float) -> None:
+        """Take the limits of the robot, its body and its maximum speed [m/s]."""
+        self._robot, self._body, self._top = robot, body, min(top, SPEED)
         self._radius = WIDER / robot.max_curvature
         self._near = max(NEAR * self._radius, NEAREST)
         self.restart()
@@ -141,7 +144,7 @@ class PoseApproach:
     @property
     def reach(self) -> float:
         """How far the curves may lead from where they begin [m]."""
-        return 2.0 * self._near
+        return 2.0 * self._near + self._body.reach
 
     def restart(self) -> None:
         """Begin with a new goal."""
@@ -160,16 +163,17 @@ class PoseApproach:
         """Return how long it has looked for a way [s]."""
         return 0.0 if self._begun is None else now - self._begun
 
-    def command(self, pose: Pose, speed: float, goal: Array, clearance: Clearance, now: float) -> Command:
+    def command(self, pose: Pose, speed: float, goal: Array, map: ObstacleMap, now: float) -> Command:
         """Return the next twist.
 
         Args:
             pose: Of the robot.
             speed: Its current speed [m/s].
             goal: x, y [m] and heading [rad].
-            clearance: Tells that of poses.
+            map: Obstacles.
             now: [s]
         """
+        clearance = partial(_clearance, self._body, map)
         if self._at < len(self._poses):
             room = float(clearance(self._poses[self._at :: 3]).min())
             near = math.dist(self._poses[self._at, :2], (pose.x, pose.y)) < OFF
@@ -230,3 +234,8 @@ class PoseApproach:
         top = SLOW if np.ptp(soon) > 0.5 / self._radius else self._top
         forward = way * min(top, max(SLOW, math.sqrt(self._robot.max_acceleration * left)), 4.0 * left + 0.02)
         return Command(forward=forward, turn=bend * forward)
+
+
+def _clearance(body: BodyDiscs, map: ObstacleMap, poses: Array) -> Array:
+    """Return the clearances of poses, shape (n, 3) [m]."""
+    return body.clearance(poses[:, 0], poses[:, 1], poses[:, 2], map)

@@ -3,7 +3,7 @@
 python scripts/measure/moving_rooms.py [FIRST] [LAST] [--drive PRESET]
 
 In the manner of DynaBARN (Nair et al., SSRR 2022): a robot crosses a room of 12 x 8 m in which ten cylinders go back
-and forth on random ways, each at its own speed of 0.3 to 1.2 m/s. They do not avoid the robot.
+and forth on random ways, each at its own speed of 0.3 to 1.2 m/s. They do not avoid the robot, which sees all around.
 """
 
 import argparse
@@ -16,7 +16,7 @@ from mjsim.sim import Simulation
 from mjsim.world import parse_world
 
 GOAL, LIMIT = (11.0, 4.0), 60.0
-LIDAR = "{lidar: scan, at: [0.12, 0, 0.28], beams: 540, fov_deg: 270, range: [0.05, 10], rate_hz: 25}"
+LIDAR = "{lidar: scan, at: [0, 0, 0.4], beams: 720, fov_deg: 360, range: [0.05, 10], rate_hz: 25}"
 
 
 def room(number: int, preset: str) -> str:
