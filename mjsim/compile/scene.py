@@ -96,6 +96,10 @@ def compile_world(world: World) -> mujoco.MjSpec:
     return spec
 
 
+SHADOWED = 1.7
+"""Half side of the shadow map, relative to the extent: the floor is speckled where it ends, which no view may show."""
+
+
 def _set_visual(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -> None:
     """Set sizes, clipping planes and image quality: flat faces need no subdivision for even light."""
     diagonal = float(np.linalg.norm(upper - lower))
@@ -103,7 +107,7 @@ def _set_visual(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -
     spec.stat.extent = diagonal / 2
     spec.visual.map.znear = NEAR_CLIPPING / spec.stat.extent
     spec.visual.map.zfar = (4.0 * diagonal + 50.0) / spec.stat.extent
-    spec.visual.map.shadowclip = 1.0
+    spec.visual.map.shadowclip = SHADOWED
     cameras = [sensor for robot in world.robots for sensor in robot.sensors if isinstance(sensor, Camera)]
     spec.visual.global_.offwidth = max([MIN_BUFFER_WIDTH, *(camera.width for camera in cameras)])
     spec.visual.global_.offheight = max([MIN_BUFFER_HEIGHT, *(camera.height for camera in cameras)])

@@ -15,7 +15,7 @@ from mjsim.errors import UsageError
 from mjsim.sim import Canvas, OnboardCamera, Renderer, streams_of
 from mjsim.sim.imaging.lens import intrinsics_of
 from mjsim.sim.sensors import robot_from_camera, ticks_between
-from mjsim.world import Camera, World, parse_world
+from mjsim.world import Camera, World, load_world, parse_world
 
 WIDTH, HEIGHT = 320, 240
 POSES = np.array([[1.0, 1.0, 0.6], [6.5, 5.0, -2.0], [3.0, 4.0, 2.5]])
@@ -236,3 +236,14 @@ def test_the_mast_of_one_camera_does_not_stand_before_another():
         with Renderer(model, width=64, height=48) as renderer:
             pictures.append(renderer.render(forwarded(model), "scout/low"))
     np.testing.assert_array_equal(pictures[0], pictures[1])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["control", "press"])
+def test_a_bare_floor_in_high_quality_has_no_specks_where_its_shadows_end(name):
+    model = compile_world(load_world(name)).compile()
+    with Renderer(model, width=960, height=400, quality="high") as high:
+        floor = high.render(forwarded(model), "overview")[:130, 640:].astype(int)
+    off = np.abs(floor - np.median(floor, axis=(0, 1))).max(axis=-1)
+    # What stands there differs by more.
+    assert ((off > 2) & (off < 30)).sum() < 20
