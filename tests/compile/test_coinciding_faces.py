@@ -106,3 +106,19 @@ def test_flush_sides_of_two_boxes_are_found():
 @pytest.mark.parametrize("path", sorted(WORLDS.rglob("*.yaml")), ids=lambda path: path.stem)
 def test_no_faces_of_shipped_worlds_and_robots_coincide(path):
     assert not coinciding(compile_world(load_world(path)).compile())
+
+
+def test_every_shipped_robot_arm_and_thing_is_in_one_of_these_worlds():
+    written = "".join(path.read_text() for path in WORLDS.rglob("*.yaml"))
+    assets = WORLDS.parent / "assets"
+    presets = [path.stem for kind in ("robots", "arms") for path in (assets / kind).glob("*.yaml")]
+    models = [
+        f"{path.parent.name}/{path.name}" for kind in ("furniture", "workplaces") for path in models_in(assets / kind)
+    ]
+    assert len(presets) > 12
+    assert len(models) > 8
+    assert not [name for name in presets + models if name not in written]
+
+
+def models_in(folder):
+    return [path for path in folder.iterdir() if path.suffix in (".xml", ".urdf")]
