@@ -27,7 +27,13 @@ def robot_of(keys: Mapping[str, Any], folder: Path | None) -> Robot:
     try:
         return Robot.model_validate(dict(keys), context={"source": Source(folder=folder)})
     except ValidationError as error:
-        raise UsageError(error.errors()[0]["msg"].removeprefix("Value error, ")) from None
+        first = error.errors()[0]
+        says = first["msg"].removeprefix("Value error, ")
+        if first["msg"].startswith("Input should"):
+            # What the model says of a bound names neither the key nor the value.
+            key = ".".join(str(part) for part in first["loc"] if isinstance(part, str))
+            says = f"the robot's {key} is {str(first['input'])[:40]}; it{says.removeprefix('Input')}"
+        raise UsageError(says) from None
 
 
 def inhabited(world: World, robot: Robot, run: Run, folder: Path | None) -> World:

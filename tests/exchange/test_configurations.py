@@ -11,6 +11,7 @@ from mjsim.errors import UsageError
 from mjsim.exchange.import_world import bring_file
 from mjsim.exchange.matlab.matlab_text import read_assignments
 from mjsim.exchange.world_import import Newcomer, Reading
+from mjsim.world.check import check_world
 
 CORNERS = np.array([[0.0, 0, 10, 10, 0], [0, 8, 8, 0, 0]])
 BEACONS = np.array([[9.9, 4.0, 0.1], [4.0, 7.9, 4.0], [np.pi, -np.pi / 2, 0.0], [1, 2, 0]])
@@ -164,6 +165,15 @@ def test_walls_of_several_pieces_and_of_segments_are_read(tmp_path):
         ("%{\r\nx = 1;\r\n%}\r\nx = 1e3\r\n%{\r\n", [[1000]]),
         ("x = diag([1 2]) * ones(2, 1)", [[1], [2]]),
         ("if true\n x = 1;\nend\nx = .5", [[0.5]]),
+        ("if nargin < 1, x = 3; end", [[3]]),
+        ("if ~exist('x', 'var'), x = 3; else x = 4; end", [[3]]),
+        ("x = []; x(end+1, :) = [1 2]; x(end+1, :) = [3 4];", [[1, 2], [3, 4]]),
+        ("x = zeros(2, 0); x(:, end+1) = [1; 2]; x(:, 2) = 3;", [[1, 3], [2, 3]]),
+        ("a = [1 2 3; 4 5 6]; x = a(1:2, [1 3])'", [[1, 4], [3, 6]]),
+        ("a = [1 2 3; 4 5 6]; x = [a(end, :) a(3)]", [[4, 5, 6, 2]]),
+        ("x = [1 2; 3 4]; x(1, :) = 10 * x(1, :);", [[10, 20], [3, 4]]),
+        ("x = [1 2]; x(4) = 5;", [[1, 2, 0, 5]]),
+        ("x = repmat([1 2], 2, 2)", [[1, 2, 1, 2], [1, 2, 1, 2]]),
     ],
 )
 def test_literals_are_what_matlab_makes_of_them(text, value):
@@ -183,6 +193,9 @@ def test_text_cells_and_structs_are_what_they_say():
         "x = zeros(1e9)",
         "x = 1:1e12",
         "x = (1:1e4)' * (1:1e4)",
+        "x = repmat(ones(300), 300)",
+        "x = ones(2, 2)(3, 3)",
+        "x(1:2, 1e6) = 1",
         "x = " + "-" * 20_000 + "1",
         "x = " + "(" * 5000,
         "x = system('ls')",
@@ -236,3 +249,54 @@ def test_a_file_of_windows_with_a_mark_of_its_encoding_is_read(tmp_path):
     world, told = brought(tmp_path, "\ufeffcorners = [0 5 5 0 0\r\n 0 0 4 4 0];\r\n% \u4e2d\u6587\r\n")
     assert [(len(wall.segments()), wall.closed) for wall in world.walls] == [(4, True)]
     assert not [line for line in told if "literal" in line]
+
+
+GERMAN = """ECKEN = [0 0; 8.2 0; 8.2 5.6; 0 5.6; 0 0]';
+BAKEN = [8.1 2 180 1; 2 5.5 -90 2; 0.1 2 0 0; 5 0.1 90 4; 3 0.1 90 0]';
+Roboter.Radius = 0.18;  Roboter.Radstand = 0.31;  Roboter.Startpose = [1 1 0];
+Sensor.Reichweite = [0.2 6];  Sensor.Oeffnungswinkel = [-60 60];  Sensor.Rauschen = [0.04 2];
+WEGPUNKTE = [1 1; 7 1; 7 5]';
+"""
+
+
+def test_a_file_in_german_and_in_degrees_is_read(tmp_path):
+    world, told = brought(tmp_path, GERMAN)
+    assert (len(world.walls[0].segments()), len(world.beacons)) == (4, 5)
+    (robot,) = world.robots
+    assert (robot.at, robot.body.radius, robot.drive.track) == ((1.0, 1.0), 0.18, 0.31)
+    (sensor,) = robot.sensors
+    assert (tuple(sensor.range), sensor.fov_deg, sensor.noise.bearing_deg) == ((0.2, 6.0), 120.0, 2.0)
+    assert world.run.drivers["scout"].navigator.arguments()["points"] == [[7, 1], [7, 5]]
+    assert not [line for line in told if "left out" in line]
+
+
+def test_four_structs_of_four_fields_are_four_items(tmp_path):
+    kind = [(name, object) for name in ("x1", "y1", "x2", "y2")]
+    walls = np.array([(0, 0, 9, 0), (9, 0, 9, 7), (9, 7, 0, 7), (0, 7, 0, 0)], dtype=kind)
+    kind = [(name, object) for name in ("x", "y", "omega", "P")]
+    lm = np.array([(1, 2, 0.1, 5), (3, 4, 0.2, 6), (5, 6, 0.3, 7), (7, 1, 0.4, 8)], dtype=kind)
+    world, _ = brought(tmp_path, {"World": {"Room": {"Walls": walls}, "Beacons": lm}})
+    assert [tuple(wall.points[1]) for wall in world.walls] == [(9, 0), (9, 7), (0, 7), (0, 0)]
+    assert [beacon.at for beacon in world.beacons] == [(1, 2), (3, 4), (5, 6), (7, 1)]
+
+
+def test_a_square_wall_in_a_cell_lies_as_the_others(tmp_path):
+    world, told = brought(tmp_path, "murs = {[0 0; 5 0; 5 4; 0 4; 0 0]; [2 1.5; 3 1.5]};")
+    assert [tuple(point) for point in world.walls[1].points] == [(2, 1.5), (3, 1.5)]
+    assert not [line for line in told if "--rows" in line]
+
+
+def test_beacons_that_lie_on_walls_hang_on_the_face_that_they_look_from(tmp_path):
+    script = (
+        "corners = [0 6 6 0 0; 0 0 4 4 0]; beacons = [6 2 pi 1; 3 4 -pi/2 2; 0.02 2 0 0; 3 0 -pi/2 3; 0 0 pi/4 0]';"
+    )
+    world, told = brought(tmp_path, script, robot=False)
+    # Walls are 0.1 m thick; the fourth looks outwards, the last hangs in a corner.
+    assert [beacon.at for beacon in world.beacons] == [(5.95, 2), (3, 3.95), (0.05, 2), (3, -0.05), (0.05, 0.05)]
+    assert "5 beacons lie in walls, which are 0.1 m thick: they hang on the faces" in told
+    assert not check_world(world)
+
+
+def test_a_value_out_of_bounds_is_told_with_its_key(tmp_path):
+    with pytest.raises(UsageError, match=r"the robot's sensors.*fov_deg is 400.*; it should be"):
+        brought(tmp_path, "lm = [1 2; 3 4]; sensor.angle = 400;")

@@ -12,25 +12,69 @@ from mjsim.geometry import Array
 
 Path = tuple[str, ...]
 DEGREES = 180.0 / math.pi
+MAX_NOISE = 0.5
+"""Noise of bearings above this is in degrees [rad]."""
 ROBOT_KEYS: Mapping[str, tuple[Path, float]] = {
-    **dict.fromkeys(("radius", "bodyradius", "robotradius"), (("body", "radius"), 1.0)),
-    **dict.fromkeys(("wheelbase", "track", "trackwidth", "base", "axle"), (("drive", "track"), 1.0)),
+    **dict.fromkeys(("radius", "bodyradius", "robotradius", "rayon", "radio"), (("body", "radius"), 1.0)),
+    **dict.fromkeys(
+        ("wheelbase", "track", "trackwidth", "base", "axle", "radstand", "spurweite", "entraxe", "voie"),
+        (("drive", "track"), 1.0),
+    ),
     **dict.fromkeys(("wheelradius", "rw"), (("drive", "wheel_radius"), 1.0)),
-    **dict.fromkeys(("maxspeed", "vmax", "speed", "v", "maxvelocity"), (("drive", "max_speed"), 1.0)),
-    **dict.fromkeys(("maxturn", "wmax", "omegamax", "maxomega", "turnrate", "w"), (("drive", "max_turn_deg"), DEGREES)),
-    **dict.fromkeys(("sigmav", "speednoise", "noisespeed", "noisev"), (("drive", "noise", "speed"), 1.0)),
-    **dict.fromkeys(("sigmaw", "sigmaomega", "turnnoise", "noiseturn", "noisew"), (("drive", "noise", "turn"), 1.0)),
+    **dict.fromkeys(
+        (
+            "maxspeed",
+            "speedmax",
+            "vmax",
+            "speed",
+            "v",
+            "maxvelocity",
+            "geschwindigkeit",
+            "vitesse",
+            "vitessemax",
+            "velocidad",
+        ),
+        (("drive", "max_speed"), 1.0),
+    ),
+    **dict.fromkeys(
+        ("maxturn", "turnmax", "wmax", "omegamax", "maxomega", "turnrate", "rotationspeed", "drehrate", "w"),
+        (("drive", "max_turn_deg"), DEGREES),
+    ),
+    **dict.fromkeys(
+        ("sigmav", "speednoise", "noisespeed", "noisev", "noisesv", "noisesspeed"), (("drive", "noise", "speed"), 1.0)
+    ),
+    **dict.fromkeys(
+        ("sigmaw", "sigmaomega", "turnnoise", "noiseturn", "noisew", "noisesw", "noisesturn"),
+        (("drive", "noise", "turn"), 1.0),
+    ),
     **dict.fromkeys(("sigmad", "distancenoise", "noisedistance"), (("odometry", "noise", "distance"), 1.0)),
     "odometryturnnoise": (("odometry", "noise", "turn"), 1.0),
 }
 """Names of the robot's values, without underscores and case -> keys of a robot, and their unit in that of the file."""
 SENSOR_KEYS: Mapping[str, tuple[Path, float]] = {
-    **dict.fromkeys(("range", "maxrange", "rangemax", "rmax"), (("range", "1"), 1.0)),
-    **dict.fromkeys(("minrange", "rangemin", "rmin"), (("range", "0"), 1.0)),
-    **dict.fromkeys(("angle", "angles", "fov", "fieldofview", "view", "maxangle"), (("fov_deg",), DEGREES)),
-    **dict.fromkeys(("sigmar", "rangenoise", "noiserange"), (("noise", "range"), 1.0)),
     **dict.fromkeys(
-        ("sigmab", "sigmaphi", "sigmatheta", "bearingnoise", "noisebearing"), (("noise", "bearing_deg"), DEGREES)
+        ("range", "maxrange", "rangemax", "rmax", "reichweite", "portee", "alcance"), (("range", "1"), 1.0)
+    ),
+    **dict.fromkeys(("minrange", "rangemin", "rmin"), (("range", "0"), 1.0)),
+    **dict.fromkeys(
+        (
+            "angle",
+            "angles",
+            "fov",
+            "fieldofview",
+            "view",
+            "maxangle",
+            "winkel",
+            "oeffnungswinkel",
+            "ouverture",
+            "angulo",
+        ),
+        (("fov_deg",), DEGREES),
+    ),
+    **dict.fromkeys(("sigmar", "sigmarange", "rangenoise", "noiserange", "noisesrange"), (("noise", "range"), 1.0)),
+    **dict.fromkeys(
+        ("sigmab", "sigmabearing", "sigmaphi", "sigmatheta", "bearingnoise", "noisebearing", "noisesbearing"),
+        (("noise", "bearing_deg"), DEGREES),
     ),
     **dict.fromkeys(("rate", "ratehz", "frequency"), (("rate_hz",), 1.0)),
 }
@@ -43,23 +87,32 @@ VECTORS: Mapping[str, tuple[tuple[str, ...], ...]] = {
 }  # fmt: skip
 """Order of values of a robot or a sensor that is a vector, by their number."""
 PAIRS: Mapping[tuple[str, str], tuple[str, str]] = {
-    ("robot", "noise"): ("sigmav", "sigmaw"),
-    ("robot", "noises"): ("sigmav", "sigmaw"),
-    ("robot", "odometrynoise"): ("sigmad", "odometryturnnoise"),
-    ("robot", "noiseodometry"): ("sigmad", "odometryturnnoise"),
-    ("robot", "speeds"): ("maxspeed", "maxturn"),
-    ("sensor", "noise"): ("sigmar", "sigmab"),
-    ("sensor", "noises"): ("sigmar", "sigmab"),
-    ("sensor", "range"): ("minrange", "maxrange"),
-    ("sensor", "ranges"): ("minrange", "maxrange"),
+    **dict.fromkeys(
+        (("robot", key) for key in ("noise", "noises", "rauschen", "bruit", "ruido")), ("sigmav", "sigmaw")
+    ),
+    **dict.fromkeys((("robot", key) for key in ("odometrynoise", "noiseodometry")), ("sigmad", "odometryturnnoise")),
+    **dict.fromkeys(
+        (("robot", key) for key in ("speeds", "speed", "geschwindigkeit", "vitesse")), ("maxspeed", "maxturn")
+    ),
+    **dict.fromkeys(
+        (("sensor", key) for key in ("noise", "noises", "rauschen", "bruit", "ruido")), ("sigmar", "sigmab")
+    ),
+    **dict.fromkeys(
+        (("sensor", key) for key in ("range", "ranges", "reichweite", "portee", "alcance")), ("minrange", "maxrange")
+    ),
 }
 """Values of two numbers."""
-POSES = ("pose", "start", "x0", "initial", "initialpose", "xtrue")
-OWNERS = {"robot": "robot", "vehicle": "robot", "sensor": "sensor", "sensors": "sensor", "observation": "sensor"}
+POSES = ("pose", "start", "startpose", "x0", "initial", "initialpose", "xtrue")
+OWNERS = {
+    **dict.fromkeys(("robot", "vehicle", "roboter", "fahrzeug", "vehicule"), "robot"),
+    **dict.fromkeys(("sensor", "sensors", "observation", "capteur"), "sensor"),
+}
 DATA = re.compile(r"_?(params?|parameters|config|data)$")
 """Possible ends of names of structs, as in robotParams."""
 ALONE = {
-    **dict.fromkeys(("wheelbase", "robotradius", "sigmav", "vmax", "wmax", "wheelradius"), "robot"),
+    **dict.fromkeys(
+        ("wheelbase", "robotradius", "sigmav", "sigmaw", "sigmaomega", "vmax", "wmax", "wheelradius"), "robot"
+    ),
     **dict.fromkeys(("maxrange", "sigmar", "sigmab"), "sensor"),
 }
 """Variables whose names alone show to what they belong, as in Bailey's configurations."""
@@ -164,12 +217,16 @@ def _put(keys: dict[str, Any], owner: str, name: str, key: str, values: list[flo
         order = PAIRS.get((owner, key), ())
     else:
         order = (key,)
+    if len(values) == 2 and not order and table.get(key) == (("fov_deg",), DEGREES) and values[1] > values[0]:
+        # The least and the greatest bearing that it sees.
+        order, values = (key,), [values[1] - values[0]]
     if not order or any(each not in table for each in order) or not np.isfinite(values).all():
         return []
     lines = []
     for each, value in zip(order, values, strict=True):
         path, unit = table[each]
-        if unit == DEGREES and (degrees or abs(value) > 2.0 * math.pi + 0.01):
+        limit = MAX_NOISE if path == ("noise", "bearing_deg") else 2.0 * math.pi + 0.01
+        if unit == DEGREES and (degrees or abs(value) > limit):
             unit = 1.0
         _store(keys, path, round(value * unit, 6))
         lines.append(f"{name} is {owner}'s {'.'.join(path).replace('.0', ' from').replace('.1', ' to')}:"

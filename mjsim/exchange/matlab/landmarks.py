@@ -5,9 +5,11 @@ References:
 """
 
 import io
+import itertools
 import math
+import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -33,12 +35,15 @@ MAX_DISTANCE = 5000.0
 DIGITS = 3
 """Coordinates are rounded to the millimetre."""
 NAMES = {
-    "landmarks": ("lm", "beacons", "beacon", "landmarks", "landmark", "reflectors", "beaconpositions",
-                  "landmarkpositions"),
-    "waypoints": ("wp", "waypoints", "way", "path", "route"),
-    "walls": ("walls", "wall", "corners", "room", "outline", "roomcorners", "wallcorners"),
+    "landmarks": ("lm", "beacons", "beacon", "landmarks", "landmark", "reflectors", "baken", "landmarken",
+                  "reflektoren", "balises", "amers", "balizas", "marcas"),
+    "waypoints": ("wp", "waypoints", "way", "path", "route", "wegpunkte", "bahn", "trajet", "ruta"),
+    "walls": ("walls", "wall", "corners", "room", "outline", "roomcorners", "wallcorners", "ecken", "waende", "raum",
+              "murs", "coins", "paredes", "esquinas"),
 }  # fmt: skip
-"""Names of the tables, without underscores and case."""
+"""Names of the tables, without underscores, case and TABLE; also in German, French and Spanish."""
+TABLE = re.compile(r"(positions?|list|table|matrix|data)$")
+"""Possible ends of such a name."""
 MAX_NAMED = 8
 """Pictures that do not exist which a report names."""
 NESTED = 4
@@ -110,6 +115,7 @@ def read_landmarks(path: Path, *, scale: float, rows: bool = False) -> LandmarkM
     name, value = given["waypoints"] or ("wp", np.zeros((2, 0)))
     waypoints = tables.points(name, value, limit=MAX_WAYPOINTS) * scale
     walls = tuple(_rounded(points * scale) for points in _walls(tables, given["walls"]))
+    beacons, moved = _on_faces(beacons, walls)
     used = {each[0] for each in given.values() if each is not None}
     others = {key: value for key, value in content.items() if key not in used}
     equipment, unused = equipment_of(others, scale=scale)
@@ -122,7 +128,7 @@ def read_landmarks(path: Path, *, scale: float, rows: bool = False) -> LandmarkM
         equipment,
         (
             *(FileItem(Fate.KEPT, line) for line in kept),
-            *(FileItem(Fate.GUESSED, line) for line in tables.told),
+            *(FileItem(Fate.GUESSED, line) for line in (*tables.told, *moved)),
             *(FileItem(Fate.LEFT_OUT, line) for line in unread),
             *(FileItem(Fate.LEFT_OUT, "variable", name) for name in unused),
         ),
@@ -202,7 +208,8 @@ def _opened(content: Mapping[str, Any], depth: int = NESTED) -> dict[str, Any]:
     known = {name for names in NAMES.values() for name in names}
     found: dict[str, Any] = {}
     for name, value in content.items():
-        if depth and isinstance(value, Mapping) and _bare(name) not in known and owner_of(name) is None:
+        is_around = isinstance(value, Mapping) and (_bare(name) not in known or bool({*map(_bare, value)} & known))
+        if depth and is_around and owner_of(name) is None:
             found |= {key: each for key, each in _opened(value, depth - 1).items() if key not in content}
         else:
             found[name] = value
@@ -210,13 +217,14 @@ def _opened(content: Mapping[str, Any], depth: int = NESTED) -> dict[str, Any]:
 
 
 def _bare(name: str) -> str:
-    return name.lower().replace("_", "")
+    return TABLE.sub("", name.lower().replace("_", ""))
 
 
 def _first(content: Mapping[str, Any], names: tuple[str, ...]) -> tuple[str, Any] | None:
-    """Return the variable with one of the names, and its value."""
+    """Return the variable with one of the names, and its value; of several that with most values."""
     lower = {_bare(key): key for key in content}
-    return next(((lower[name], content[lower[name]]) for name in names if name in lower), None)
+    found = [(lower[name], content[lower[name]]) for name in names if name in lower]
+    return max(found, key=lambda pair: np.size(pair[1]) if isinstance(pair[1], np.ndarray) else 1, default=None)
 
 
 def _beacons(path: Path, tables: Tables, given: tuple[str, Any] | None, scale: float) -> list[PlacedBeacon]:
@@ -273,9 +281,16 @@ def _walls(tables: Tables, given: tuple[str, Any] | None) -> list[Array]:
         if len(parts) > 1 and all(isinstance(part, np.ndarray) and part.size == 2 for part in parts):
             return _walls(tables, (name, np.array([np.ravel(part) for part in parts]).T))
         if any(np.size(part) > 1 for part in parts):
-            return [wall for part in parts for wall in _walls(tables, (name, part))]
+            # A square part lies as the others do.
+            lie = {np.shape(part)[1:] == (2,) for part in parts if np.shape(part) != (2, 2)}
+            rows = [lie == {True} and np.shape(part) == (2, 2) for part in parts]
+            inner = [[tables.finite(name, part)] if row else _walls(tables, (name, part))
+                     for part, row in zip(parts, rows, strict=True)]  # fmt: skip
+            return [wall for each in inner for wall in each]
     shape = np.shape(value) if isinstance(value, np.ndarray) else ()
-    if len(shape) == 2 and 2 not in shape and 4 in shape:
+    if isinstance(value, list) and value and all(isinstance(item, Mapping) and len(item) == 4 for item in value):
+        shape = (len(value), 4)
+    if len(shape) == 2 and (2 not in shape or isinstance(value, list)) and 4 in shape:
         items = tables.items(name, value, sizes=(4,), columns="x1, y1, x2, y2", limit=MAX_CORNERS)
         return [tables.finite(name, np.array(item, dtype=float).reshape(2, 2)) for item in items]
     corners = np.array(tables.items(name, value, sizes=(2,), columns="x above y", limit=MAX_CORNERS), dtype=float)
@@ -290,6 +305,34 @@ def _distinct(corners: Array) -> Array:
     """Return corners without those that repeat the one before."""
     keep = np.append(True, (np.diff(corners, axis=0) != 0.0).any(axis=1))
     return np.asarray(corners[keep])
+
+
+def _on_faces(beacons: list[PlacedBeacon], walls: tuple[Array, ...]) -> tuple[list[PlacedBeacon], list[str]]:
+    """Move beacons that the walls of a world, which have a thickness, would hide to the face that they look from.
+
+    Returns:
+        The beacons, and the line about those that are moved.
+    """
+    ends = [pair for wall in walls for pair in itertools.pairwise(wall)]
+    middle = np.vstack(walls).mean(axis=0) if walls else np.zeros(2)
+    depth = Wall.model_fields["thickness"].default / 2.0
+    placed = []
+    for beacon in beacons:
+        at = np.array(beacon.at)
+        ahead = middle - at
+        if beacon.heading is not None:
+            ahead = np.array([math.cos(beacon.heading), math.sin(beacon.heading)])
+        for start, end in ends:
+            along = (end - start) / np.hypot(*(end - start))
+            normal = np.array([-along[1], along[0]])
+            normal = normal if normal @ ahead >= 0.0 else -normal
+            reach = along @ (at - start)
+            if abs(normal @ (at - start)) < depth and -depth < reach < np.hypot(*(end - start)) + depth:
+                at = at + (depth - normal @ (at - start)) * normal
+        placed.append(replace(beacon, at=_at(_rounded(at))))
+    count = sum(new.at != old.at for new, old in zip(placed, beacons, strict=True))
+    told = [f"{count} beacons lie in walls, which are {2 * depth:g} m thick: they hang on the faces"] if count else []
+    return placed, told
 
 
 def _told_walls(given: tuple[str, Any] | None, walls: tuple[Array, ...]) -> list[str]:

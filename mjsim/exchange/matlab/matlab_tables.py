@@ -48,6 +48,9 @@ class Tables:
             return []
         high, wide = len(table), len(table[0])
         upright, lying = _fits(table, high, sizes), _fits([*zip(*table, strict=True)], wide, sizes)
+        if isinstance(value, Mapping) or (isinstance(value, list) and all(isinstance(item, Mapping) for item in value)):
+            # Fields have names, so that each struct is an item.
+            upright = False
         if not (upright or lying):
             raise UsageError(wrong)
         by_row = lying and (not upright or self.rows)

@@ -1,43 +1,39 @@
 """Reads the literal assignments of a MATLAB script: numbers, text, matrices, cells and fields. It runs nothing."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from mjsim.exchange.matlab.matlab_tokens import Token, statements
+from mjsim.exchange.matlab.matlab_values import (
+    FUNCTIONS,
+    WHOLE,
+    NotLiteralError,
+    applied,
+    chosen,
+    joined,
+    matrix,
+    number,
+    one_of,
+    part_at,
+    powered,
+    size_of,
+    stored,
+    transposed,
+)
 from mjsim.geometry import Array
 
-MAX_ELEMENTS = 100_000
-"""Maximum number of elements of a matrix."""
 MAX_DEPTH = 40
 """Maximum nesting of brackets."""
 OPENS, CLOSES = {"if", "for", "while", "switch", "try", "do", "parfor"}, {"end", "endif", "endfor", "endwhile", "until"}
+DEFAULTS = {"nargin", "exist"}
 QUIET = {"clear", "clc", "close", "format", "more", "warning", "return", "end", "endfunction", "function", "1"}
 """Statements that set nothing."""
 CONSTANTS = {"pi": math.pi, "Inf": math.inf, "inf": math.inf, "NaN": math.nan, "nan": math.nan, "true": 1.0}
-FUNCTIONS: Mapping[str, Callable[..., Any]] = {
-    **{name: getattr(np, name) for name in ("sin", "cos", "tan", "sqrt", "exp", "deg2rad", "rad2deg", "abs")},
-    **dict.fromkeys(("double", "single", "int32", "uint8"), lambda value: value),
-    "atan2": np.arctan2,
-    "zeros": lambda *size: np.zeros(_size(size)),
-    "ones": lambda *size: np.ones(_size(size)),
-    "eye": lambda *size: np.eye(*_size(size)),
-    "diag": lambda value: np.diag(np.ravel(value)) if 1 in np.shape(value) else np.diag(value)[:, None],
-    "linspace": lambda a, b, n: np.linspace(_one(a), _one(b), _size((n, 1))[0])[None],
-    "struct": lambda *pairs: dict(zip(pairs[::2], pairs[1::2], strict=True)),
-}
-
-ELEMENTWISE = {"+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide}
-
-
-class _NotLiteralError(Exception):
-    """A value is not a literal."""
-
-
-MISTAKES = (_NotLiteralError, ValueError, TypeError, LookupError, ArithmeticError, AttributeError, RecursionError)
+MISTAKES = (NotLiteralError, ValueError, TypeError, LookupError, ArithmeticError, AttributeError, RecursionError)
 """Exceptions on a statement that is not a literal assignment."""
 
 
@@ -57,9 +53,12 @@ def read_assignments(text: str) -> Assignments:
     unread, open_blocks = [], 0
     for statement in statements(text):
         first, line = statement[0].text, statement[0].line
-        open_blocks += (first in OPENS) - (first in CLOSES and open_blocks > 0)
+        if first == "if" and any(token.text in DEFAULTS for token in statement):
+            # What a function takes for parameters that it is not given: here it is given none.
+            continue
+        open_blocks += (first in OPENS or first == "else") - (first in CLOSES and open_blocks > 0)
         written = " ".join(token.text for token in statement if token.text != "\n")
-        if open_blocks or first in OPENS:
+        if open_blocks or first in OPENS or first == "else":
             unread.append(f"line {line}: '{written:.60}' is part of a block; write its values as literals")
         elif first not in QUIET:
             try:
@@ -78,42 +77,67 @@ class _Statement:
         self._values = values
         self._place = 0
         self._depth = 0
+        self._ends: list[int] = []
 
     def assign(self) -> None:
         """Store the value of the statement.
 
         Raises:
-            _NotLiteralError: It is no literal assignment.
+            NotLiteralError: It is no literal assignment.
         """
         name = self._next("name").text
         keys: list[Any] = []
+        inner = self._values.get(name)
         while not self._at("="):
-            keys.append(self._key())
+            keys.append(self._key(inner))
+            inner = part_at(inner, keys[-1])
         self._next("op")
         value = self._range()
         if self._place != len(self._tokens):
-            raise _NotLiteralError
-        self._values[name] = _stored(self._values.get(name), keys, value)
+            raise NotLiteralError
+        self._values[name] = stored(self._values.get(name), keys, value)
 
-    def _key(self) -> Any:
-        """Return a field, or a whole index from 1; -1 for one beyond the end."""
+    def _key(self, value: Any) -> Any:
+        """Return a field, a whole index of a list from 1, or the indices of a matrix, of which the value is known."""
         if self._at("."):
             self._next("op")
             return self._next("name").text
         close = {"(": ")", "{": "}"}.get(self._peek().text)
         if close is None:
-            raise _NotLiteralError
+            raise NotLiteralError
+        is_matrix = isinstance(value, np.ndarray) and value.size > 0 and close == ")"
+        places = self._indices(value, close)
+        if len(places) == 1 and not is_matrix:
+            return size_of((places[0], 1))[0]
+        return tuple(places)
+
+    def _indices(self, value: Any, close: str) -> list[Array]:
+        """Return the indices in brackets, from 1; `end` and `:` mean the value."""
         self._next("op")
-        if self._at("end"):
-            beyond = [self._tokens[self._place + k].text for k in range(3)] == ["end", "+", "1"]
-            if not beyond:
-                raise _NotLiteralError
-            self._place += 3
-            index = -1
-        else:
-            index = _size((self._range(), 1))[0]
-        self._expect(close)
-        return index
+        count = self._commas(close) + 1
+        shape = (np.shape(value) or (0, 0)) if not isinstance(value, list) else (len(value), 1)
+        shape = shape if len(shape) == 2 else (0, 0)
+        found = []
+        for k in range(count):
+            self._ends.append(shape[k] if count == 2 else shape[0] * shape[1])
+            if self._at(":"):
+                self._place += 1
+                found.append(np.full((1, 1), WHOLE))
+            else:
+                found.append(number(matrix(self._range())))
+            self._ends.pop()
+            self._expect("," if k < count - 1 else close)
+        return found
+
+    def _commas(self, close: str) -> int:
+        """Return the number of commas up to a bracket that closes."""
+        depth, commas = 0, 0
+        for token in self._tokens[self._place :]:
+            if depth == 0 and token.text == close:
+                return commas
+            depth += (token.text in "([{" and token.kind == "op") - (token.text in ")]}" and token.kind == "op")
+            commas += depth == 0 and token.text == ","
+        raise NotLiteralError
 
     def _peek(self) -> Token:
         if self._place >= len(self._tokens):
@@ -126,13 +150,13 @@ class _Statement:
     def _next(self, kind: str) -> Token:
         token = self._peek()
         if token.kind != kind or not token.text:
-            raise _NotLiteralError
+            raise NotLiteralError
         self._place += 1
         return token
 
     def _expect(self, text: str) -> None:
         if not self._at(text):
-            raise _NotLiteralError
+            raise NotLiteralError
         self._place += 1
 
     def _range(self, inside: bool = False) -> Any:
@@ -142,10 +166,10 @@ class _Statement:
             parts.append(self._sum(inside))
         if len(parts) == 1:
             return parts[0]
-        first, *step, last = (_one(part) for part in parts)
+        first, *step, last = (one_of(part) for part in parts)
         by = step[0] if step else 1.0
         count = math.floor((last - first) / by * (1 + 1e-12)) + 1
-        return first + by * np.arange(_size((count, 1))[0])[None]
+        return first + by * np.arange(size_of((count, 1))[0])[None]
 
     def _sum(self, inside: bool) -> Any:
         value = self._product(inside)
@@ -156,25 +180,25 @@ class _Statement:
                 break
             self._place += 1
             other = self._product(inside)
-            value = _applied(token.text, _number(value), _number(other))
+            value = applied(token.text, number(value), number(other))
         return value
 
     def _product(self, inside: bool) -> Any:
         value = self._unary(inside)
         while self._at("*", "/", ".*", "./"):
             operator = self._next("op").text
-            other = _number(self._unary(inside))
-            value = _applied(operator, _number(value), other)
+            other = number(self._unary(inside))
+            value = applied(operator, number(value), other)
         return value
 
     def _unary(self, inside: bool) -> Any:
         if self._at("+", "-"):
             sign = -1.0 if self._next("op").text == "-" else 1.0
-            return sign * _number(self._unary(inside))
+            return sign * number(self._unary(inside))
         value = self._postfix(inside)
         while self._at("^", ".^"):
             operator = self._next("op").text
-            value = _powered(operator, _number(value), _one(self._exponent(inside)))
+            value = powered(operator, number(value), one_of(self._exponent(inside)))
         return value
 
     def _exponent(self, inside: bool) -> Any:
@@ -182,19 +206,19 @@ class _Statement:
         sign = 1.0
         while self._at("+", "-"):
             sign = -sign if self._next("op").text == "-" else sign
-        return sign * _number(self._postfix(inside))
+        return sign * number(self._postfix(inside))
 
     def _postfix(self, inside: bool) -> Any:
         value = self._primary(inside)
         while self._at("'", ".'", ".") and not (inside and self._peek().spaced):
             is_field = self._next("op").text == "."
-            value = value[self._next("name").text] if is_field else _transposed(value)
+            value = value[self._next("name").text] if is_field else transposed(value)
         return value
 
     def _primary(self, inside: bool) -> Any:
         self._depth += 1
         if self._depth > MAX_DEPTH:
-            raise _NotLiteralError
+            raise NotLiteralError
         try:
             return self._atom(inside)
         finally:
@@ -207,6 +231,8 @@ class _Statement:
             return np.full((1, 1), float(token.text.lower().replace("d", "e")))
         if token.kind == "text":
             return token.text
+        if token.text == "end" and self._ends:
+            return np.full((1, 1), float(self._ends[-1]))
         if token.kind == "name":
             return self._named(token.text, inside)
         if token.text == "(":
@@ -215,13 +241,15 @@ class _Statement:
             return value
         if token.text in ("[", "{"):
             rows = self._rows("]" if token.text == "[" else "}")
-            return _joined(rows) if token.text == "[" else rows
-        raise _NotLiteralError
+            return joined(rows) if token.text == "[" else rows
+        raise NotLiteralError
 
     def _named(self, name: str, inside: bool) -> Any:
         called = self._at("(") and not (inside and self._peek().spaced)
         if name in self._values and not called:
             return self._values[name]
+        if name in self._values and isinstance(self._values[name], np.ndarray):
+            return chosen(self._values[name], self._indices(self._values[name], ")"))
         if name in FUNCTIONS and called:
             self._place += 1
             arguments = []
@@ -230,10 +258,10 @@ class _Statement:
                 if self._at(","):
                     self._place += 1
             self._place += 1
-            return _matrix(FUNCTIONS[name](*arguments))
+            return matrix(FUNCTIONS[name](*arguments))
         if name == "false" or name in CONSTANTS:
             return np.full((1, 1), CONSTANTS.get(name, 0.0))
-        raise _NotLiteralError
+        raise NotLiteralError
 
     def _rows(self, close: str) -> list[list[Any]]:
         rows: list[list[Any]] = [[]]
@@ -244,90 +272,8 @@ class _Statement:
             elif self._at(","):
                 self._place += 1
             elif self._place >= len(self._tokens):
-                raise _NotLiteralError
+                raise NotLiteralError
             else:
                 rows[-1].append(self._range(inside=True))
         self._place += 1
         return [row for row in rows if row]
-
-
-def _size(size: tuple[Any, ...]) -> tuple[int, int]:
-    """Return rows and columns from arguments such as 2, 3 or [2 3].
-
-    Raises:
-        _NotLiteralError: They are too many elements, or not whole numbers.
-    """
-    numbers = [float(each) for part in size for each in np.ravel(part)]
-    numbers = numbers * 2 if len(numbers) == 1 else numbers
-    if len(numbers) != 2 or not all(each.is_integer() and 0 <= each <= MAX_ELEMENTS for each in numbers):
-        raise _NotLiteralError
-    if numbers[0] * numbers[1] > MAX_ELEMENTS:
-        raise _NotLiteralError
-    return int(numbers[0]), int(numbers[1])
-
-
-def _matrix(value: Any) -> Any:
-    return np.atleast_2d(np.asarray(value, dtype=float)) if isinstance(value, np.ndarray | float | int) else value
-
-
-def _number(value: Any) -> Array:
-    if not isinstance(value, np.ndarray):
-        raise _NotLiteralError
-    return value
-
-
-def _one(value: Any) -> float:
-    return float(_number(_matrix(value)).item())
-
-
-def _applied(operator: str, left: Array, right: Array) -> Array:
-    matrices = operator in "*/" and right.size > 1 and (left.size > 1 or operator == "/")
-    shape = (left.shape[0], right.shape[1]) if matrices else np.broadcast_shapes(left.shape, right.shape)
-    if (operator == "/" and matrices) or shape[0] * shape[1] > MAX_ELEMENTS:
-        raise _NotLiteralError
-    if matrices:
-        return np.asarray(left @ right)
-    return np.asarray(ELEMENTWISE[operator.removeprefix(".")](left, right))
-
-
-def _powered(operator: str, base: Array, exponent: float) -> Array:
-    if operator == "^" and base.size > 1:  # The power of a matrix.
-        raise _NotLiteralError
-    return np.asarray(base**exponent)
-
-
-def _transposed(value: Any) -> Any:
-    if isinstance(value, list):
-        return [list(row) for row in zip(*value, strict=True)]
-    return _number(value).T
-
-
-def _joined(rows: list[list[Any]]) -> Any:
-    """Return the matrix of rows of matrices, or text of pieces of text."""
-    if len(rows) == 1 and rows[0] and all(isinstance(part, str) for part in rows[0]):
-        if sum(map(len, rows[0])) > MAX_ELEMENTS:
-            raise _NotLiteralError
-        return "".join(rows[0])
-    parts = [np.hstack([_number(part) for part in row if _number(part).size or len(row) == 1]) for row in rows]
-    whole = np.vstack([part for part in parts if part.size]) if any(part.size for part in parts) else np.zeros((0, 0))
-    if whole.size > MAX_ELEMENTS:
-        raise _NotLiteralError
-    return whole
-
-
-def _stored(old: Any, keys: list[Any], value: Any) -> Any:
-    """Return a variable with a value put at fields and indices in it."""
-    if not keys:
-        return value
-    key, *rest = keys
-    if isinstance(key, str):
-        fields = dict(old) if isinstance(old, dict) else {}
-        return {**fields, key: _stored(fields.get(key), rest, value)}
-    items = list(old) if isinstance(old, list) else [] if old is None or np.size(old) == 0 else [old]
-    key = len(items) + 1 if key == -1 else key
-    if not 1 <= key <= len(items) + 1:
-        raise _NotLiteralError
-    before = items[key - 1] if key <= len(items) else None
-    # A cell is one row of items, a struct array a list of mappings.
-    items[key - 1 : key] = [_stored(before, rest, value)]
-    return items
