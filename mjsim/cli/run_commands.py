@@ -1,5 +1,7 @@
 """The commands that write recordings: `run` and `replay`."""
 
+import re
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -45,7 +47,11 @@ def run(
     for note in notes_on(checked):
         show(str(note))
     duration = checked.run.seconds if seconds is None else seconds
-    with hosting(), _recording_of(checked, output, overwrite=overwrite) as place:
+    with (
+        hosting(),
+        _recording_of(checked, output, overwrite=overwrite) as place,
+        _figures_of(repr(checked.run), place.path) as figures,
+    ):
         if live:
             recording = _run_live(checked, place, seed=seed, seconds=duration, speed=1.0 if realtime else None)
         else:
@@ -63,8 +69,19 @@ def run(
                         progress=False,
                     )
     print(place.path)
+    for line in figures:
+        print(line)
     if video is not None:
         film(recording, video, overwrite=overwrite)
+
+
+def _figures_of(modules: str, recording: Path) -> AbstractContextManager[list[str]]:
+    """Return what lets modules in .m files draw, if there are such modules."""
+    if not re.search(r"\.m['\"]", modules):
+        return nullcontext([])
+    from mjsim.toolbox import module_figures
+
+    return module_figures(recording)
 
 
 def _bake_first(world: "World", model: Any) -> None:
@@ -110,7 +127,12 @@ def replay(
     observing, uses = None, {"estimator": use}
     if observer is not None:
         observing, uses["observer"] = module_of(observer, role="observer", robot=robot)
-    with hosting(), tracked(f"replay {recording.name}", total=float(run.time[-1]), unit="s") as advance:
+    named = repr((estimator, observer))
+    with (
+        hosting(),
+        _figures_of(named, output) as figures,
+        tracked(f"replay {recording.name}", total=float(run.time[-1]), unit="s") as advance,
+    ):
         replay_run(
             run,
             robot=robot,
@@ -122,6 +144,8 @@ def replay(
             overwrite=overwrite,
         )
     print(output)
+    for line in figures:
+        print(line)
 
 
 def _estimator(spec: str | None, trajectory: Path | None, run: "Recording", period: float | None) -> str:

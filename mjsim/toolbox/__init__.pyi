@@ -1,2 +1,3 @@
+from .module_figures import module_figures as module_figures
 from .script import ScriptRun as ScriptRun
 from .script import run_script as run_script

@@ -89,7 +89,7 @@ def run_script(script: Path, folder: Path, *, overwrite: bool = False) -> Script
         record = Path(place) / "calls.mat"
         error, warnings = _run(script.resolve(), Path(place), record)
         calls = list(read_calls(record)) if record.is_file() else []
-    files, notes, driven = _drawn_files(calls)
+    files, notes, driven = drawn_files(calls)
     write_set(folder, files, of=f"script {script.name}", overwrite=overwrite)
     return ScriptRun(
         tuple(folder / name for name in files), (*warnings, *notes), None if driven is None else folder / driven, error
@@ -125,7 +125,7 @@ def _code(script: Path, recorders: Path, record: Path) -> str:
     return f"{quiet}{paths}mjsim_start({quoted(str(record))});try,{called};catch mjsim_caught,{told}exit(1);end"
 
 
-def _drawn_files(calls: Sequence[Any]) -> tuple[dict[str, bytes], list[str], str | None]:
+def drawn_files(calls: Sequence[Any]) -> tuple[dict[str, bytes], list[str], str | None]:
     """Return the files of recorded calls by name, what could not be drawn, and the name of the driven arm's file."""
     from matplotlib import rc_context
 

@@ -1,6 +1,7 @@
 """Scripts of any encoding, with functions in files beside them, run as they are, and errors name the user's files."""
 
 import shutil
+import sys
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from scipy.io import loadmat
 from mjsim.mechanics import Arm
 from mjsim.toolbox import run_script
 from mjsim.toolbox.translation import decoded, renamed
+from tests.children import completed
 
 needs_octave = pytest.mark.skipif(shutil.which("octave-cli") is None, reason="no Octave here")
 
@@ -117,3 +119,27 @@ def test_links_have_their_methods_in_a_function_too(tmp_path):
         arm.fkine(got["p"][[0, -1]]), arm.fkine(np.vstack([got["q"], got["q"] + 0.2])), atol=1e-9
     )
     assert got["kind"][0] == "R"
+
+
+WORLD = """mjsim: 1
+robots: [{name: scout, preset: pioneer3dx, at: [0, 0]}]
+run: {seconds: 1, drivers: {scout: {navigator: {use: turn.m}}}}
+"""
+TURN = """function [cmd, state] = turn(obs, est, robot, state)
+cmd.forward = 0.1; cmd.turn = 0.2;
+state(end + 1) = obs.time;
+if obs.time > 0.45 && obs.time < 0.55, figure(3); plot(state, 2 * state); xlabel('time [s]'); end
+end
+"""
+
+
+@needs_octave
+@pytest.mark.slow
+def test_figures_of_a_module_are_beside_the_recording(tmp_path):
+    (tmp_path / "w.yaml").write_text(WORLD)
+    (tmp_path / "turn.m").write_text(TURN)
+    done = completed([sys.executable, "-m", "mjsim.cli", "run", "w.yaml", "-o", "w.mcap"], cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "ignoring" not in done.stderr
+    names = ["turn-figure-3.pdf", "turn-figure-3.png"]
+    assert sorted(file.name for file in (tmp_path / "w-figures").glob("turn*")) == names

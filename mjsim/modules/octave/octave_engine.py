@@ -1,5 +1,6 @@
 """Calls a function in Octave, with binary doubles over two pipes."""
 
+import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -22,6 +23,8 @@ _SHADOWING = "warning('{}','Octave:shadowed-function');".format
 """Warnings about functions that replace Octave's: those of the toolbox do so on purpose, a user's own may not."""
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 """Small matrices are faster with one thread, and sums are the same on every machine."""
+FIGURES = "MJSIM_FIGURES"
+"""Variable of the environment with folders of functions that record figures, if the run draws them."""
 MIN_START_TIMEOUT = 30.0
 """Minimum time limit for the start of Octave, which reads its own files first: seconds on a busy machine [s]."""
 MAX_TEXT_LENGTH = 240
@@ -87,7 +90,8 @@ class OctaveEngine(Engine):
         """Return the code that Octave evaluates at its start."""
         own = [self._folder / path for path in (*self._paths, self._file.parent)]
         adds = "".join(f"warning('off','Octave:{name}');" for name in _SILENCED_WARNINGS)
-        adds += f"{_SHADOWING('off')}{_added([TOOLBOX, DRIVER])}{_SHADOWING('on')}{_added(own)}"
+        figures = [Path(folder) for folder in os.environ.get(FIGURES, "").split(":") if folder]
+        adds += f"{_SHADOWING('off')}{_added([*figures, TOOLBOX, DRIVER])}{_SHADOWING('on')}{_added(own)}"
         file = quoted(str(self._folder / self._file))
         return f"{adds}mjsim_serve({quoted(self._file.stem)},{file},'/dev/fd/3','/dev/fd/4')"
 

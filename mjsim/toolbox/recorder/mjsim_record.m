@@ -4,6 +4,17 @@ function [id, current] = mjsim_record(name, given)
   persistent calls figure_ file
   if isempty(calls), calls = {}; figure_ = 1; end
   id = numel(calls) + 1;
+  if isempty(file) && ~strcmp(name, 'open') && ~isempty(getenv('MJSIM_FIGURES'))
+    % In a module: the file is named after the function that mjsim_serve calls.
+    frames = dbstack();
+    below = find(strcmp({frames.name}, 'mjsim_serve'), 1);
+    % Octave itself closes all figures at its end.
+    if isempty(below), current = figure_; return, end
+    caller = regexprep(frames(max(below - 1, 1)).name, '[^A-Za-z0-9_].*', '');
+    folder = strsplit(getenv('MJSIM_FIGURES'), ':'){1};
+    file = fullfile(folder, sprintf('%s-%d.mat', caller, getpid()));
+    atexit('mjsim_finish');
+  end
   switch name
     case 'open'
       file = given;

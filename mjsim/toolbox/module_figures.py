@@ -1,0 +1,45 @@
+"""Figures of modules in .m files: recorded while the run lasts, drawn after it."""
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from mjsim.output import write_set
+from mjsim.toolbox.calls import read_calls, write_recorders
+from mjsim.toolbox.script import HERE, drawn_files
+
+VARIABLE = "MJSIM_FIGURES"
+
+
+@contextmanager
+def module_figures(recording: Path) -> Iterator[list[str]]:
+    """Let modules in .m files call figure functions; after the run their figures are in a folder beside the recording.
+
+    Args:
+        recording: The recording; the folder has its name with `-figures` behind it.
+
+    Yields:
+        A list that gets the names of the files, then lines about what could not be drawn.
+    """
+    told: list[str] = []
+    with tempfile.TemporaryDirectory(prefix="mjsim-figures-") as place:
+        write_recorders(Path(place))
+        os.environ[VARIABLE] = f"{place}:{HERE / 'recorder'}"
+        try:
+            yield told
+        finally:
+            del os.environ[VARIABLE]
+        folder = recording.with_name(f"{recording.stem}-figures")
+        files: dict[str, bytes] = {}
+        notes: list[str] = []
+        for record in sorted(Path(place).glob("*.mat")):
+            drawn, lines, _ = drawn_files(list(read_calls(record)))
+            name = record.stem.rpartition("-")[0]
+            own = name if f"{name}-figure-1.png" not in files else record.stem
+            files |= {f"{own}-{file}": content for file, content in drawn.items()}
+            notes += [f"{name}.m: {line}" for line in lines]
+    if files:
+        write_set(folder, files, of=f"modules of {recording.name}", overwrite=True)
+    told += [*(str(folder / file) for file in files), *notes]
