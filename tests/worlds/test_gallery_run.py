@@ -20,8 +20,8 @@ def run(path, *settings, seed=None, seconds=None):
 
 @pytest.fixture(scope="module")
 def figures(tmp_path_factory):
-    """The figures of the robot after a lap of the tour with five pictures a second, and its track."""
-    fewer = ("run.drivers.scout.navigator.laps=1", "robots.scout.sensors.front.rate_hz=5")
+    """The figures of the robot after a lap of the tour with five pictures in two seconds, and its track."""
+    fewer = ("run.drivers.scout.navigator.laps=1", "robots.scout.sensors.front.rate_hz=2.5")
     recording = run(tmp_path_factory.mktemp("gallery") / "run.mcap", *fewer, seconds=66.0)
     return mjsim.statistics(recording)["scout"], recording
 

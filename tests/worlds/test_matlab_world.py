@@ -66,11 +66,11 @@ def test_its_feedback_is_that_of_the_regulator_in_python(tmp_path):
 
 @needs_octave
 @pytest.mark.slow
-def test_its_ekf_slam_agrees_with_the_standard_filter_over_30_s():
+def test_its_ekf_slam_agrees_with_the_standard_filter_over_15_s():
     world = with_settings(load_runnable(WORLD), ["run.drivers.scout.estimator.gate=1e9"])
     with mjsim.Simulation(world) as sim:
         robot = sim.robots["scout"]
-        recording = mjsim.run(sim, seconds=30.0)
+        recording = mjsim.run(sim, seconds=15.0)
     track, names = recording.robots["scout"], [beacon.name for beacon in world.beacons]
     beside = EkfSlamFilter(jacobians="standard", pose=robot.prior.as_array(), covariance=robot.prior_covariance)
     motion, apart = odometry_motion(), []
@@ -82,17 +82,17 @@ def test_its_ekf_slam_agrees_with_the_standard_filter_over_30_s():
             beside.update([each.name for each in seen.sightings], z, [each.covariance for each in seen.sightings])
         apart.append(np.abs(track.estimate[row, :2] - beside.pose[:2]).max())
         np.testing.assert_allclose(track.covariance[row], beside.covariance, atol=1e-9)
-    assert row == 749
+    assert row == 374
     assert max(apart) < 1e-6
     landmarks = beside.landmarks()
     assert set(track.landmarks.names) == set(landmarks) <= set(names)
-    assert len(landmarks) == 15  # it has not been everywhere yet
+    assert len(landmarks) == 10  # it has not been everywhere yet
     for column, name in enumerate(track.landmarks.names):
         np.testing.assert_allclose(track.landmarks.mean[-1, column], landmarks[name][0], atol=1e-6)
         np.testing.assert_allclose(track.landmarks.covariance[-1, column], landmarks[name][1], atol=1e-9)
     figures = mjsim.statistics(recording)["scout"]
     assert figures["bumps"] == 0
-    assert figures["distance_m"] > 12.0
+    assert figures["distance_m"] > 8.0
     assert figures["position_error_m"]["rmse"] < 0.5 * figures["odometry_error_m"]["rmse"]
     assert figures["nis"]["mean"] == pytest.approx(2.0, abs=0.2)  # two degrees of freedom
 
