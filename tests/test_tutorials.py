@@ -2,9 +2,14 @@
 
 import json
 import runpy
+import subprocess
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+from tests.children import Child, child
 
 ROOT = Path(__file__).parent.parent
 MAKER = runpy.run_path(str(ROOT / "scripts" / "make" / "tutorials.py"))
@@ -12,6 +17,25 @@ PAGES = sorted(MAKER["FOLDER"].glob("*.md"))
 PICTURES = runpy.run_path(str(ROOT / "scripts" / "make" / "pictures.py"))
 NEEDS_NETWORK = {"ros2"}
 """Tutorials that run in a private network, which not every machine allows."""
+NOTEBOOKS = """
+import json, os, sys
+import IPython.terminal.ipapp, matplotlib.pyplot, mjsim.algorithms.ekf_slam.ekf_slam
+import mjsim.cli.program, mjsim.record.recording_reader, mjsim.report.plots, mjsim.run.loop, mjsim.sim.simulation
+
+for line in sys.stdin:
+    folder, arguments = json.loads(line)
+    if (process := os.fork()) == 0:
+        os.chdir(folder)
+        for stream, file, how in ((0, os.devnull, os.O_RDONLY), (1, "said.txt", os.O_WRONLY | os.O_CREAT)):
+            os.dup2(os.open(file, how), stream)
+        os.dup2(1, 2)
+        sys.exit(IPython.start_ipython(arguments))
+    print(os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]), flush=True)
+"""
+"""Runs each notebook that it is told in a process of its own, which runs nothing else.
+
+They share what was imported before, which would take a fourth of their processor time.
+"""
 
 
 def test_there_are_as_many_as_the_list_names():
@@ -51,17 +75,24 @@ def test_pictures_are_stale_after_a_change_of_a_world_that_their_script_names(tm
     assert PICTURES["digest"](script) != before
 
 
+@pytest.fixture(scope="module")
+def notebooks() -> Iterator[Child]:
+    with child([sys.executable, "-c", NOTEBOOKS], env=MAKER["environment"](), stdin=subprocess.PIPE) as program:
+        yield program
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(100)
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_the_notebook_runs_from_a_clean_folder(page, tmp_path):
+def test_the_notebook_runs_from_a_clean_folder(page, tmp_path, notebooks):
     if page.stem in NEEDS_NETWORK:
         from tests.bridge.test_bridge import namespaces_are_allowed  # skips where there is no cyclonedds
 
         if not namespaces_are_allowed():
             pytest.skip("needs Linux with namespaces for users")
-    done = MAKER["run"](page, tmp_path)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "Traceback" not in done.stdout
+    notebooks.say(json.dumps([str(tmp_path), MAKER["put"](page, tmp_path)]) + "\n")
+    code, said = notebooks.line(within=90), (tmp_path / "said.txt").read_text(encoding="utf-8")
+    assert code == "0\n", said + notebooks.rest("stderr", within=1) if not notebooks.runs() else said
+    assert "Traceback" not in said
     for path in MAKER["pictures"](page):
         assert (tmp_path / path.name.removeprefix(f"{page.stem}-")).stat().st_size > 5000

@@ -57,13 +57,24 @@ def digest(page: str) -> str:
     return hashlib.sha256("\n\n".join(code).encode()).hexdigest()
 
 
-def run(page: Path, folder: Path) -> "subprocess.CompletedProcess[str]":
-    """Run the notebook of a page without a browser, in a folder."""
+def put(page: Path, folder: Path) -> list[str]:
+    """Write the notebook of a page into a folder; return what IPython needs to be told to run it there."""
+    folder.joinpath(".ipython").mkdir()
     folder.joinpath(f"{page.stem}.ipynb").write_text(notebook(page.read_text(encoding="utf-8")), encoding="utf-8")
+    return ["--no-banner", "--colors=nocolor", f"--ipython-dir={folder / '.ipython'}", f"{page.stem}.ipynb"]
+
+
+def environment() -> dict[str, str]:
+    """Return that of a notebook that runs without a browser."""
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    environment = {**os.environ, "PATH": path, "MPLBACKEND": "agg", "IPYTHONDIR": str(folder / ".ipython")}
-    words = [sys.executable, "-m", "IPython", "--no-banner", "--colors=nocolor", f"{page.stem}.ipynb"]
-    return subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, timeout=600, check=False)
+    return {**os.environ, "PATH": path, "MPLBACKEND": "agg"}
+
+
+def run(page: Path, folder: Path) -> "subprocess.CompletedProcess[str]":
+    """Run the notebook of a page in a folder."""
+    words = [sys.executable, "-m", "IPython", *put(page, folder)]
+    said = {"capture_output": True, "text": True}
+    return subprocess.run(words, cwd=folder, env=environment(), timeout=600, check=False, **said)
 
 
 def pictures(page: Path) -> list[Path]:
