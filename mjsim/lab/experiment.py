@@ -110,7 +110,10 @@ def experiment(
         found = Experiment(plant=plant, study=study(linear, seconds=plant.seconds), about=f"{plant.name}: a formula")
     else:
         found = _of_scene(world, scene, recording)
-    designs = tuple(design(found.study.plant) for design in designers)
+    try:
+        designs = tuple(design(found.study.plant) for design in designers)
+    except UsageError as error:
+        raise UsageError(f"plant '{plant.name}': {error}") from None
     closed = tuple(_closed(scene, plant, found.study.plant, design) for design in designs)
     return replace(found, designs=designs, closed=closed)
 

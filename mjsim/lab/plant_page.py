@@ -148,7 +148,7 @@ def _figures(experiment: Experiment) -> dict[str, Any]:
             held=study.plant.dt > 0.0,
         ),
         "impulse": plots.response_plot(
-            f"Response to an impulse of {study.plant.input} of {amplitude:g} {unit} s",
+            f"Response to an impulse of {study.plant.input} of {amplitude:g} {unit} s".replace("  ", " "),
             study.time,
             study.impulse * amplitude,
             labels,

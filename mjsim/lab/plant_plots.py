@@ -25,6 +25,8 @@ MAX_ROOMY_WIDTH = 2.5
 GRID = "#8a8a8a"
 OTHERS = ((ODOMETRY, "--"), (MAP, ":"))
 """Colours and line styles of nonlinear responses."""
+MAX_TURN, MAX_POINTS = 0.05, 100
+"""Turn of Nyquist's curve from point to point [rad], and the maximum number of points between two frequencies."""
 MAX_PHASE = 1080.0
 """Bode and Nichols plots show this much of the phase of a delay, which has no end [deg]."""
 MIN_GAIN_DB = -40.0
@@ -77,14 +79,16 @@ def bode_plot(found: Study) -> Figure:
     unstable = "" if found.is_stable_closed else ", unstable with unity feedback"
     gain.set_title(f"Bode: {found.plant.input} to {found.plant.outputs[0]}{unstable}", loc="left")
     phase.set(ylabel="phase [deg]", xlabel="frequency [rad/s]")
-    phase.set_ylim(bottom=max(phase.get_ylim()[0], np.degrees(found.phase[0]) - MAX_PHASE))
+    low, high = np.degrees(found.phase.min()), np.degrees(found.phase.max())
+    if high - low > MAX_PHASE:
+        phase.set_ylim(np.degrees(found.phase[0]) - MAX_PHASE, high + MAX_PHASE / 20.0)
     return figure
 
 
 def nyquist_plot(found: Study) -> Figure:
     """Draw Nyquist's curve and the Nichols chart."""
     figure, (nyquist, nichols) = sheet(1, 2, height=4.6)
-    curve = found.magnitude * np.exp(1j * found.phase)
+    curve = _smooth_curve(found)
     for values, style in ((curve, "-"), (np.conj(curve), ":")):
         nyquist.plot(values.real, values.imag, style, color=ESTIMATE, lw=1.6)
     nyquist.plot([-1.0], [0.0], "+", color=GROUPS[1], ms=11, mew=2, label="-1")
@@ -103,8 +107,23 @@ def nyquist_plot(found: Study) -> Figure:
     theory().nichols_grid(ax=nichols, label_cl_phases=False)
     nichols.plot([critical], [0.0], "+", color=GROUPS[1], ms=11, mew=2)
     nichols.set(xlabel="phase [deg]", ylabel="gain [dB]")
+    nichols.xaxis.set_major_locator(MaxNLocator(5))
     nichols.set_title("Nichols", loc="left")
     return figure
+
+
+def _smooth_curve(found: Study) -> Array:
+    """Return the response, complex, with points between those of the study where it turns by more than a few degrees.
+
+    It ends at twice the phase that Bode plots show.
+    """
+    shown = found.phase > found.phase[0] - 2.0 * np.radians(MAX_PHASE)
+    phase = found.phase[shown]
+    counts = np.ceil(np.abs(np.diff(phase)) / MAX_TURN).astype(int).clip(1, MAX_POINTS)
+    places = np.concatenate([k + np.arange(n) / n for k, n in enumerate(counts)] + [[len(phase) - 1.0]])
+    known = np.arange(len(phase))
+    size = np.exp(np.interp(places, known, np.log(np.maximum(found.magnitude[shown], 1e-300))))
+    return np.asarray(size * np.exp(1j * np.interp(places, known, phase)))
 
 
 def _window(values: Array, critical: float) -> tuple[float, float]:

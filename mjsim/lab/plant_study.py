@@ -30,6 +30,9 @@ MAX_MARK_ERROR = 0.01
 MAX_INTEGRATOR_POLE = 1e-9
 """Poles closer to 0 count as integrators [rad/s]."""
 
+ZERO_TOLERANCE = 1e-6
+"""Poles and zeros below this are integrators and differentiators, up to rounding [rad/s]."""
+
 
 def theory() -> Any:
     """Return python-control.
@@ -125,8 +128,21 @@ def study(plant: LinearPlant, *, seconds: float | None = None) -> Study:
         impulse=_impulse(plant, time),
         omega=omega,
         magnitude=np.abs(value),
-        phase=np.unwrap(np.angle(value)) - omega * plant.delay,
+        phase=_phase(value, poles, zeros, dt) - omega * plant.delay,
     )
+
+
+def _phase(value: Array, poles: Array, zeros: Array, dt: float) -> Array:
+    """Return the unwrapped phase; it begins at -90 degrees for each integrator, as far as its sign allows [rad]."""
+    phase = np.unwrap(np.angle(value))
+    integrators = _at_zero(poles, dt) - _at_zero(zeros, dt)
+    turns = (-integrators * np.pi / 2.0 - phase[0]) / (2.0 * np.pi)
+    # A negative gain begins at 180 degrees, whatever the rounding.
+    return np.asarray(phase + 2.0 * np.pi * np.ceil(turns - 0.5 + 1e-6))
+
+
+def _at_zero(roots: Array, dt: float) -> int:
+    return int((np.abs(in_time(roots, dt)) < ZERO_TOLERANCE).sum())
 
 
 def _impulse(plant: LinearPlant, time: Array) -> Array:

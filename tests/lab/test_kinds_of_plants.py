@@ -106,3 +106,16 @@ def unstable_poles(name):
 def test_whether_the_loop_of_gain_1_is_stable_is_told(plant):
     name, study = plant
     assert study.is_stable_closed == (unstable_poles(name) == 0)
+
+
+@pytest.mark.parametrize(
+    ("formula", "begins"),
+    [
+        ("{num: [1], den: [1, 0, 0]}", -180.0),
+        ("{num: [1], den: [1, 3, 3, 1, 0, 0, 0]}", -270.0),
+        ("{num: [-1], den: [1, 1]}", 180.0),
+        ("{num: [1, 0], den: [1, 1]}", 90.0),
+    ],
+)
+def test_a_phase_begins_at_90_degrees_below_0_for_each_integrator(formula, begins):
+    assert math.degrees(studied(f"tf: {formula}").phase[0]) == pytest.approx(begins, abs=2.0)
