@@ -22,6 +22,16 @@ function varargout = mjsim_recorded(name, given, count)
     varargout{1} = [];
     return
   end
+  if strcmp(name, 'plot') && numel(given) > 1 && isstruct(given{1}) && isfield(given{1}, 'before')
+    % robot.arms.NAME of a module: the lines from joint to joint.
+    chain = mjsim_chain(given{1}); lines_ = {};
+    for q = given{2}'
+      T = mjsim_frames(chain, q);
+      P = [chain.base(1:3, 4), reshape(T(1:3, 4, :), 3, []), (T(:, :, chain.carrier) * chain.tool)(1:3, 4)];
+      lines_ = [lines_, {P(1, :), P(2, :), P(3, :), 'o-'}];
+    end
+    name = 'plot3'; given = lines_;
+  end
   id = mjsim_record(name, given);
   varargout = repmat({id}, 1, max(count, 1));
   if count > 1 && (strncmp(name, 'contour', 7) || strcmp(name, 'legend'))
