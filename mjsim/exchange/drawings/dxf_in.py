@@ -77,9 +77,10 @@ def _document(data: bytes, path: Path) -> tuple[Any, Any]:
         document = readfile(path)
         return document, document.audit()
     try:
-        return recover.read(io.BytesIO(data))
+        document, audit = recover.read(io.BytesIO(data))
     except DXFStructureError:
-        return recover.read(io.BytesIO(with_subclasses(data)))
+        document, audit = recover.read(io.BytesIO(with_subclasses(data)))
+    return document, audit
 
 
 @contextmanager
