@@ -13,7 +13,10 @@ from mjsim.closing import join
 from mjsim.compile import compile_world
 from mjsim.errors import UsageError
 from mjsim.sim import Canvas, OnboardCamera, Renderer, streams_of
+from mjsim.sim.gl import make_context
 from mjsim.sim.imaging.lens import intrinsics_of
+from mjsim.sim.rendering import canvas as canvases
+from mjsim.sim.rendering.canvas import Quality
 from mjsim.sim.sensors import robot_from_camera, ticks_between
 from mjsim.world import Camera, World, load_world, parse_world
 
@@ -41,6 +44,33 @@ def canvas(model: mujoco.MjModel) -> Iterator[Canvas]:
 @pytest.fixture(scope="module")
 def renderer(model: mujoco.MjModel, canvas: Canvas) -> Renderer:
     return Renderer(model, width=WIDTH, height=HEIGHT, canvas=canvas)
+
+
+def drawn(model: mujoco.MjModel, camera: str, quality: Quality) -> np.ndarray:
+    """Return a picture by a canvas of its own."""
+    canvas = Canvas(model, quality=quality)
+    try:
+        return Renderer(model, width=WIDTH, height=HEIGHT, canvas=canvas).render(forwarded(model), camera)
+    finally:
+        canvas.close()
+
+
+@pytest.mark.slow
+def test_canvases_one_after_the_other_share_a_context_and_draw_as_in_new_ones(model: mujoco.MjModel, monkeypatch):
+    made: list[tuple[int, int]] = []
+    monkeypatch.setattr(canvases, "make_context", lambda *size: made.append(size) or make_context(*size))
+    other = compile_world(load_world("empty")).compile()
+    pictures = (model, "scout/front", "normal"), (other, "scout/front", "high"), (other, "scout/front", "normal")
+    monkeypatch.setattr(canvases, "MAX_IDLE", 0)
+    monkeypatch.setattr(canvases, "_idle", [])
+    alone = [drawn(*each) for each in pictures]
+    assert len(made) == 3
+    monkeypatch.setattr(canvases, "MAX_IDLE", 1)
+    for _ in range(2):
+        for each, expected in zip(pictures, alone, strict=True):
+            np.testing.assert_array_equal(drawn(*each), expected)
+    assert len(made) == 4
+    canvases._idle.pop().free()
 
 
 @pytest.mark.slow

@@ -74,6 +74,10 @@ class GlCalls:
         self._color(*color)
         self._call_list(listed)
 
+    def forget(self, listed: int) -> None:
+        """Delete a display list."""
+        self.function(b"glDeleteLists", None, c_uint, c_int)(listed, 1)
+
     def function(self, name: bytes, result: Any = None, *arguments: Any) -> Any:
         """Return a function of OpenGL, by its name and the ctypes of its result and its arguments."""
         address = self._context.address(name)

@@ -4,6 +4,8 @@ Whether MuJoCo draws as baked light needs it is checked, as a new version may ch
 """
 
 import functools
+import os
+import sys
 import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -27,6 +29,12 @@ SHADOW_PIXELS, HIGH_QUALITY = 4096, 4
 """High quality: side of the shadow map [px], and samples per pixel."""
 BACKGROUND_COLOR = (0.87, 0.91, 0.95)
 """Colour of the background in full light, red, green, blue."""
+MAX_IDLE = 2
+"""Maximum number of OpenGL contexts that are kept for the next canvases."""
+_idle: list[GLContext] = []
+"""Contexts of closed canvases, empty but for what OpenGL compiled: in software that takes a new one 0.2 s."""
+if sys.platform != "win32":
+    os.register_at_fork(after_in_child=_idle.clear)  # A child has none of the threads that draw.
 _left: list[tuple[GLContext, mujoco.MjrContext]] = []
 """Resources of canvases that were never closed. MuJoCo frees by numbers in the context that is current: if the garbage
 collector did that, a canvas at work could lose its own resources, and its pictures would stand still."""
@@ -62,7 +70,7 @@ class Canvas:
         if self._context is None:
             # Before the context is current: the check has one of its own.
             self._baked = None if self._light is None or why_not_lit() else self._light()
-            self._context = make_context(width, height)
+            self._context = _empty_context(width, height)
         context = self._context
         context.make_current()
         try:
@@ -87,10 +95,17 @@ class Canvas:
         if self._context is None:
             return
         self._context.make_current()
+        # What baked light needs goes with its context.
+        is_kept = self._unclosed is not None and self.lit is None and len(_idle) < MAX_IDLE
         if self._unclosed is not None:
             self._unclosed.detach()
             self.mjr.free()
-        self._context.free()
+        if is_kept:
+            self.gl.forget(self._background)
+            self._context.release()
+            _idle.append(self._context)
+        else:
+            self._context.free()
         self._context, self._unclosed, self._width = None, None, 0
 
     def _fill(self, context: GLContext) -> None:
@@ -115,6 +130,14 @@ class Canvas:
             self.mjr.free()
             raise
         self._unclosed = weakref.finalize(self, _left.append, (context, self.mjr))
+
+
+def _empty_context(width: int, height: int) -> GLContext:
+    """Return a context, not yet current, in which there is nothing: one that was kept, or a new one."""
+    try:
+        return _idle.pop()
+    except IndexError:
+        return make_context(width, height)
 
 
 def _free_what_is_left() -> None:
