@@ -134,6 +134,8 @@ class OctaveEngine(Engine):
             place = f"{Path(file).name}:{line}" if file else self._function.place
             return f"raised a parse error: {one_line(description)}{context} ({place})"
         shortened = _COLUMN.sub("", one_line(message))
+        if "no graphics toolkits" in shortened:
+            shortened = "figures of modules are drawn by mjsim run and mjsim replay only"
         if _UNKNOWN.search(shortened):
             shortened += "; places of beacons and walls are [] unless the world says map: known"
         shortened = shortened if len(shortened) <= MAX_TEXT_LENGTH else f"{shortened[:MAX_TEXT_LENGTH]}..."
