@@ -59,6 +59,7 @@ ASKED = (
     Asked("2000-wall office, times drawn geom by geom", ("office", "office-geoms"), _as_often, "at least", 8.0),
     Asked("a baked gallery picture, times a plain one", ("baked",), float, "at most", 1.35),
     Asked("the same with textures on all walls", ("baked-textured",), float, "at most", 1.25),
+    Asked("a furnished office, times the textured gallery", ("furnished",), float, "at most", 1.5),
     Asked("baked with four samples, times plain high quality", ("baked-high",), float, "at most", 0.25),
     Asked("the gallery's whole demo, times real time", ("gallery",), float, "at least", 3.0),
     Asked("tick outside physics, pictures, modules, encoding [%]", PARTS, _outside, "at most", 15.0),

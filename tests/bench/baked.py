@@ -1,5 +1,6 @@
 """The cost of baked light: pictures of one scene in both kinds of light, in turn."""
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 
@@ -8,11 +9,18 @@ import numpy as np
 from mjsim.bench.figure import Clock, Once, Prepare
 from mjsim.bench.rooms import place
 from mjsim.bench.scenes import gallery, gallery_places
+from mjsim.geometry import Pose
 from mjsim.sim import Canvas, Quality, Renderer, StillScene
-from mjsim.world import World
+from mjsim.world import World, load_world
 
 WIDTH, HEIGHT, PLACES = 640, 480, 40
 """Size of pictures [px], and places on the tour through the gallery."""
+OFFICE_PLACES = (
+    *(Pose(2.0 + 1.6 * k, 6.2, 0.4 * math.sin(k)) for k in range(20)),
+    *(Pose(1.6 + 3.6 * k, 3.2, -1.2) for k in range(10)),
+    *(Pose(1.6 + 3.6 * k, 9.2, 1.2) for k in range(10)),
+)
+"""Along the corridor of the office, and in its rooms, towards the desks."""
 
 
 def baked_against(plain: Quality, *, baked: Quality = "normal", make: Callable[[], World] = gallery) -> Prepare:
@@ -49,6 +57,34 @@ def baked_against(plain: Quality, *, baked: Quality = "normal", make: Callable[[
             yield once
 
     return prepare
+
+
+@contextmanager
+def furnished() -> Iterator[Once]:
+    """Measure how many times as long a picture of the furnished office takes as one of the textured gallery."""
+    office = load_world("office", settings={"shading": "plain"})
+    worlds = (office, "post", OFFICE_PLACES), (textured_gallery(), "scout", gallery_places(len(OFFICE_PLACES)))
+    with ExitStack() as stack:
+        shown = []
+        for world, robot, places in worlds:
+            scene = StillScene(world)
+            scene.show(scene.model.qpos0)
+            renderer = stack.enter_context(Renderer(scene.model, width=WIDTH, height=HEIGHT))
+            renderer.render(scene.data, f"{robot}/front")  # The first picture copies all that is drawn.
+            shown.append((scene, renderer, robot, places))
+
+        def once(clock: Clock) -> float:
+            seconds = [0.0, 0.0]
+            for k in range(len(OFFICE_PLACES)):
+                for kind, (scene, renderer, robot, places) in enumerate(shown):
+                    pose = places[k]
+                    place(scene.model, scene.data, robot, np.array([pose.x, pose.y, pose.heading]))
+                    began = clock()
+                    renderer.render(scene.data, f"{robot}/front")
+                    seconds[kind] += clock() - began
+            return seconds[0] / seconds[1]
+
+        yield once
 
 
 def textured_gallery() -> World:

@@ -1,6 +1,6 @@
 """What is measured: each figure gets ready once, then gives one value a run."""
 
-from mjsim.bench.baked import baked_against, textured_gallery
+from mjsim.bench.baked import baked_against, furnished, textured_gallery
 from mjsim.bench.figure import Figure
 from mjsim.bench.filters import FILTER_FIGURES
 from mjsim.bench.large import large
@@ -57,6 +57,7 @@ FIGURES = (
     Figure("sense-high", PICTURES, gallery_sensed(640, 480, places=8, quality="high")),
     Figure("baked", PLAIN, baked_against("normal")),
     Figure("baked-textured", PLAIN, baked_against("normal", make=textured_gallery)),
+    Figure("furnished", "times one of the textured gallery", furnished),
     Figure("baked-high", "times plain in high quality", baked_against("high", baked="high")),
     Figure("office", PICTURES, office_sensed(OFFICE)),
     Figure("office-geoms", PICTURES, office_geom_by_geom(OFFICE)),
