@@ -47,6 +47,8 @@ STRIDE = 0.8
 LEVEL_FROM_IMAGE = [np.array([[0.5**level], [0.5**level], [1.0]]) for level in range(LEVELS)]
 """Factors that bring a homography into the image to a level of its pyramid."""
 BEFORE = shift(-REACH, -REACH)
+SAME_PIXELS = 0.01
+"""Correction after which the pixels that are seen stay the same, as much less than one of them changes."""
 SETTLED = 1e-3
 """Correction at convergence, relative to half the picture's size; the remaining error is a tenth of it."""
 
@@ -180,20 +182,24 @@ def _refine(template: PictureTemplate, image: ImagePyramid, homography: Array, *
     """Return the last step of the iteration; None if the picture is lost."""
     plane_from_inner = template.plane_from_inner
     level = _level(image, homography @ plane_from_inner, template.inner_size)
+    change = math.inf
     for _ in range(STEPS):
         image_from_inner = homography @ plane_from_inner
         values = _sample(image, level, image_from_inner, template.inner_size).reshape(-1).astype(np.float32)
-        seen = _seen(template, image.size, image_from_inner, hidden)
-        found = _solved(template, values, seen)
-        if found is None:
-            return None
-        inverse, solution = found
+        if change > SAME_PIXELS:
+            seen = _seen(template, image.size, image_from_inner, hidden)
+            found = _equations(template, seen)
+            if found is None:
+                return None
+            design, inverse = found
+        solution = inverse @ (design @ (values if seen is None else values[seen]))
         gain = float(solution[8])
         if gain < 0.1:
             return None
         p = [STRIDE * min(max(value / gain, -0.3), 0.3) for value in solution[:8].tolist()]
         homography = homography @ cv2.invert(_correction(p, template.unit))[1]
-        settled = max(map(abs, p)) < SETTLED
+        change = max(map(abs, p))
+        settled = change < SETTLED
         if settled:
             break
     left = values - solution.astype(np.float32) @ template.design
@@ -202,15 +208,15 @@ def _refine(template: PictureTemplate, image: ImagePyramid, homography: Array, *
     return _Fit(homography / homography[2, 2], values, left, seen, inverse, solution, settled)
 
 
-def _solved(template: PictureTemplate, values: NDArray[np.float32], seen: Mask | None) -> tuple[Array, Array] | None:
-    """Return the inverse of the normal equations for the pixels that are seen, and their solution; None if lost."""
+def _equations(template: PictureTemplate, seen: Mask | None) -> tuple[NDArray[np.float32], Array] | None:
+    """Return the design for the pixels that are seen and the inverse of its normal equations; None if too few are."""
     if seen is None:
-        return template.inverse, template.inverse @ (template.design @ values)
+        return template.design, template.inverse
     if np.count_nonzero(seen) < MIN_SEEN * len(seen):
         return None
     design = template.design[:, seen]
     inverse = inverse_of((design @ design.T).astype(float))
-    return None if inverse is None else (inverse, inverse @ (design @ values[seen]))
+    return None if inverse is None else (design, inverse)
 
 
 def _correction(p: list[float], unit: float) -> Array:
