@@ -73,6 +73,8 @@ class ScriptFigures:
         self.motions: dict[int, list[ArmMotion]] = {}
         self.driven: Mapping[str, Any] | None = None
         """Fields of the arm that `drivebot` was called for last."""
+        self.start: Array = np.zeros(0)
+        """Its joints at that call [rad, m]."""
         self.skipped: set[str] = set()
         """Functions that could not be drawn as called."""
         self._panes: dict[int, dict[Any, AxesPane]] = {}
@@ -187,7 +189,7 @@ class ScriptFigures:
 
     def drive(self, call: FigureCall) -> None:
         """Keep the arm of the sliders, and draw it into a figure of its own."""
-        self.driven = call.arguments[0]
+        self.driven, self.start = call.arguments[0], np.ravel(call.arguments[1])
         self.robot(replace(call, figure=max(self.figures, default=0) + 1))
 
     def robot(self, call: FigureCall) -> None:

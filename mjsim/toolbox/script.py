@@ -228,9 +228,11 @@ def _arm_file(drawn: "ScriptFigures") -> str:
     """Return the table of the driven arm as a file that `mjsim arm` reads."""
     import json
 
-    from mjsim.toolbox.script_arms import arm_rows
+    from mjsim.toolbox.script_arms import arm_rows, start_of
 
     assert drawn.driven is not None
     rows, convention = arm_rows(drawn.driven)
     lines = "".join(f"    - {json.dumps(row)}\n" for row in rows)
-    return f"# From a script of MATLAB.\ndh:\n  convention: {convention}\n  unit: m\n  rows:\n{lines}"
+    start = start_of(rows, drawn.start)
+    begins = f"start_deg: {json.dumps(start)}\n" if start is not None else ""
+    return f"# From a script of MATLAB.\n{begins}dh:\n  convention: {convention}\n  unit: m\n  rows:\n{lines}"

@@ -1,11 +1,12 @@
 """Arms of a script: from the fields of its links to an `Arm`, and to a file with its table."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from mjsim.geometry import Array
 from mjsim.mechanics import Arm
 
 
@@ -30,6 +31,20 @@ def arm_rows(fields: Mapping[str, Any]) -> tuple[list[dict[str, Any]], str]:
         rows.append({key: _tidy(value) for key, value in row.items()})
     modified = any(_number(link["mdh"]) for link in links)
     return rows, "modified" if modified else "standard"
+
+
+def start_of(rows: Sequence[Mapping[str, Any]], q: Array) -> list[float] | None:
+    """Return joint values in degrees, or in metres, turned into their limits; None if some are outside."""
+    found = []
+    for row, value in zip(rows, q.tolist(), strict=True):
+        angle = value if row.get("slide") else math.degrees(value)
+        low, high = row.get("range" if row.get("slide") else "range_deg", (-math.inf, math.inf))
+        turns = (0.0,) if row.get("slide") else (0.0, -360.0, 360.0)
+        inside = [angle + turn for turn in turns if low <= angle + turn <= high]
+        if not inside:
+            return None
+        found.append(round(inside[0], 9) + 0.0)
+    return found
 
 
 def arm_of(fields: Mapping[str, Any]) -> Arm:

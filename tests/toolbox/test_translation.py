@@ -9,6 +9,7 @@ from scipy.io import loadmat
 
 from mjsim.mechanics import Arm
 from mjsim.toolbox import run_script
+from mjsim.toolbox.script_arms import start_of
 from mjsim.toolbox.translation import decoded, renamed
 from tests.children import completed
 
@@ -103,6 +104,12 @@ MODIFIED = """function modified
   save('-v7', 'modified.mat', 'A', 'T', 'q', 'p', 'kind');
 end
 """
+
+
+def test_sliders_start_where_drivebot_was_called():
+    rows = [{"range_deg": [-225.0, 45.0]}, {"slide": True, "range": [0.0, 0.5]}, {}]
+    assert start_of(rows, np.array([np.pi, 0.2, -1.0])) == pytest.approx([-180.0, 0.2, np.degrees(-1.0)])
+    assert start_of(rows, np.array([np.pi / 2, 0.2, 0.0])) is None
 
 
 @needs_octave
