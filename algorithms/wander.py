@@ -1,51 +1,48 @@
-"""Drives to random places, as a robot that explores without a plan."""
+"""Drives at random, as a robot that explores without a plan."""
 
 import math
 
 import numpy as np
 from numpy.random import Generator
 
-from mjsim.interface import Command, Estimate, Observation, RobotInfo, Shown, WorldMap
+from mjsim.interface import Command, Estimate, Observation, RobotInfo, WorldMap
 
-from .go_to_goal.go_to_goal import GoToGoal
-
-NEAREST = 0.4
-"""Smallest distance of a place, as a share of the largest."""
-PATIENCE = 20.0
-"""Time after which it drives to another place [s]."""
+AHEAD = (15, 0, 1)
+"""Rays of the ring in the driving direction."""
 
 
 class Wander:
-    """Drives by `GoToGoal` to random places, and to another when it is there, gets no nearer, or takes long.
+    """Drives straight ahead; before an obstacle it turns on the spot by a random angle.
 
-    The ring of proximity rays suffices.
+    It needs only the ring of proximity rays; with `avoidance: true` it also avoids corners of obstacles between two
+    rays.
     """
 
-    def __init__(self, *, speed: float = 0.4, distance: float = 5.0) -> None:
+    def __init__(self, *, speed: float = 0.4, distance: float = 0.5) -> None:
         """Set speed and distance.
 
         Args:
             speed: [m/s], if the robot can.
-            distance: Largest distance of a place from the robot [m].
+            distance: Distance to an obstacle ahead at which the robot turns [m].
         """
         if speed <= 0 or distance <= 0:
             raise ValueError(f"speed is {speed} and distance {distance}; both must be above 0")
         self._speed, self._distance = speed, distance
 
     def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
-        """Start without a place to go to."""
-        self._rng, self._until = rng, -math.inf
-        self._drive = GoToGoal([robot.prior.x, robot.prior.y], speed=self._speed)
-        self._drive.start(robot, map, np.random.default_rng(rng.integers(1 << 32)))
+        """Start by driving ahead."""
+        self._robot, self._rng = robot, rng
+        self._left_to_turn = 0.0
 
     def command(self, seen: Observation, belief: Estimate) -> Command:
-        """Return the twist that leads to the current place."""
-        if self._drive.is_done or self._drive.blocked() is not None or seen.time >= self._until:
-            self._until, pose = seen.time + PATIENCE, self._drive.pose
-            bearing, away = self._rng.uniform(-math.pi, math.pi), self._rng.uniform(NEAREST, 1.0) * self._distance
-            self._drive.take_goal(pose.x + away * math.cos(bearing), pose.y + away * math.sin(bearing))
-        return self._drive.command(seen, belief)
-
-    def show(self) -> tuple[Shown, ...]:
-        """Return the planned path, in the frame of the estimate, if there is one."""
-        return self._drive.show()
+        """Return the twist: ahead, or the current turn."""
+        self._left_to_turn -= math.copysign(min(abs(seen.odometry.turn), abs(self._left_to_turn)), self._left_to_turn)
+        blocked = bool(np.min(seen.proximity[list(AHEAD)]) < self._distance) or bool(seen.bump)
+        if blocked and abs(self._left_to_turn) < 0.05:
+            # Away from the nearer side, by 45 to 150 degrees.
+            side = -1.0 if np.min(seen.proximity[1:8]) < np.min(seen.proximity[9:16]) else 1.0
+            self._left_to_turn = side * self._rng.uniform(math.pi / 4, 5 * math.pi / 6)
+        if abs(self._left_to_turn) >= 0.05:
+            fastest = min(1.0, 0.6 * self._robot.max_turn, 2.0 * abs(self._left_to_turn))
+            return Command(turn=math.copysign(fastest, self._left_to_turn))
+        return Command(forward=min(self._speed, self._robot.max_speed))

@@ -90,16 +90,24 @@ def test_a_crab_needs_points_and_a_robot_that_can_go_sideways():
         started(Crab([[1.0, 2.0]]), replace(ROBOT, max_left=0.0))
 
 
-def test_wandering_goes_to_places_within_a_distance_and_to_another_after_a_time():
-    wander, places = started(Wander(speed=0.3, distance=2.0)), []
-    # Each place is given up after 20 s.
-    for time in (0.0, 19.9, 20.1, 40.2, 60.3):
-        wander.command(replace(seen(np.full(16, 5.0)), time=time), at())
-        places.append(tuple(wander._drive._goals[0, :2].tolist()))
-    assert places[0] == places[1]
-    assert len(set(places)) == 4
-    away = np.hypot(*np.array(places).T)
-    assert 0.8 <= away.min() <= away.max() <= 2.0
+def test_wandering_goes_ahead_and_turns_away_from_the_nearer_side_by_what_it_drew():
+    wander = started(Wander(speed=0.4, distance=0.5))
+    assert wander.command(seen(), at()) == Command(forward=0.4)
+    assert started(Wander(speed=2.0)).command(seen(), at()) == Command(forward=0.7)
+    for near, side in ((3, -1.0), (12, 1.0)):
+        wander = started(Wander())
+        ring = np.full(16, 5.0)
+        ring[0], ring[near] = 0.45, 0.6
+        first = wander.command(seen(ring), at())
+        assert first.forward == 0.0
+        assert first.turn == pytest.approx(side * 0.9), "0.6 of its largest turn rate"
+        drawn, turned = abs(wander._left_to_turn), 0.0
+        assert math.pi / 4 <= drawn <= 5 * math.pi / 6
+        while (told := wander.command(seen(moved=replace(NONE, turn=side * 0.03)), at())).forward == 0.0:
+            turned += 0.03
+            assert told.turn * side > 0.0
+        assert turned + 0.03 == pytest.approx(drawn - 0.05, abs=0.03)
+    assert started(Wander()).command(seen(bump=(0.1,)), at()).forward == 0.0
     for keys in ({"speed": 0.0}, {"distance": -1.0}):
         with pytest.raises(ValueError, match="both must be above 0"):
             Wander(**keys)
