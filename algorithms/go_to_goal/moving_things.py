@@ -22,8 +22,6 @@ GONE = 1.0
 POSITION_GAIN, SPEED_GAIN = 0.5, 0.17
 """Share of the difference to the prediction by which position and velocity change: the second is the square of the
 first over two less the first, Kalata's relation in section 6.5."""
-TURNED, TURNED_GAIN = 0.1, 0.5
-"""Difference to the prediction above which the thing has turned, or is another, and the velocity's share then [m]."""
 SLOWEST, FASTEST = 0.12, 3.0
 """Speeds of things that move [m/s]."""
 CONFIRMED = 4
@@ -124,8 +122,7 @@ def _updated(thing: Thing, seen: Thing, now: float) -> Thing:
     dt = max(now - thing.seen, 1e-3)
     expected = thing.after(dt)
     error = seen.place - expected
-    turns = float(np.hypot(*error)) > TURNED
-    gain = max(TURNED_GAIN if turns else SPEED_GAIN, 1.0 / thing.count)
+    gain = max(SPEED_GAIN, 1.0 / thing.count)
     radius = max(0.8 * thing.radius, seen.radius)
     place, velocity = expected + POSITION_GAIN * error, thing.velocity + gain * error / dt
     stray = 0.8 * thing.error + 0.2 * float(np.hypot(*error))

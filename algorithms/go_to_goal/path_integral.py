@@ -36,10 +36,10 @@ TOO_FAST = 2.0
 """Cost of a speed above the allowed one [s/m]."""
 CLOSE, COMFORT = 0.5, 0.12
 """Cost of time spent at no clearance, falling to 0 at a comfortable one [1, m]."""
-MET, SPACE, UNSURE = 15.0, 0.4, 0.2
+MET, SPACE, UNSURE = 15.0, 0.25, 0.12
 """Cost of time at no distance from things that move, falling to 0 at a space [1, m], which grows with time [m/s]."""
-REACTION, CREEPING = 0.3, 0.05
-"""Time until a robot begins to stop, and speed at which it stands [s, m/s]."""
+MEETING, REACTION, CREEPING = 5.0, 0.3, 0.05
+"""Cost of driving into what moves, time until the robot begins to stop, and speed at which it stands [s, s, m/s]."""
 CHANGE = 0.01
 """Cost of a change of the twist by the robot's limits [s]."""
 RESERVE = 0.85
@@ -220,10 +220,9 @@ class PathIntegral:
         # What moves may turn: beside it the robot is half as fast.
         cost += self._driven(twists, np.minimum(clearance, 0.5 * apart), prices)
         if prices.things:
-            cost += STEP * (MET * np.maximum(1.0 - apart / SPACE, 0.0)).sum(axis=1)
-            met = self._meets(twists, apart)
-            # Where every motion meets something, the cost alone decides.
-            hits |= met & ~(hits | met).all()
+            cost += MEETING * self._meets(twists, apart) + STEP * (MET * np.maximum(1.0 - apart / SPACE, 0.0)).sum(
+                axis=1
+            )
         return np.where(hits, cost + HIT * (2.0 - when / STEPS), cost), hits
 
     def _meets(self, twists: Array, apart: Array) -> NDArray[np.bool_]:

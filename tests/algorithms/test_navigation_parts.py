@@ -201,8 +201,7 @@ def test_a_thing_is_followed_by_an_alpha_beta_filter():
             place, radius, first = seen, own, seen
         else:
             expected = place + 0.1 * velocity
-            error = seen - expected
-            gain = max(0.5 if np.hypot(*error) > 0.1 else 0.17, 1.0 / tick)
+            error, gain = seen - expected, max(0.17, 1.0 / tick)
             place, velocity = expected + 0.5 * error, velocity + gain * error / 0.1
             radius, stray = max(0.8 * radius, own), 0.8 * stray + 0.2 * float(np.hypot(*error))
         (thing,) = things.tracked
