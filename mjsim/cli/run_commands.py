@@ -97,8 +97,10 @@ def _bake_first(world: "World", model: Any) -> None:
 
 def replay(
     recording: RunFile,
-    robot: Annotated[str, typer.Option(metavar="R", help="The robot whose observations are replayed.")],
     output: Annotated[Path, typer.Option("-o", metavar="RUN2.mcap", help="The recording to write.")],
+    robot: Annotated[
+        str | None, typer.Option(metavar="R", help="The robot whose observations are replayed, if there are several.")
+    ] = None,
     estimator: Annotated[
         str | None,
         typer.Option(metavar="SPEC", help="module:Class or file.py:Class, with arguments in braces: {key: value}."),
@@ -107,6 +109,8 @@ def replay(
         Path | None,
         typer.Option(metavar="FILE", help="Estimates of another program: TUM, KITTI, g2o, or a ROS bag with poses."),
     ] = None,
+    topic: Annotated[str | None, typer.Option(help="Topic of a bag with the trajectory.")] = None,
+    offset: Annotated[float | None, typer.Option(help="Added to the times of the trajectory [s].")] = None,
     period: Annotated[float | None, typer.Option(help="Time between two poses of KITTI or g2o [s].", min=1e-6)] = None,
     observer: Annotated[
         str | None, typer.Option(metavar="SPEC", help="Observer to run; default: use the recorded sightings.")
@@ -116,14 +120,15 @@ def replay(
     """Run another estimator on a recording's observations."""
     from mjsim.modules import hosting, module_of
     from mjsim.record import read_recording, require_recording_name
+    from mjsim.run import observed_robot
     from mjsim.run import replay as replay_run
-    from mjsim.run import require_observations
 
     require_recording_name(output)
     require_free(output, overwrite=overwrite, source=recording)
     run = read_recording(recording)
-    require_observations(run, robot)
-    believes, use = module_of(_estimator(estimator, trajectory, run, period), role="estimator", robot=robot)
+    robot = observed_robot(run, robot)
+    spec = _estimator(estimator, trajectory, run, {"topic": topic, "offset": offset, "period": period})
+    believes, use = module_of(spec, role="estimator", robot=robot)
     observing, uses = None, {"estimator": use}
     if observer is not None:
         observing, uses["observer"] = module_of(observer, role="observer", robot=robot)
@@ -148,22 +153,25 @@ def replay(
         print(line)
 
 
-def _estimator(spec: str | None, trajectory: Path | None, run: "Recording", period: float | None) -> str:
+def _estimator(spec: str | None, trajectory: Path | None, run: "Recording", keys: dict[str, Any]) -> str:
     """Return the estimator to replay: as named, or one that gives the poses in a file, at the times of the run."""
     if (spec is None) == (trajectory is None):
         raise UsageError("a replay has one estimator; give --estimator SPEC or --trajectory FILE")
     if trajectory is None:
         assert spec is not None, "one of them is given"
+        if given := [f"--{key}" for key, value in keys.items() if value is not None]:
+            raise UsageError(f"{' and '.join(given)}: only a trajectory has that; give --trajectory FILE")
         return spec
     import json
 
     from mjsim.logs import read_trajectory
 
-    begins = float(read_trajectory(trajectory, period=period)[0, 0])
+    begins = float(read_trajectory(trajectory, topic=keys["topic"], period=keys["period"])[0, 0])
     started = float(run.metadata.get("log start", 0.0))
     # Trajectories from a log of a real robot have its clock; the recording of the log begins at 0.
-    offset = -started if abs(begins - started) < abs(begins) else 0.0
-    keys = {"file": str(trajectory.absolute()), "offset": offset, "period": period}
+    usual = -started if abs(begins - started) < abs(begins) else 0.0
+    offset = usual if keys["offset"] is None else keys["offset"]
+    keys = {"file": str(trajectory.absolute()), **keys, "offset": offset}
     return f"mjsim.logs.trajectory:Trajectory{json.dumps(keys)}"
 
 

@@ -1,5 +1,6 @@
 """Detects the format of a log, and converts it."""
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
@@ -66,7 +67,9 @@ MAX_LINES = 1000
 MAX_EXAMINED = 100
 """Maximum number of files to examine in a folder that is not a log itself."""
 TABLE_SUFFIXES = (".csv", ".tsv", ".dat")
-TRAJECTORY_SUFFIXES = (".tum",)
+TRAJECTORY_SUFFIXES = (".tum", ".g2o")
+KITTI_NUMBERS = 12
+"""Numbers in a row of a trajectory of KITTI; those of TUM and EuRoC contain a quaternion."""
 ZSTD_SUFFIXES = (".zst", ".zstd")
 ARCHIVE_SUFFIXES = (".tar", ".tgz", ".txz", ".zip", ".tar.gz", ".tar.xz", ".tar.bz2", ".7z")
 
@@ -125,7 +128,7 @@ def _unknown(path: Path, inside: Sequence[str]) -> str:
         return f"'{path}' holds no log in the part that could be unpacked ({cut})"
     if path.is_file() and is_mcap(path):
         return f"'{path}' is an MCAP file but not of ROS; a recording of mjsim is replayed as it is"
-    if path.is_file() and path.suffix.lower() in TRAJECTORY_SUFFIXES:
+    if path.is_file() and (path.suffix.lower() in TRAJECTORY_SUFFIXES or _begins_with_pose(path)):
         return f"'{path}' is a trajectory, not a log; evaluate it by mjsim replay RUN.mcap --trajectory '{path}'"
     if path.is_file() and path.suffix.lower() in TABLE_SUFFIXES:
         return f"'{path}' is a table of numbers; describe its columns in a YAML file (log: tables) and name that"
@@ -139,6 +142,16 @@ def _cut(path: Path) -> str:
         for _ in islice(lines_of(path, notes), MAX_LINES):
             pass
     return next(iter(notes.values()), "")
+
+
+def _begins_with_pose(path: Path) -> bool:
+    """Return whether the first row of numbers in a text is a pose, as in the trajectories of TUM, KITTI and EuRoC."""
+    try:
+        row = next(line for line in islice(lines_of(path, {}), MAX_LINES) if line.strip() and line[0] not in "#%")
+        numbers = [float(word) for word in row.replace(",", " ").split()]
+    except (UsageError, StopIteration, ValueError):
+        return False
+    return len(numbers) == KITTI_NUMBERS or (len(numbers) >= 8 and abs(math.hypot(*numbers[4:8]) - 1.0) < 1e-2)
 
 
 def _logs_in(folder: Path) -> list[str]:

@@ -1,4 +1,4 @@
-"""Trajectories of other programs as estimates: files of TUM, KITTI and g2o, or poses in a bag of ROS."""
+"""Trajectories of other programs as estimates: files of TUM, EuRoC, KITTI and g2o, or poses in a bag of ROS."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -20,6 +20,9 @@ TYPES = (*(kind for kind in POSES if "Transform" not in kind), ODOMETRY_TYPES, P
 """Types of messages with poses of a robot."""
 VERTICES, KITTI_NUMBERS = {"VERTEX_SE2": 4, "VERTEX_SE3:QUAT": 8}, 12
 """Numbers after the names of vertices of g2o that are poses, and in a row of KITTI."""
+EUROC_COLUMNS, MIN_NANOSECONDS = (8, 17), 1e15
+"""Numbers in a row of EuRoC: time, position, quaternion with w first, and perhaps velocity and biases; and the least
+time that is in nanoseconds."""
 NO_VERTICES = ("FIX", "VERTEX_XY", "VERTEX_TRACKXYZ")
 """Names of other lines of g2o; those of edges and parameters begin alike."""
 MAX_ROWS = 5_000_000
@@ -31,8 +34,8 @@ def read_trajectory(path: str | Path, *, topic: str | None = None, period: float
     """Return the planar poses in a file: rows of time [s], x, y [m] and heading [rad], in order of time.
 
     Args:
-        path: A text file with rows `t x y z qx qy qz qw` (TUM) or `t x y heading`, poses of a camera as in KITTI, or
-            vertices of g2o; or a bag of ROS.
+        path: A text file with rows `t x y z qx qy qz qw` (TUM) or `t x y heading`, a ground truth of EuRoC, poses of a
+            camera as in KITTI, or vertices of g2o; or a bag of ROS.
         topic: The topic of a bag; by default its only one with poses.
         period: Time from one pose to the next, in files without times: KITTI and g2o [s].
 
@@ -81,6 +84,9 @@ def _rows_of_text(path: Path, period: float | None) -> Iterator[tuple[float, flo
             yield _untimed(values, period, index)
             index += 1
             continue
+        if len(values) in EUROC_COLUMNS and MIN_NANOSECONDS <= values[0] <= 1e9 * MAX_NUMBER:
+            time, x, y, z, w, *vector = values[:8]
+            values = [1e-9 * time, x, y, z, *vector, w]
         if len(values) not in (4, 8) or not all(abs(value) <= MAX_NUMBER for value in values):
             raise UsageError(
                 f"{path}:{number}: '{line.strip():.60}' is not a pose; write t x y z qx qy qz qw, or t x y heading"
@@ -107,9 +113,11 @@ def _rows_of_bag(path: Path, topic: str | None) -> Iterator[tuple[float, float, 
     with Bag(path) as bag:
         posed = {name: kind for name, kind in bag.types.items() if kind in TYPES}
         chosen = posed if topic is None else {name: kind for name, kind in posed.items() if name == topic}
+        if not posed:
+            raise UsageError(f"'{path}' has no topic with poses of a robot; it needs one of {', '.join(TYPES)}")
         if len(chosen) != 1:
             raise UsageError(
-                f"'{path}' has {len(posed)} topics with poses ({', '.join(sorted(posed))[:300] or 'of other types'});"
+                f"'{path}' has {len(posed)} topics with poses ({', '.join(sorted(posed))[:300]});"
                 " name one of them with topic"
             )
         ((name, kind),) = chosen.items()

@@ -110,7 +110,7 @@ def robot_statistics(
             else _estimate_figures(world, track, believed, lifted=lifted, estimated=estimated)
         ),
         **_pose_figures(track.truth_pose[placed]),
-        "distance_m": float(steps.sum()),
+        "distance_m": float(steps.sum()) if len(positions) else None,
         "coverage": coverage(world, positions, radius=robot.body.radius) if len(positions) else None,
         "coverage_area": swept_share(world, robot, track.truth[placed]) if len(positions) else None,
         "bumps": sum(event.kind == "bump" for event in track.events),

@@ -8,5 +8,5 @@ from .pilot import Driver as Driver
 from .pilot import Noticed as Noticed
 from .pilot import Pilot as Pilot
 from .pilot import require_takes_goals as require_takes_goals
+from .replay import observed_robot as observed_robot
 from .replay import replay as replay
-from .replay import require_observations as require_observations

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 def replay(
     recording: Recording | str | Path,
     *,
-    robot: str,
+    robot: str | None = None,
     estimator: Estimator,
     observer: Observer | None = None,
     record: str | Path | None = None,
@@ -62,7 +62,7 @@ def replay(
 
     Args:
         recording: A run, or its file.
-        robot: Whose observations are replayed.
+        robot: Whose observations are replayed; by default those of the only robot that has some.
         estimator: Processes all observations once, from first to last.
         observer: Replaces that of the run; by default the estimator gets all sightings of the run.
         record: The MCAP file to write; by default a temporary file, deleted with the recording.
@@ -72,7 +72,8 @@ def replay(
         overwrite: Whether `record` may replace a file; that stays until the first ticks of the new one are written.
 
     Raises:
-        UsageError: The robot does not exist, or `record` exists, is being written, or is the recording itself.
+        UsageError: The robot does not exist or must be named, or `record` exists, is being written, or is the recording
+            itself.
         RecordingError: The recording holds no observations of the robot, or a file cannot be read or written.
         ModuleFault: A module raised, or returned an invalid value; what was estimated until then stays in `record`.
     """
@@ -80,7 +81,7 @@ def replay(
         source = recording if isinstance(recording, str | Path) else recording.path
         require_free(Path(record), overwrite=overwrite, source=Path(source))
     run = read_recording(recording) if isinstance(recording, str | Path) else recording
-    require_observations(run, robot)
+    robot = observed_robot(run, robot)
     if record is None:
         with temporary_file("replay.mcap") as path:
             replayed = replay(
@@ -98,17 +99,24 @@ def replay(
     return read_recording(record)
 
 
-def require_observations(run: Recording, robot: str) -> None:
-    """Check that a robot has observations to replay.
+def observed_robot(run: Recording, robot: str | None) -> str:
+    """Return a robot that has observations to replay: as named, or the only one.
 
     Raises:
-        UsageError: The robot does not exist.
+        UsageError: The robot does not exist, or several have observations.
         RecordingError: Nothing drove it.
     """
+    observed = [name for name in run.robots if run.is_observed(name)]
+    if robot is None:
+        if len(observed) > 1 or not run.robots:
+            several = f"'{run.path}' has {len(observed)} robots with observations"
+            raise UsageError(f"{several}; name one of them ({', '.join(observed)})")
+        robot = (observed or list(run.robots))[0]
     if robot not in run.robots:
         raise UsageError(f"no robot '{robot}' in '{run.path}'{did_you_mean(robot, run.robots)}")
     if not run.is_observed(robot):
         raise RecordingError(f"'{run.path}' holds no observation of robot '{robot}'; it had no driver in that run")
+    return robot
 
 
 def _write(

@@ -218,7 +218,11 @@ def test_what_cannot_be_read_or_is_not_clear_is_one_line(tmp_path):
     (tmp_path / "text.bag").write_text("hello")
     for name, topics, said in (
         ("two", {}, "several topics hold odometry: /wheels, /fused; name one with --topic odometry=/wheels"),
-        ("words", {}, "holds no odometry, scans, clouds, pictures or IMU of ROS; it has std_msgs/msg/String"),
+        (
+            "words",
+            {},
+            "holds no odometry, scans, clouds, pictures or IMU of ROS; there is nothing to record (it has std_msgs",
+        ),
         ("beams", {}, "scans on '/scan' have 20,000 beams; a lidar has at most 10,000"),
         ("nothing", {}, "holds no odometry, scans, clouds, pictures, IMU or sightings; there is nothing to record"),
         (

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mjsim import parse_world
+from mjsim import import_log, parse_world
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, Pose3
 from mjsim.logs import Trajectory, read_trajectory
@@ -144,3 +144,35 @@ def test_the_first_pose_is_where_the_robot_starts_unless_the_frame_is_the_worlds
         assert math.cos(found.heading - begins.heading) == pytest.approx(1.0)
         end = theirs.update(last).pose  # the last one stays
         assert math.hypot(end.x - found.x, end.y - found.y) == pytest.approx(math.hypot(0.5, 2.0))
+
+
+def test_a_ground_truth_of_euroc_is_read(tmp_path):
+    rows = []
+    for time, x, y, turn in ROWS:
+        _, _, z, w = (float(word) for word in quaternion(turn).split())
+        rows.append(f"{1_403_715_000_000_000_000 + round(1e9 * time)},{x},{y},0.9,{w!r},0,0,{z!r},0.1,0,0,0,0,0,0,0,0")
+    (tmp_path / "data.csv").write_text("#timestamp, p_RS_R_x [m], ...\n" + "\n".join(rows))
+    expected = [(1_403_715_000.0 + time, *pose) for time, *pose in ROWS]
+    np.testing.assert_allclose(read_trajectory(tmp_path / "data.csv"), expected, rtol=0.0, atol=1e-6)
+
+
+@pytest.mark.slow
+def test_a_trajectory_is_told_from_a_log_by_its_rows(tmp_path):
+    tum = f"# poses\n1.5 0 0 0 {quaternion(0.3)}\n"
+    for text in (tum, "1 0 0 0 0 1 0 0 0 0 1 0\n", "1403715524907143168,0.5,1.9,0.9,1,0,0,0\n"):
+        (tmp_path / "theirs.txt").write_text(text)
+        with pytest.raises(UsageError, match=r"is a trajectory, not a log; evaluate it by mjsim replay RUN\.mcap"):
+            import_log(tmp_path / "theirs.txt", record=tmp_path / "out.mcap")
+    (tmp_path / "theirs.txt").write_text("1 2 3 4 5 6 7 8\n")
+    with pytest.raises(UsageError, match="is not a supported log"):
+        import_log(tmp_path / "theirs.txt", record=tmp_path / "out.mcap")
+
+
+@pytest.mark.slow
+def test_a_bag_of_poses_alone_is_told_to_be_a_trajectory(tmp_path):
+    with new_bag(tmp_path / "theirs", "sqlite") as bag:
+        pose = bag.pose(Pose3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
+        for time in (1.0, 2.0):
+            bag.put("/slam", time, bag.make("geometry_msgs/PoseStamped", header=bag.header(time, "map"), pose=pose))
+    with pytest.raises(UsageError, match=r"evaluate its poses by mjsim replay RUN\.mcap --trajectory"):
+        import_log(tmp_path / "theirs", record=tmp_path / "out.mcap")

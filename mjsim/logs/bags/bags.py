@@ -41,6 +41,7 @@ from mjsim.logs.resampling import (
     Wishes,
     beam_times,
     continuous,
+    instead_of_log,
     last_beam,
     longest_gap,
     track_of,
@@ -69,7 +70,8 @@ def read_bag(path: Path, wishes: Wishes, stack: ExitStack) -> list[Log]:
     robots = robots_of(bag.types, topics_by_kind=wishes.topics, names=wishes.robots, moving=moving)
     if not any(robot.all() for robot in robots) and not any(kind in TRANSFORMS for kind in bag.types.values()):
         types = ", ".join(sorted(set(bag.types.values()))) or "nothing"
-        line = f"'{path}' holds no odometry, scans, clouds, pictures or IMU of ROS; it has {types}"
+        instead = instead_of_log(path, types)
+        line = f"'{path}' holds no odometry, scans, clouds, pictures or IMU of ROS; {instead} (it has {types})"
         raise UsageError(line[:MAX_MESSAGE_LENGTH])
     contents = Contents(bag, robots)
     messages = BagMessages(bag, times_of(contents.streams))
@@ -100,6 +102,8 @@ class _Robot:
             self._notes.setdefault("odometry", NO_ODOMETRY)
         elif self._odometry is not None and self._odometry.by_twists():
             self._notes["odometry"] = f"twists of topic {topics.odometry}; it has no poses, or they never change"
+        elif topics.odometry is not None:
+            self._notes["odometry"] = f"topic {topics.odometry}"
         self._streams.base = self._base_frame()
 
     def _base_frame(self) -> str | None:

@@ -37,6 +37,7 @@ from .timed_readings import partners as partners
 from .timed_readings import rising as rising
 from .turning_scans import beam_times as beam_times
 from .turning_scans import last_beam as last_beam
+from .usable import instead_of_log as instead_of_log
 from .usable import require_motion as require_motion
 from .usable import usable as usable
 from .wishes import Wishes as Wishes

@@ -41,6 +41,13 @@ def require_motion(log: Log, source: Path) -> None:
             f"{fact}: {count}" for fact, count in log.notes.items() if "left out" in fact and count != "0"
         )
         raise UsageError(
-            f"'{source}' holds no odometry, scans, clouds, pictures, IMU or sightings; there is nothing to record"
+            f"'{source}' holds no odometry, scans, clouds, pictures, IMU or sightings; {instead_of_log(source, unread)}"
             f"{f' ({unread})' if unread else ''}"[:MAX_MESSAGE_LENGTH]
         )
+
+
+def instead_of_log(source: str | Path, types: str) -> str:
+    """Return what to do with a bag that holds messages of these types, but nothing to record."""
+    if "geometry_msgs/msg/Pose" in types or "nav_msgs/msg/Path" in types:
+        return f"evaluate its poses by mjsim replay RUN.mcap --trajectory '{source}'"
+    return "there is nothing to record"
