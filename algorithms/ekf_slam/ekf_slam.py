@@ -33,9 +33,10 @@ from .association import joint_compatibility, nearest_neighbour
 from .ekf_filter import EkfSlamFilter, Jacobians
 from .invariant_ekf import InvariantEkfSlamFilter
 from .landmark_merging import DuplicateLandmarks
+from .large_errors import LARGE_MOTION, LARGE_SENSOR
 from .map_management import Probation
 from .past_positions import Mark, PastPositions
-from .rival_filters import LARGE_MOTION, LARGE_SENSOR, RivalFilters
+from .rival_filters import RivalFilters
 
 __all__ = ["EkfSlam", "EkfSlamFilter", "InvariantEkfSlamFilter", "bicycle_motion", "odometry_motion"]
 
@@ -178,13 +179,13 @@ class EkfSlam:
             self._past.move(distance)
             if innovations:
                 self._past.hold(believed)
-        mapped, doubted = self._mapped(), self._rivals.suspected(believed)
+        mapped = self._mapped()
         belief = Estimate(
             pose=Pose.from_array(believed.pose),
-            covariance=doubted.covariance,
-            landmarks=doubted.landmarks(mapped),
+            covariance=believed.covariance,
+            landmarks=believed.landmarks(mapped),
             innovations=innovations,
-            joint_covariance=doubted.joint_covariance_of(mapped) if self._joint else None,
+            joint_covariance=believed.joint_covariance_of(mapped) if self._joint else None,
         )
         if self._past is not None:
             self._past.mark(self._rivals, believed.pose)
@@ -226,10 +227,11 @@ class EkfSlam:
         if math.isinf(self._systematic):
             return
         prior = self._range_errors.begin(sightings)
-        self._rivals.change_usual(lambda slam: slam.assume(prior))
+        self._rivals.assume_ranges(prior)
         variances = self._range_errors.constraint(sightings, self._recent)
         if variances is not None:
-            self._rivals.change_usual(lambda slam: slam.constrain(variances))
+            self._rivals.constrain_ranges(variances)
+        self._rivals.expect_ranges(self._range_errors.variances)
 
     def _relocate(self, time: float) -> None:
         """Relocate the robot to where the recent sightings fit the map, if nearly all of them fail."""
@@ -360,11 +362,11 @@ def _new_filters(
     make: Callable[..., EkfSlamFilter] = InvariantEkfSlamFilter
     if jacobians != "invariant":
         make = partial(EkfSlamFilter, jacobians=jacobians, renew=RENEW)
-    filters = [make(pose=pose, covariance=covariance, parameters=COUNT, sensor=sensor, far=FAR) for _ in range(2)]
+    filters = [make(pose=pose, covariance=covariance, parameters=COUNT, sensor=sensor, far=FAR) for _ in range(3)]
     if not errors:
         return RivalFilters(filters[0], None)
     wide = make(pose=pose, covariance=covariance, parameters=len(LARGE_MOTION), sensor=len(LARGE_SENSOR), far=FAR)
-    return RivalFilters(filters[0], filters[1], wide)
+    return RivalFilters(filters[0], filters[1], wide, filters[2])
 
 
 def _squared_distances(nu: Array, S: Array) -> Array:

@@ -104,6 +104,11 @@ class SlamState:
         """Return the indices of x and y of the position and the landmarks in the state, shape (1 + n, 2)."""
         return np.concatenate([np.arange(2), np.arange(self._base, self._size)]).reshape(-1, 2)
 
+    def shared_rows(self, other: "SlamState") -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Return where pose and landmarks stand in this state, and in another one with the same landmarks."""
+        rows = np.concatenate([np.arange(3), np.arange(self._base, self._size)])
+        return rows, np.where(rows < 3, rows, rows + other._base - self._base)
+
     def _grow(self) -> None:
         """Double the capacity for landmarks, so that n landmarks cost O(n^2) copying in total."""
         size, room = len(self._mean), 2 * len(self._mean) + 1

@@ -1,12 +1,12 @@
-"""The same filter with constant errors of odometry and sensor and without: which of the two the sightings support.
+"""The same filter under several assumptions on odometry and sensor: which of them the sightings support.
 
-Estimating errors that are none costs accuracy, and assuming none where there are some costs more. Both filters get the
+Estimating errors that are none costs accuracy, and assuming none where there are some costs more. All filters get the
 same data, and the belief is their average. The one without errors counts only once the data have spoken for it: with
 little evidence an average would be no better than its worse half.
 
-Both assume errors in proportion to the stated noise. A third filter assumes that odometry and sensor may err by far
-more than their data sheets say. As long as the sightings do not contradict it, the covariance of the belief includes
-it; the mean is that of this filter only once the sightings have disproved the data sheets.
+Two filters assume errors in proportion to the stated noise, or none. Another assumes that odometry is rougher than
+stated, as of wheels that spin now and then, and another that odometry and sensor err by far more than stated, each in
+one way or in all at once (`LargeErrors`). With usual sensors their probabilities remain too small to count.
 """
 
 import copy
@@ -19,8 +19,8 @@ from numpy.typing import ArrayLike
 from mjsim.geometry import Array, wrap_angle
 
 from ..estimation.ekf_models import MotionModel
-from ..estimation.odometry_errors import DELAY
 from .ekf_filter import EkfSlamFilter
+from .large_errors import KINDS, LargeErrors
 
 POSITIVE = 1.0
 """Logarithm of the Bayes factor from which evidence is positive (Kass, Raftery, Bayes Factors, JASA 90, 1995)."""
@@ -28,58 +28,80 @@ DECIDED = 20.0
 """Logarithm of the Bayes factor against the filter without errors after which it is given up."""
 SMALL = 1e-3
 """Least probability that counts."""
-PROVEN = 7.0
-"""Logarithm of the Bayes factor that disproves a filter. If it is right, it is ever exceeded in one of exp(7) = 1100
-runs at most (Ville's inequality)."""
-CAPPED = 1.0
-"""Most that one look adds to that: constant errors show in every look, but wheels that spin once in a few."""
-SUSPECTED = 0.05
-"""Prior odds of large errors; even once the sightings have disproved that there are none."""
-LARGE_MOTION = 0.05, 0.05, 0.1, DELAY, math.radians(0.5)
-"""Standard deviations of large errors of odometry: those of `OdometryErrors`, and a turn at rest [rad/s]."""
-LARGE_SENSOR = 0.1, 0.04, math.radians(2.0)
-"""Those of large errors of sightings: offset [m] and relative error of ranges, and offset of bearings [rad]."""
+PRIOR_ODDS = np.array([0.1] + [0.02] * len(KINDS))
+"""Of rough odometry and of each kind of large errors, against those within the data sheets."""
+DISPROVED = 7.0
+"""Logarithm of the Bayes factor that disproves that there are no errors; if there are none, it is ever exceeded in one
+of exp(7) = 1100 runs at most (Ville's inequality)."""
+DOUBTED = 5.0
+"""How much more probable errors beyond the data sheets are once that is disproved."""
+CAUTION = 20.0
+"""How much more probable large errors must be for the mean than for the covariance: what a model does not know, such as
+one skid, may look like them for a while."""
+ROUGH = 9.0
+"""Ratio of the variance of rough odometry to that of its data sheet."""
 
 
 class RivalFilters:
-    """A filter that estimates constant errors of odometry, and perhaps a rival that has none.
+    """A filter that estimates constant errors of odometry, and perhaps others with other assumptions.
 
     References:
         Magill, Optimal Adaptive Estimation of Sampled Stochastic Processes, IEEE TAC 10(4), 1965: filters in parallel,
         averaged by their likelihoods.
     """
 
-    def __init__(self, leading: EkfSlamFilter, rival: EkfSlamFilter | None, wide: EkfSlamFilter | None = None) -> None:
+    def __init__(
+        self,
+        leading: EkfSlamFilter,
+        rival: EkfSlamFilter | None,
+        wide: EkfSlamFilter | None = None,
+        rough: EkfSlamFilter | None = None,
+    ) -> None:
         """Start with equal filters; without a rival, `leading` is the belief.
 
         Args:
             leading: With errors of odometry.
             rival: Without them.
             wide: With `LARGE_MOTION` and `LARGE_SENSOR` errors.
+            rough: With noise of odometry beyond its data sheet.
         """
-        self._sheet, self._rival, self._wide = leading, rival, wide
-        self._evidence, self._most, self._doubt, self._against = 0.0, 0.0, 0.0, 0.0
-        self.is_wide, self._fresh = False, True
-        """Whether the belief has large errors."""
-        if wide is not None:
-            wide.assume(np.array(LARGE_SENSOR) ** 2)
+        self._sheet, self._rival, self._rough = leading, rival, rough
+        self._wide = None if wide is None else LargeErrors(wide)
+        self._evidence, self._most, self._roughness = 0.0, 0.0, 0.0
+        self._odds = np.zeros(1 + len(KINDS))
+        """Of rough odometry and of large errors: without sightings, nothing is doubted."""
 
     @property
     def leading(self) -> EkfSlamFilter:
-        """The filter that is believed, but for the average."""
-        return self._wide if self.is_wide and self._wide is not None else self._sheet
+        """The most probable filter, but for the average."""
+        rough, large = self._odds[0], self._odds[1:].sum()
+        if self._rough is not None and rough > max(large, 1.0):
+            return self._rough
+        return self._wide.slam if self._wide is not None and large > 1.0 else self._sheet
 
     def change(self, action: Callable[[EkfSlamFilter], None]) -> None:
         """Change all filters."""
-        self.change_usual(action)
+        self._change_usual(action)
         if self._wide is not None:
-            action(self._wide)
+            action(self._wide.slam)
 
-    def change_usual(self, action: Callable[[EkfSlamFilter], None]) -> None:
-        """Change those without large errors."""
-        action(self._sheet)
-        if self._rival is not None:
-            action(self._rival)
+    def _change_usual(self, action: Callable[[EkfSlamFilter], None]) -> None:
+        for slam in (self._sheet, self._rival, self._rough):
+            if slam is not None:
+                action(slam)
+
+    def assume_ranges(self, variances: Array) -> None:
+        """Add variances to those of usual errors of ranges, before the first landmark."""
+        self._change_usual(lambda slam: slam.assume(variances))
+
+    def constrain_ranges(self, variances: Array) -> None:
+        """Correct by a measurement with variances (2,) that usual errors of ranges are zero."""
+        self._change_usual(lambda slam: slam.constrain(variances))
+
+    def expect_ranges(self, variances: Array) -> None:
+        """Set the variances (2,) that usual errors of ranges have before the sightings."""
+        if self._wide is not None:
+            self._wide.expect_ranges(variances)
 
     def predict(
         self,
@@ -103,72 +125,76 @@ class RivalFilters:
         self._sheet.predict(motion, control, covariance, slopes=slopes, wander=gained)
         if self._rival is not None:
             self._rival.predict(motion, moved, covariance)
+        if self._rough is not None:
+            self._rough.predict(motion, control, ROUGH * covariance, slopes=slopes, wander=gained)
         if self._wide is not None:
-            wander = np.array(LARGE_MOTION) ** 2 if self._fresh else None
+            self._wide.gain(gained)
             large = np.column_stack([slopes, [0.0, 0.0, seconds]])
-            self._wide.predict(motion, control, covariance, slopes=large, wander=wander)
-            self._fresh = False
+            self._wide.slam.predict(motion, control, covariance, slopes=large, wander=self._wide.begin())
 
     def update(self, names: Sequence[Hashable], measurements: ArrayLike, covariance: ArrayLike) -> None:
         """Correct by simultaneous sightings, as `EkfSlamFilter.update`; they show which filter expected them better."""
         likelihood = self._sheet.update(names, measurements, covariance)
         if self._rival is not None:
-            better = self._rival.update(names, measurements, covariance) - likelihood
-            self._evidence += better
-            self._against -= max(better, -CAPPED)
+            self._evidence += self._rival.update(names, measurements, covariance) - likelihood
             self._most = max(self._most, self._evidence)
             if self._evidence < -DECIDED:
                 self._rival = None
+        evidence = np.full(len(self._odds), -math.inf)
+        if self._rough is not None:
+            self._roughness += self._rough.update(names, measurements, covariance) - likelihood
+            evidence[0] = self._roughness
+            if self._roughness < -DECIDED:
+                self._rough = None
         if self._wide is not None:
-            self._doubt += min(self._wide.update(names, measurements, covariance) - likelihood, CAPPED)
-            self._choose()
-
-    def _choose(self) -> None:
-        """Decide whether large errors are believed."""
-        if self._doubt < -DECIDED:
-            self._wide = None
-        better = self._doubt - max(self._evidence, 0.0)
-        self.is_wide = self._wide is not None and better > (0.0 if self.is_wide else PROVEN)
+            self._wide.compare(self._wide.slam.update(names, measurements, covariance), likelihood)
+            evidence[1:] = self._wide.evidence
+        prior = DOUBTED * PRIOR_ODDS if self._evidence < -DISPROVED else PRIOR_ODDS
+        self._odds = prior * np.exp(np.minimum(evidence - max(self._evidence, 0.0), DECIDED))
 
     @property
     def without_errors(self) -> float:
         """Probability that there are no constant errors, if the data have spoken for that; otherwise 0."""
-        if self._rival is None or self._most < POSITIVE or self.is_wide:
+        if self._rival is None or self._most < POSITIVE:
             return 0.0
         return 1.0 / (1.0 + math.exp(-min(self._evidence, 700.0)))
 
     def believed(self) -> EkfSlamFilter:
-        """Return the belief averaged over both filters by their probabilities, to be read only."""
-        share = self.without_errors
-        if self._rival is None or share < SMALL:
-            return self.leading
-        return averaged(self.leading, self._rival, share=share)
-
-    def suspected(self, believed: EkfSlamFilter) -> EkfSlamFilter:
-        """Return the belief with the covariance that it has if errors may be large, or usual; to be read only."""
-        odds = 1.0 if self._against > PROVEN and not self.is_wide else SUSPECTED
-        better = self._doubt - max(self._evidence, 0.0)
-        odds *= math.exp(min(-better if self.is_wide else better, 20.0))
-        other = self._sheet if self.is_wide else self._wide
-        if other is None or odds < SMALL or not self._doubt:  # Without sightings, nothing is doubted.
-            return believed
-        rows, own = (np.concatenate([np.arange(3), np.arange(slam._base, slam._size)]) for slam in (other, believed))
-        apart = other._mean[rows] - believed._mean[own]
-        apart[2] = wrap_angle(float(apart[2]))
-        doubted = copy.copy(believed)
-        doubted._P = believed._P[: believed._size, : believed._size].copy()
-        doubted._P[np.ix_(own, own)] += odds / (1.0 + odds) * (other._P[np.ix_(rows, rows)] + np.outer(apart, apart))
-        return doubted
+        """Return the belief averaged over all filters by their probabilities, to be read only."""
+        share, usual = self.without_errors, self._sheet
+        if self._rival is not None and share >= SMALL:
+            usual = averaged(self._sheet, self._rival, share=share)
+        odds = np.cumsum(self._odds)
+        if self._rough is not None and odds[0] > SMALL:
+            usual = averaged(usual, self._rough, share=odds[0] / (1.0 + odds[0]))
+        beyond = odds[-1] - odds[0]
+        if self._wide is None or beyond < SMALL:
+            return usual
+        large = copy.copy(self._wide.slam)
+        large._mean, large._P = self._wide.averaged(self._odds[1:] / beyond)
+        share, followed = (float(beyond / (beyond + rest)) for rest in (1.0 + odds[0], CAUTION * (1.0 + odds[0])))
+        return averaged(usual, large, share=share, followed=followed)
 
 
-def averaged(one: EkfSlamFilter, other: EkfSlamFilter, *, share: float) -> EkfSlamFilter:
-    """Return mean and covariance of a mixture of two filters with the same landmarks; `share` is that of the other."""
+def averaged(one: EkfSlamFilter, other: EkfSlamFilter, *, share: float, followed: float | None = None) -> EkfSlamFilter:
+    """Return mean and covariance of a mixture of two filters with the same landmarks.
+
+    Args:
+        one: A filter.
+        other: Another.
+        share: Probability of the other.
+        followed: How far the mean goes towards the other, if not as far as its probability; the covariance is about it.
+    """
+    rows, others = one.shared_rows(other)
     size = one._size
-    apart = other._mean[:size] - one._mean[:size]
+    apart = other._mean[others] - one._mean[rows]
     apart[2] = wrap_angle(float(apart[2]))
+    gone = share if followed is None else followed
     average = copy.copy(one)
-    average._mean = one._mean[:size] + share * apart
+    average._mean, average._P = one._mean[:size].copy(), one._P[:size, :size].copy()
+    average._mean[rows] += gone * apart
     average._mean[2] = wrap_angle(float(average._mean[2]))
-    P = (1.0 - share) * one._P[:size, :size] + share * other._P[:size, :size]
-    average._P = P + share * (1.0 - share) * np.outer(apart, apart)
+    P = (1.0 - share) * one._P[rows[:, None], rows] + share * other._P[others[:, None], others]
+    spread = share * (1.0 - share) + (share - gone) ** 2
+    average._P[rows[:, None], rows] = P + spread * np.outer(apart, apart)
     return average
