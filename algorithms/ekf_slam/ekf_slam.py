@@ -202,17 +202,16 @@ class EkfSlam:
 
     @property
     def systematic_errors(self) -> Array:
-        """Estimated systematic errors of odometry, shape (4,).
+        """Estimated systematic errors of odometry, shape (4,), with errors in proportion to its noise.
 
         Relative error of the distance, turn per metre [rad/m], relative error of the turn, and delay of the motion [s].
         """
-        return self._filter.parameters[:COUNT]
+        return self._rivals.usual.parameters
 
     @property
     def range_errors(self) -> tuple[Array, Array]:
         """Estimated offset [m] and relative error of ranges, (2,), and their covariance; (0,) without such errors."""
-        mean, covariance = self._filter.sensor_errors
-        return mean[:RANGE_ERRORS], covariance[:RANGE_ERRORS, :RANGE_ERRORS]
+        return self._rivals.usual.sensor_errors
 
     def _move(self, moved: Odometry, covariance: Array, seconds: float) -> None:
         """Predict with odometry; systematic errors add up to the odometry noise over `systematic`."""

@@ -65,7 +65,9 @@ class RivalFilters:
             wide: With `LARGE_MOTION` and `LARGE_SENSOR` errors.
             rough: With noise of odometry beyond its data sheet.
         """
-        self._sheet, self._rival, self._rough = leading, rival, rough
+        self.usual = leading
+        """The filter with errors in proportion to the stated noise."""
+        self._rival, self._rough = rival, rough
         self._wide = None if wide is None else LargeErrors(wide)
         self._evidence, self._most, self._roughness = 0.0, 0.0, 0.0
         self._odds = np.zeros(1 + len(KINDS))
@@ -77,7 +79,7 @@ class RivalFilters:
         rough, large = self._odds[0], self._odds[1:].sum()
         if self._rough is not None and rough > max(large, 1.0):
             return self._rough
-        return self._wide.slam if self._wide is not None and large > 1.0 else self._sheet
+        return self._wide.slam if self._wide is not None and large > 1.0 else self.usual
 
     def change(self, action: Callable[[EkfSlamFilter], None]) -> None:
         """Change all filters."""
@@ -86,7 +88,7 @@ class RivalFilters:
             action(self._wide.slam)
 
     def _change_usual(self, action: Callable[[EkfSlamFilter], None]) -> None:
-        for slam in (self._sheet, self._rival, self._rough):
+        for slam in (self.usual, self._rival, self._rough):
             if slam is not None:
                 action(slam)
 
@@ -122,7 +124,7 @@ class RivalFilters:
             seconds: Period [s].
         """
         control, slopes, gained = errors
-        self._sheet.predict(motion, control, covariance, slopes=slopes, wander=gained)
+        self.usual.predict(motion, control, covariance, slopes=slopes, wander=gained)
         if self._rival is not None:
             self._rival.predict(motion, moved, covariance)
         if self._rough is not None:
@@ -134,7 +136,7 @@ class RivalFilters:
 
     def update(self, names: Sequence[Hashable], measurements: ArrayLike, covariance: ArrayLike) -> None:
         """Correct by simultaneous sightings, as `EkfSlamFilter.update`; they show which filter expected them better."""
-        likelihood = self._sheet.update(names, measurements, covariance)
+        likelihood = self.usual.update(names, measurements, covariance)
         if self._rival is not None:
             self._evidence += self._rival.update(names, measurements, covariance) - likelihood
             self._most = max(self._most, self._evidence)
@@ -161,19 +163,19 @@ class RivalFilters:
 
     def believed(self) -> EkfSlamFilter:
         """Return the belief averaged over all filters by their probabilities, to be read only."""
-        share, usual = self.without_errors, self._sheet
+        share, believed = self.without_errors, self.usual
         if self._rival is not None and share >= SMALL:
-            usual = averaged(self._sheet, self._rival, share=share)
+            believed = averaged(self.usual, self._rival, share=share)
         odds = np.cumsum(self._odds)
         if self._rough is not None and odds[0] > SMALL:
-            usual = averaged(usual, self._rough, share=odds[0] / (1.0 + odds[0]))
+            believed = averaged(believed, self._rough, share=odds[0] / (1.0 + odds[0]))
         beyond = odds[-1] - odds[0]
         if self._wide is None or beyond < SMALL:
-            return usual
+            return believed
         large = copy.copy(self._wide.slam)
         large._mean, large._P = self._wide.averaged(self._odds[1:] / beyond)
         share, followed = (float(beyond / (beyond + rest)) for rest in (1.0 + odds[0], CAUTION * (1.0 + odds[0])))
-        return averaged(usual, large, share=share, followed=followed)
+        return averaged(believed, large, share=share, followed=followed)
 
 
 def averaged(one: EkfSlamFilter, other: EkfSlamFilter, *, share: float, followed: float | None = None) -> EkfSlamFilter:

@@ -88,9 +88,8 @@ def bring_drawing(path: Path, *, robot: Newcomer | None, reading: Reading) -> Br
     """
     plan, drawing = plan_of(path, reading)
     low_x, low_y, high_x, high_y = solid(plan.world).bounds
-    report = [
-        f"{path}: {len(drawing.lines)} lines; {_counted(plan.world)}, {high_x - low_x:.2f} x {high_y - low_y:.2f} m"
-    ]
+    drawn = f"{len(drawing.lines)} line{'s' * (len(drawing.lines) != 1)}"
+    report = [f"{path}: {drawn}; {_counted(plan.world)}, {high_x - low_x:.2f} x {high_y - low_y:.2f} m"]
     x, y = plan.corner
     notes = [
         f"From the drawing {path.name}: {plan.scale:.9g} m to its unit, its place [{x:.9g}, {y:.9g}] is [0, 0] here.",

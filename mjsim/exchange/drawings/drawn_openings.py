@@ -21,6 +21,8 @@ MIN_SPANNED_SHARE = 0.5
 """Minimum fraction of a gap that the symbol in it spans."""
 SILL_HEIGHT, HEAD = 0.9, 2.0
 """Height of sill and head of windows [m]."""
+MAX_LONGER = 0.5
+"""Maximum length by which a symbol is longer than the gap that it spans [m]."""
 MARGIN = 0.02
 """Minimum distance between an opening and the end of its wall segment [m]."""
 
@@ -53,13 +55,14 @@ def doors_and_windows(
         joints = [joined(bars[one], bars[other]) for one, other, _ in found]
         bars = [bar for k, bar in enumerate(bars) if k not in taken] + joints
         holes += [hole for _, _, hole in found]
+    lines = _Lines.of([bar.ends for bar in bars], [bar.width for bar in bars])
     for arc in arcs:
         options = [np.stack([arc.middle, end]) for end in arc.ends]
-        spots = [spot for ends in options if (spot := _spot(bars, ends)) is not None]
+        spots = [spot for ends in options if (spot := _spot(lines, ends)) is not None]
         if spots:
             holes.append(Hole(min(spots, key=lambda spot: spot[0])[1], window=False))
     for corners, window in [*((corners, False) for corners in doors), *((corners, True) for corners in windows)]:
-        if (spot := _spot(bars, corners)) is not None:
+        if (spot := _spot(lines, corners)) is not None:
             holes.append(Hole(spot[1], window))
     holes += [Hole(ends, window=True) for bar in bars for ends in _panes(bar, pieces)]
     return bars, _distinct(holes)
@@ -67,11 +70,14 @@ def doors_and_windows(
 
 def with_openings(walls: Sequence[Wall], holes: Sequence[Hole]) -> list[Wall]:
     """Return walls with their openings; an opening that does not fit in any wall is left out."""
+    numbers = [(index, segment) for index, wall in enumerate(walls) for segment in range(len(wall.segments()))]
+    ends = [np.array(segment) for wall in walls for segment in wall.segments()]
+    segments = _Lines.of(ends, [walls[index].thickness for index, _ in numbers])
     openings: dict[int, list[Opening]] = {}
     for hole in holes:
-        if (place := _place(walls, hole)) is None:
+        if (place := _place(segments, hole)) is None:
             continue
-        index, segment, at, width = place
+        (index, segment), at, width = numbers[place[0]], *place[1:]
         others = [other for other in openings.get(index, []) if other.segment == segment]
         if any(at < other.at + other.width + MARGIN and other.at < at + width + MARGIN for other in others):
             continue
@@ -90,14 +96,33 @@ def _filled_gaps(
     """Return pairs of walls with a symbol between them and the opening there; each wall is in at most one pair."""
     found: list[tuple[int, int, Hole]] = []
     taken: set[int] = set()
+    near_doors, near_windows = _boxes(doors), _boxes(windows)
     for one, other, ends in gaps(bars, MAX_WIDTH):
         if one in taken or other in taken or not MIN_WIDTH <= math.dist(*ends) <= MAX_WIDTH:
             continue
-        hole = _hole_in(ends, bars[one].width, pieces, doors, windows)
+        width = bars[one].width
+        # No symbol that spans a gap has a corner farther away than this: see `_spans`.
+        box = ends.min(axis=0), ends.max(axis=0), math.dist(*ends) + width / 2 + MAX_SYMBOL_DISTANCE + MAX_LONGER
+        close_doors, close_windows = (
+            [symbols[k] for k in _meeting(boxes, *box)]
+            for symbols, boxes in ((doors, near_doors), (windows, near_windows))
+        )
+        hole = _hole_in(ends, width, pieces, close_doors, close_windows)
         if hole is not None:
             taken |= {one, other}
             found.append((one, other, hole))
     return found
+
+
+def _boxes(symbols: Sequence[Array]) -> tuple[Array, Array]:
+    """Return the lowest and the highest corner of n symbols, shape (n, 2) each [m]."""
+    lows, highs = [corners.min(axis=0) for corners in symbols], [corners.max(axis=0) for corners in symbols]
+    return np.array(lows).reshape(-1, 2), np.array(highs).reshape(-1, 2)
+
+
+def _meeting(boxes: tuple[Array, Array], low: Array, high: Array, reach: float) -> list[int]:
+    """Return the numbers of the boxes that meet another one, grown by `reach` [m]."""
+    return np.flatnonzero(((boxes[0] <= high + reach) & (boxes[1] >= low - reach)).all(axis=1)).tolist()
 
 
 def _hole_in(
@@ -129,7 +154,7 @@ def _spans(ends: Array, corners: Array, reach: float, *, share: float = MIN_SPAN
     if np.abs(v).min() > reach or (len(corners) == 2 and np.abs(v).max() > reach):
         return False
     overlap = min(length, float(u.max())) - max(0.0, float(u.min()))
-    return overlap >= share * length and float(np.ptp(u)) <= length + 0.5
+    return overlap >= share * length and float(np.ptp(u)) <= length + MAX_LONGER
 
 
 def _has_panes(ends: Array, width: float, pieces: Pieces) -> bool:
@@ -147,22 +172,48 @@ def lines_through(ends: Array, width: float, pieces: Pieces) -> int:
     return int(np.count_nonzero(inside & through))
 
 
-def _spot(bars: Sequence[Bar], corners: Array) -> tuple[float, Array] | None:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Lines:
+    """Centrelines of n walls, for all at once."""
+
+    starts: Array
+    """(n, 2) [m]"""
+    units: Array
+    """Directions, (n, 2)."""
+    lengths: Array
+    widths: Array
+    """(n,) [m]"""
+
+    @classmethod
+    def of(cls, ends: Sequence[Array], widths: Sequence[float]) -> "_Lines":
+        """Return lines from both ends of each, shape (2, 2) [m], and their widths [m]."""
+        places = np.array(ends, dtype=float).reshape(-1, 2, 2)
+        way = places[:, 1] - places[:, 0]
+        lengths = np.hypot(way[:, 0], way[:, 1])
+        return cls(places[:, 0], way / lengths[:, None], lengths, np.array(widths, dtype=float))
+
+    def along(self, points: Array) -> tuple[Array, Array]:
+        """Return the positions of k points along each line, and their offsets to its left, shape (n, k) [m]."""
+        offset = points - self.starts[:, None]
+        u = (offset * self.units[:, None]).sum(axis=2)
+        return u, offset[..., 1] * self.units[:, :1] - offset[..., 0] * self.units[:, 1:]
+
+
+def _spot(lines: _Lines, corners: Array) -> tuple[float, Array] | None:
     """Return the distance of a symbol from its wall and its extent on it, shape (2, 2) [m]; None if on no wall."""
-    best: tuple[float, Array] | None = None
-    for bar in bars:
-        u, v = _along(bar.ends, corners)
-        line = len(corners) == 2
-        low, high = float(u.min()), float(u.max())
-        distance = float(np.abs(v).max() if line else np.abs(v).min())
-        beside = bar.width / 2 + MAX_SYMBOL_DISTANCE
-        tilted = line and abs(float(np.ptp(v))) > max(0.2 * math.dist(*corners), bar.width)
-        if distance > beside or tilted or low < -MARGIN or high > bar.length + MARGIN:
-            continue
-        if MIN_WIDTH <= high - low <= MAX_WIDTH and (best is None or distance < best[0]):
-            unit = bar.along
-            best = distance, bar.ends[0] + np.outer([low, high], unit)
-    return best
+    u, v = lines.along(corners)
+    low, high, sides = u.min(axis=1), u.max(axis=1), np.abs(v)
+    fits = (low >= -MARGIN) & (high <= lines.lengths + MARGIN) & (high - low >= MIN_WIDTH) & (high - low <= MAX_WIDTH)
+    if len(corners) == 2:
+        distance = sides.max(axis=1)
+        fits &= np.ptp(v, axis=1) <= np.maximum(0.2 * math.dist(*corners), lines.widths)
+    else:
+        distance = sides.min(axis=1)
+    fits &= distance <= lines.widths / 2 + MAX_SYMBOL_DISTANCE
+    if not fits.any():
+        return None
+    best = int(np.argmin(np.where(fits, distance, math.inf)))
+    return float(distance[best]), lines.starts[best] + np.outer([low[best], high[best]], lines.units[best])
 
 
 def _panes(bar: Bar, pieces: Pieces) -> list[Array]:
@@ -204,18 +255,15 @@ def _distinct(holes: Sequence[Hole]) -> list[Hole]:
     return distinct
 
 
-def _place(walls: Sequence[Wall], hole: Hole) -> tuple[int, int, float, float] | None:
-    """Return the wall and segment that contain an opening, where it starts along the segment, and its width [m]."""
-    best: tuple[float, tuple[int, int, float, float]] | None = None
-    for index, wall in enumerate(walls):
-        for segment, (start, end) in enumerate(wall.segments()):
-            ends = np.array([start, end])
-            u, v = _along(ends, hole.ends)
-            length, distance = math.dist(start, end), float(np.abs(v).max())
-            low, high = max(MARGIN, float(u.min())), min(length - MARGIN, float(u.max()))
-            level = abs(float(np.ptp(v))) <= max(0.02, 5 * PARALLEL * float(np.ptp(u)))
-            if level and distance <= wall.thickness / 2 + 0.02 and high - low >= 0.7 * math.dist(*hole.ends):
-                width = round(high - low, 3)
-                if width >= 0.3 and (best is None or distance < best[0]):
-                    best = distance, (index, segment, round(low, 3), width)
-    return None if best is None else best[1]
+def _place(segments: _Lines, hole: Hole) -> tuple[int, float, float] | None:
+    """Return the number of the segment that contains an opening, where it starts along it, and its width [m]."""
+    u, v = segments.along(hole.ends)
+    distance, low = np.abs(v).max(axis=1), np.maximum(MARGIN, u.min(axis=1))
+    length = np.minimum(segments.lengths - MARGIN, u.max(axis=1)) - low
+    width = np.round(length, 3)
+    fits = np.ptp(v, axis=1) <= np.maximum(0.02, 5 * PARALLEL * np.ptp(u, axis=1))
+    fits &= (distance <= segments.widths / 2 + 0.02) & (width >= 0.3) & (length >= 0.7 * math.dist(*hole.ends))
+    if not fits.any():
+        return None
+    best = int(np.argmin(np.where(fits, distance, math.inf)))
+    return best, round(float(low[best]), 3), float(width[best])

@@ -30,6 +30,8 @@ UNIT = "data-metres-per-unit"
 """Attribute of files written by mjsim: metres per user unit."""
 BUILDING_SIZES = (2.0, 500.0)
 """Sizes at which a drawing with a stated paper size is assumed to be at scale 1 : 1 [m]."""
+MAX_PAGES = 100.0
+"""Distance from the page, in its size, beyond which shapes are not seen: strays of programs."""
 MIN_BACKGROUND_SHARE = 0.98
 """A rectangle that covers at least this fraction of the drawing is its background."""
 MAX_PALE_DIFFERENCE, MIN_OPACITY = 0.06, 0.9
@@ -75,7 +77,7 @@ def read_svg(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
     numbers = {element: number for number, element in enumerate(root.iter())}
     tree = _Tree(path, root, parents, _layers(root, layers, path), numbers, _paper(root))
     lines: list[Line] = []
-    corners = 0
+    corners, far, box = 0, 0, _box(root)
     # Values in a transform that are not numbers, or too large, are reported with the corners that they produce.
     with warnings.catch_warnings(action="ignore"), np.errstate(all="ignore"):
         paths, broken = _paths(document)
@@ -86,6 +88,9 @@ def read_svg(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
             if found is None:
                 broken += 1
                 continue
+            if _is_far(found, box):
+                far += 1
+                continue
             lines += found
             corners += sum(len(line.points) for line in found)
             if corners > 2 * MAX_CORNERS:
@@ -94,6 +99,7 @@ def read_svg(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
     left = [f"{counts[tag]} <{tag}>" for tag in ("use", "image", "text") if counts[tag]]
     left += [f"{odd} shapes in percent"] if odd else []
     left += [f"{broken} shapes that cannot be read"] if broken else []
+    left += [f"{far} shapes far from the page"] if far else []
     items = [FileItem(Fate.LEFT_OUT, ", ".join(left))] if left else []
     return Drawing(str(path), lines, _unit(root), bool(layers), items)
 
@@ -207,6 +213,15 @@ def _inherited(element: Element, key: str, parents: dict[Element, Element]) -> s
 def _hidden(element: Element, parents: dict[Element, Element]) -> bool:
     none = any(_own(above, "display") == "none" for above in _upward(element, parents))
     return none or _inherited(element, "visibility", parents) in ("hidden", "collapse")
+
+
+def _is_far(lines: Sequence[Line], box: Sequence[float]) -> bool:
+    """Return whether lines lie farther from the page than its size `MAX_PAGES` times: nobody has ever seen them."""
+    if len(box) != 4 or not lines or min(box[2:]) <= 0.0:
+        return False
+    points = np.concatenate([line.points for line in lines]) * (1.0, -1.0)
+    apart = np.abs((points - box[:2]) / box[2:] - 0.5).max(axis=1)
+    return bool(apart.min() > MAX_PAGES)
 
 
 def _lines(drawn: Any, tree: _Tree) -> list[Line]:
