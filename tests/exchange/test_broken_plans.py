@@ -150,7 +150,7 @@ def test_shapes_that_cannot_be_read_are_left_out_and_counted(tmp_path):
     odd = '<path stroke="red" d="M0 0 A3 3 0 0 1 0 0"/>'
     (tmp_path / "room.svg").write_text(SVG.format(room + odd))
     brought = bring_drawing(tmp_path / "room.svg", robot=None, reading=Reading(scale=1.0))
-    assert any("left out: 1 shapes that cannot be read" in line for line in brought.report)
+    assert any("left out: 1 shape that cannot be read" in line for line in brought.report)
     document = ezdxf.new(units=6)
     space = document.modelspace()
     space.add_lwpolyline([(0, 0), (6, 0), (6, 4), (0, 4)], close=True)

@@ -62,7 +62,17 @@ def test_lengths_in_millimetres_are_read_and_those_in_percent_left_out_and_said(
     # A millimetre is 96 / 25.4 pixels.
     path = svg(tmp_path, '<rect width="100%" height="100%"/><line x2="105.8333333mm" y2="0"/>')
     assert [wall.points for wall in world_from_svg(path, scale=0.01).walls] == [((0, 0), (4, 0))]
-    assert inventory(read_svg(path).items) == ["left out: 1 shapes in percent"]
+    assert inventory(read_svg(path).items) == ["left out: 1 shape in percent"]
+
+
+def test_shapes_far_from_the_page_are_left_out_and_those_beside_it_are_not(tmp_path):
+    path = tmp_path / "stray.svg"
+    path.write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 10 8"><path d="M-30 1h20"/><path d="M5e6-4e7l2-1"/></svg>'
+    )
+    drawing = read_svg(path)
+    assert [line.points.tolist() for line in drawing.lines] == [[[-30.0, -1.0], [-10.0, -1.0]]]
+    assert inventory(drawing.items) == ["left out: 1 shape far from the page"]
 
 
 def test_only_the_named_layer_of_an_svg_is_walls_and_nothing_hidden(tmp_path):

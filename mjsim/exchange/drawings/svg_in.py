@@ -97,9 +97,8 @@ def read_svg(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
                 raise UsageError(f"'{path}' has too many lines to be walls; select those of walls with --layer")
     counts = Counter(tag_of(element) for element in root.iter())
     left = [f"{counts[tag]} <{tag}>" for tag in ("use", "image", "text") if counts[tag]]
-    left += [f"{odd} shapes in percent"] if odd else []
-    left += [f"{broken} shapes that cannot be read"] if broken else []
-    left += [f"{far} shapes far from the page"] if far else []
+    for number, what in ((odd, "in percent"), (broken, "that cannot be read"), (far, "far from the page")):
+        left += [f"{number} shape{'s' * (number != 1)} {what}"] if number else []
     items = [FileItem(Fate.LEFT_OUT, ", ".join(left))] if left else []
     return Drawing(str(path), lines, _unit(root), bool(layers), items)
 
