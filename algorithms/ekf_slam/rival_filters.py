@@ -35,7 +35,7 @@ DISPROVED = 7.0
 of exp(7) = 1100 runs at most (Ville's inequality)."""
 DOUBTED = 5.0
 """How much more probable errors beyond the data sheets are once that is disproved."""
-CAUTION = 20.0
+CAUTION = 5.0
 """How much more probable large errors must be for the mean than for the covariance: what a model does not know, such as
 one skid, may look like them for a while."""
 ROUGH = 9.0

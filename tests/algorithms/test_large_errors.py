@@ -48,22 +48,22 @@ def test_the_belief_with_other_priors_is_that_of_regression_with_them(kind):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("case", "share"),
+    ("case", "share", "ratio"),
     [
-        ("turns by 0.5 degrees per second", 0.35),
-        ("bearings off by 2 degrees", 0.35),
-        ("ranges 4 % long", 0.35),
-        ("turns 10 % short", 0.8),
-        ("wheels spin", 0.35),
+        ("turns by 0.5 degrees per second", 0.35, 0.9),
+        ("bearings off by 2 degrees", 0.35, 0.9),
+        ("ranges 4 % long", 0.35, 0.95),
+        ("turns 10 % short", 0.8, 1.0),
+        ("wheels spin", 0.35, 1.05),
     ],
 )
-def test_a_robot_whose_sensors_err_by_more_than_stated_is_surely_wrong_for_less_long(case, share):
+def test_a_robot_whose_sensors_err_by_more_than_stated_is_surely_wrong_for_less_long(case, share, ratio):
     room, _ = CASES[case]
     runs = [disturbed.drive({"slam": EkfSlam(), "sheets": Sheets()}, seed, room=room) for seed in (1, 10)]
     wrong = {name: np.sum([run[name].surely_wrong() for run in runs]) for name in ("slam", "sheets")}
     error = {name: np.mean([run[name].position.mean() for run in runs]) for name in ("slam", "sheets")}
     assert wrong["slam"] < share * wrong["sheets"]
-    assert error["slam"] < 1.02 * error["sheets"]
+    assert error["slam"] < ratio * error["sheets"]
 
 
 @pytest.mark.slow
