@@ -34,6 +34,22 @@ class FileItem:
     """The reason, or what it became; what the user can do about it."""
 
 
+def told(fate: Fate, why: object) -> str:
+    """Return the value of a fact in the metadata of a recording that says what became of something."""
+    return f"{fate}: {why}"
+
+
+def fate_of(fact: str, value: str) -> tuple[Fate, str]:
+    """Return what became of something, and why, from a fact in the metadata of a recording: see `told`.
+
+    A fact of a name that ends in 'left out' says how much was.
+    """
+    fate, colon, why = value.partition(": ")
+    if colon and fate in Fate:
+        return Fate(fate), why
+    return Fate.LEFT_OUT if fact.endswith(f" {Fate.LEFT_OUT}") else Fate.KEPT, value
+
+
 def inventory(items: Iterable[FileItem]) -> list[str]:
     """Return a line for each fate, kind and reason, with the names of all that it concerns, in the order of `Fate`."""
     groups: dict[tuple[Fate, str, str], list[str]] = {}

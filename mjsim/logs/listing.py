@@ -2,16 +2,10 @@
 
 from collections.abc import Iterator, Mapping
 
-from mjsim.inventory import Fate, FileItem, inventory
+from mjsim.inventory import Fate, FileItem, fate_of, inventory
 from mjsim.record import Recording
 from mjsim.world import name_of
 
-_WORDS: Mapping[Fate, tuple[str, ...]] = {
-    Fate.LEFT_OUT: ("left out", "breaks off", "none;", "not in the log", "without depth", "no landmark", "was cut"),
-    Fate.GUESSED: ("guess", "assumed", "as if", "have none"),
-    Fate.MENDED: ("removed", "times go on", "resampled", "sorted", "restart", "not measured", "grey ones"),
-}
-"""Words in the metadata of an import by what they tell; without any of them something was kept."""
 _OF_THE_RUN = ("command", "log", "log folder", "log source", "log start", "logged cameras", "modules", "seconds")
 
 
@@ -30,6 +24,5 @@ def _sensors(recording: Recording) -> Iterator[FileItem]:
 def _notes(metadata: Mapping[str, str]) -> Iterator[FileItem]:
     for fact, value in metadata.items():
         if value != "0" and fact not in _OF_THE_RUN and not fact.endswith(" version"):
-            told = f"{fact}: {value}"
-            fate = next((fate for fate, words in _WORDS.items() if any(word in told for word in words)), Fate.KEPT)
-            yield FileItem(fate, fact.replace(", left out", "").replace(" left out", ""), why=value)
+            fate, why = fate_of(fact, value)
+            yield FileItem(fate, fact.removesuffix(f" {Fate.LEFT_OUT}").removesuffix(","), why=why)

@@ -107,7 +107,7 @@ def test_the_truth_of_a_bag_with_fixes_is_where_the_robot_was_in_metres_from_the
     off = track.truth[known] - expected[known]
     assert np.hypot(off[:, 0], off[:, 1]).max() < 0.12
     assert np.abs(wrap_angles(off[:, 2])).max() < 0.02
-    assert run.metadata["fixes left out that had jumped"] == "1"
+    assert run.metadata["fixes that had jumped left out"] == "1"
     assert run.metadata["/gps/fix messages left out"] == "6"
     told = run.metadata["truth"]
     assert told.startswith("113 fixes of topic /gps/fix; x is east and y is north of latitude 48.1")
@@ -126,7 +126,7 @@ def test_fixes_that_are_no_truth_are_said_to_be_left_out(tmp_path):
     assert "/rear/fix left out" in run.metadata
     write_drive(tmp_path / "still", seconds=5, moves=False)
     run = imported(tmp_path / "still")
-    assert run.metadata["truth"] == "none; without odometry the heading at 10 fixes of /gps/fix is unknown"
+    assert run.metadata["truth"] == "left out: without odometry the heading at 10 fixes of /gps/fix is unknown"
 
 
 def test_fixes_that_do_not_report_an_accuracy_are_used_and_it_is_said(tmp_path):

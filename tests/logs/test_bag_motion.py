@@ -44,7 +44,7 @@ def test_odometry_may_be_velocities_or_poses_of_a_topic_that_is_named(kind, tmp_
     assert way == pytest.approx(0.5 * 1.9, abs=1e-6)
     # Nobody said what they are.
     run = imported(tmp_path / "run")
-    assert run.metadata["odometry"] == "none; the motion of each tick is unknown"
+    assert run.metadata["odometry"] == "left out: none; the motion of each tick is unknown"
 
 
 def test_commands_without_headers_go_by_the_simulated_time_of_all_others(tmp_path):

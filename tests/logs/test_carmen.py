@@ -127,7 +127,7 @@ def test_scans_of_a_laser_that_interlaces_its_beams_are_all_kept_with_their_own_
     for scan in scans:
         assert len(scan.points()) > 165
         np.testing.assert_allclose(scan.points()[:, 0], WALL, atol=1e-3)
-    said = "9; kept, the other beams are not measured"
+    said = "mended: 9; the other beams are not measured"
     assert run.metadata["front scans with fewer than 181 beams"] == said
 
 
@@ -290,7 +290,7 @@ def test_a_log_without_odometry_says_that_the_motion_is_unknown(tmp_path):
         kept.append(" ".join(words))
     (tmp_path / "carried.clf").write_text("\n".join(kept) + "\n")
     run = imported(tmp_path / "carried.clf")
-    assert run.metadata["odometry"] == "none; the motion of each tick is unknown"
+    assert run.metadata["odometry"] == "left out: none; the motion of each tick is unknown"
     first, *later = run.observations("robot")
     assert not first.odometry.covariance.any()
     for tick in later:

@@ -37,7 +37,7 @@ def test_a_compressed_table_that_was_cut_is_read_up_to_its_last_whole_line(kind,
     (tmp_path / f"o.csv{kind}").write_bytes(data[: len(data) // 2])
     log = described(tmp_path, f"o.csv{kind}")
     run = imported(log, wishes=Wishes(begin=1.0, seconds=1.0))
-    assert run.metadata[f"o.csv{kind} breaks off"].startswith("the compressed file was cut")
+    assert run.metadata[f"o.csv{kind} breaks off"].startswith("left out: the compressed file was cut")
     from mjsim.logs.files.csv_table import read_csv
 
     notes: dict[str, str] = {}

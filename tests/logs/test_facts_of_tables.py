@@ -70,7 +70,7 @@ def test_velocities_are_rows_in_order_of_time(tmp_path, text, twists):
     (tmp_path / "log.yaml").write_text(f"log: tables\n{text}")
     log = read_columns(tmp_path / "log.yaml", Wishes())
     assert log.robot.twists == pytest.approx(np.array(twists))
-    assert dict(log.notes).get("clock of v.csv") == "set back 1 times; the rows are sorted by time"
+    assert dict(log.notes).get("clock of v.csv") == "mended: set back 1 times; the rows are sorted by time"
     assert [value for key, value in log.notes.items() if key.startswith("rows of v.csv without t")] == ["1"]
     assert is_description(tmp_path / "log.yaml")
     assert not is_description(tmp_path / "v.csv")

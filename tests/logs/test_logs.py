@@ -103,7 +103,7 @@ def test_every_sighting_keeps_its_stamp_and_comes_at_the_tick_after_it(mrclam):
     assert all(time - 0.1 - 1e-6 < seen.stamp <= time + 1e-6 for time, seen in told)
     assert [name for tick in track.identities for name in tick] == [seen.name for _, seen in told]
     # Of another robot, and of a barcode that there is not.
-    assert mrclam.metadata["robot1 measurements of no landmark"] == str(others.sum())
+    assert mrclam.metadata["robot1 measurements of no landmark left out"] == str(others.sum())
 
 
 def test_the_class_that_runs_in_simulation_maps_the_landmarks_of_a_log(mrclam):
@@ -126,7 +126,7 @@ def test_an_mrclam_log_without_ground_truth_is_replayed_without_errors_in_its_re
         imported(folder, wishes=Wishes(known_map=True))
     run = imported(folder)
     assert run.world.beacons == ()
-    assert run.metadata["robot1 truth"] == "not in the log"
+    assert run.metadata["robot1 truth"] == "left out: not in the log"
     again = mjsim.replay(run, robot="robot1", estimator=EkfSlam())
     track = again.robots["robot1"]
     assert np.isnan(track.truth).all()

@@ -281,7 +281,7 @@ def test_robots_that_only_tf_tells_apart_are_not_mixed(tmp_path):
             bag.put("/tf", at, bag.make("tf2_msgs/TFMessage", transforms=moved))
             bag.put("/scan", at, bag.scan(bag.header(at, "l"), np.ones(5), 0.0, 0.5, (0.1, 9.0)))
     run = imported(tmp_path / "run")
-    assert run.metadata["odometry"] == "none; /tf has several frames that move, anna/base_link, bert/base_link"
+    assert run.metadata["odometry"] == "left out: /tf has several frames that move, anna/base_link, bert/base_link"
     assert not run.robots["robot"].odometry[:, :2].any()
 
 
@@ -351,7 +351,7 @@ def test_scans_of_a_lidar_whose_number_of_beams_varies_are_kept_and_point_where_
         # Half a beam, of those measured and of those told: nearest beams.
         np.testing.assert_allclose(scan.ranges, 1.0 + scan.angles(), atol=0.51 * 2.0 * math.pi / 446)
     assert run.metadata["/scan messages left out"] == "2"
-    assert run.metadata["beams of scan"] == "5 scans have more or fewer; resampled to 455"
+    assert run.metadata["beams of scan"] == "mended: 5 scans have more or fewer; resampled to 455"
     lines = listed(run)
     assert "kept: lidar 'scan'" in lines
     assert "mended: beams of scan: 5 scans have more or fewer; resampled to 455" in lines

@@ -72,4 +72,4 @@ def test_motion_that_only_tf_tells_and_frames_that_tf_does_not_know(tmp_path, ca
         run = mjsim.read_recording(out)
         assert _end(run).x == pytest.approx(0.5, abs=1e-6)
         assert run.world.robots[0].sensors[0].at == pytest.approx((0.2, 0.0, 0.3))
-    assert "wheel_center is not in /tf; it is assumed to be base_link" in capsys.readouterr().err
+    assert "guessed: odometry's frame: base_link, since wheel_center is not in /tf" in capsys.readouterr().err

@@ -180,7 +180,7 @@ def test_a_rawlog_without_times_has_even_ones_and_says_so(tmp_path):
     data = b"".join(frame(scan(8, None, RANGES, pose=pose3(3, 0, 0, 0.3, 0))) + action(0.1, 0, 0) for _ in range(5))
     log = read_rawlog(written(tmp_path, data))
     assert np.diff(log.robot.track[:, 0]) == pytest.approx(0.1)
-    assert log.notes["times"] == "5 observations have none; 0.1 s from one to the next"
+    assert log.notes["times"] == "guessed: 5 observations have none; 0.1 s from one to the next"
 
 
 def test_the_lidars_and_the_kinds_of_what_is_left_out_are_bounded(tmp_path):

@@ -168,7 +168,7 @@ def test_files_that_a_list_names_and_nobody_has_are_left_out_and_counted(folder,
     sorted((tmp_path / "tum" / "depth").iterdir())[1].unlink()
     log = imported(tmp_path / "tum")
     assert log.metadata["files of depth.txt that are not there left out"] == "1"
-    assert log.metadata["pictures without depth"] == "1"
+    assert log.metadata["pictures without depth left out"] == "1"
 
 
 @pytest.mark.parametrize("depth_first", [False, True])
@@ -275,7 +275,7 @@ def test_cameras_of_tum_vi_are_calibrated_by_kalibr(folder, tmp_path):
     assert about.distortion == (0.003, 0.001, -0.002, 0.0002)
     assert sum(len(seen.imu) for seen in log.observations("robot")) > 20
     chain.unlink()
-    assert imported(place).metadata["calibration of cam0"] == "not in the folder; 60 degrees are assumed"
+    assert imported(place).metadata["calibration of cam0"] == "guessed: 60 degrees; it is not in the folder"
     chain.write_text(f"cam0:\n  T_cam_imu:\n{rows[: rows.rindex('  -')]}  intrinsics: [19.0, 19.1, 31.2, 23.9]\n")
     with pytest.raises(UsageError, match=r"camchain\.yaml': T_cam_imu of cam0 is not a pose; it is a rigid transform"):
         imported(place)

@@ -158,4 +158,4 @@ def test_a_bag_with_an_imu_alone_comes_in(tmp_path):
     run = imported(tmp_path / "run")
     readings = [reading for seen in run.observations("robot") for reading in seen.imu]
     np.testing.assert_allclose([reading.turn[2] for reading in readings], 0.01 * np.arange(100))
-    assert run.metadata["odometry"] == "none; the motion of each tick is unknown"
+    assert run.metadata["odometry"] == "left out: none; the motion of each tick is unknown"

@@ -107,5 +107,5 @@ def test_rows_out_of_order_are_sorted_and_reported(tmp_path):
     (tmp_path / "o.csv").write_text("\n".join(["t,x,y,h", *lines[:10], *lines[20:], *lines[10:20]]))
     (tmp_path / "log.yaml").write_text("log: tables\nodometry: {file: o.csv, time: t, x: x, y: y, heading: h}\n")
     run = imported(tmp_path / "log.yaml")
-    assert run.metadata["clock of o.csv"] == "set back 1 times; the rows are sorted by time"
+    assert run.metadata["clock of o.csv"] == "mended: set back 1 times; the rows are sorted by time"
     assert sum(seen.odometry.turn for seen in run.observations("robot")) == pytest.approx(TURN * 3.9)

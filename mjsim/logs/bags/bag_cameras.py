@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from mjsim.interface import CameraFrame, Intrinsics
+from mjsim.inventory import Fate, told
 from mjsim.logs.bags.bag_contents import Stream
 from mjsim.logs.bags.bag_frames import frame_name
 from mjsim.logs.bags.bag_messages import assumed_intrinsics, intrinsics_of, unread_lens
@@ -57,7 +58,7 @@ def _intrinsics(robot: RobotStreams, name: str, topic: str, width: int, height: 
     rectified = "rect" in plain.rpartition("/")[2]
     intrinsics = None if info is None else intrinsics_of(info, width=width, height=height, rectified=rectified)
     if intrinsics is None:
-        robot.notes[f"calibration of {name}"] = "not in the bag; 60 degrees are assumed"
+        robot.notes[f"calibration of {name}"] = told(Fate.GUESSED, "60 degrees; it is not in the bag")
     elif not rectified and (unread := unread_lens(info)):
         robot.notes[f"calibration of {name}"] = unread
     return intrinsics or assumed_intrinsics(width, height)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array
+from mjsim.inventory import Fate, told
 
 MIN_JUMP = 1.0
 """Minimum jump of a clock; smaller differences may be delays [s]."""
@@ -80,7 +81,9 @@ class Clocks:
             if len(rows):
                 self._jumps[topic] = recorded[rows].tolist(), list(accumulate(steps.tolist(), initial=0.0))
                 listed = ", ".join(f"{step:+.{1 if abs(step) > MIN_JUMP else 2}f} s" for step in steps[:5].tolist())
-                notes[f"clock of {topic}"] = f"set {len(rows)} times ({listed}); the jumps are removed"
+                notes[f"clock of {topic}"] = told(
+                    Fate.MENDED, f"set {len(rows)} times ({listed}); the jumps are removed"
+                )
         right = _longest([*ends, *(time for since, _ in self._jumps.values() for time in since)])
         for since, offsets in self._jumps.values():
             offsets[:] = [offset - offsets[bisect_right(since, right)] for offset in offsets]
@@ -90,7 +93,7 @@ class Clocks:
 
 def _set_back_note(set_back: Sequence[tuple[float, float]]) -> str:
     listed = ", ".join(f"{-back:+.2f} s" for _, back in set_back[:5])
-    return f"set back {len(set_back)} times ({listed}); times go on from there"
+    return told(Fate.MENDED, f"set back {len(set_back)} times ({listed}); times go on from there")
 
 
 def _longest(times: Sequence[float]) -> float:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from mjsim.geometry import Array
+from mjsim.inventory import Fate, told
 from mjsim.logs.bags.bag_contents import Contents, Stream
 from mjsim.logs.bags.bag_file import Bag, BagMessages
 from mjsim.logs.resampling import Damage, DamagedReadingError, Readings
@@ -28,7 +29,7 @@ class RobotStreams:
         """Return robot_from_sensor from the frames of the bag, shape (4, 4) [m]; None if they do not contain it."""
         place = None if self.base is None else self.frames.between(self.base, frame)
         if place is None:
-            self.notes[f"place of {name}"] = "not in the bag; a guess"
+            self.notes[f"place of {name}"] = told(Fate.GUESSED, "not in the bag")
         return place
 
     def stream(self, topic: str) -> Stream | None:

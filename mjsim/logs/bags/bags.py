@@ -17,6 +17,7 @@ import numpy as np
 from mjsim.errors import MAX_MESSAGE_LENGTH, UsageError
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import PointCloud, Scan, swept
+from mjsim.inventory import Fate, told
 from mjsim.logs.bags.bag_cameras import cameras_of
 from mjsim.logs.bags.bag_clouds import cloud_of
 from mjsim.logs.bags.bag_contents import Contents, Moves, Stream, moving_in_tf, times_of, unread_topics
@@ -78,10 +79,8 @@ def read_bag(path: Path, wishes: Wishes, stack: ExitStack) -> list[Log]:
     streams = [RobotStreams(bag, contents, messages, space=robot.space) for robot in robots]
     logs = [_Robot(of, robot, deskew=wishes.deskew).log() for of, robot in zip(streams, robots, strict=True)]
     if len(logs) > 1:
-        logs = [
-            replace(log, notes={f"{fact} of {log.name}": value for fact, value in log.notes.items()}) for log in logs
-        ]
-    broken = {"bag breaks off": bag.cut, "metadata.yaml left out": bag.misdescribed}
+        logs = [replace(log, notes={f"{log.name} {fact}": value for fact, value in log.notes.items()}) for log in logs]
+    broken = {"bag breaks off": bag.cut and told(Fate.LEFT_OUT, bag.cut), "metadata.yaml left out": bag.misdescribed}
     shared = {**contents.left_out_of(robots), **contents.notes, **unread_topics(bag, robots)}
     shared |= {fact: why for fact, why in broken.items() if why}
     return [replace(logs[0], notes={**logs[0].notes, **shared}), *logs[1:]]
@@ -111,7 +110,7 @@ class _Robot:
         child = self._odometry.child if self._odometry is not None else ""
         usual = self._streams.frames.base(self._topics.space)
         if child and usual is not None and child not in self._streams.frames:
-            self._notes["odometry's frame"] = f"{child} is not in /tf; it is assumed to be {usual}"
+            self._notes["odometry's frame"] = told(Fate.GUESSED, f"{usual}, since {child} is not in /tf")
             return usual
         return child or usual
 
@@ -152,7 +151,7 @@ class _Robot:
             source = f"topic {self._topics.command}"
             self._notes["commands"] = source
             if self._track is None:
-                self._notes["odometry"] = f"none; the robot is assumed to follow {source}"
+                self._notes["odometry"] = told(Fate.GUESSED, f"none; the robot follows {source}")
             return commanded.table(commanded.twists)
         if self._odometry is None or not self._odometry.twists:
             return np.zeros((0, 3))
@@ -174,7 +173,7 @@ class _Robot:
         if len(found) != 1:
             if found:
                 frames = ", ".join(moves.child for moves in found)
-                self._notes["odometry"] = f"none; /tf has several frames that move, {frames}"
+                self._notes["odometry"] = told(Fate.LEFT_OUT, f"/tf has several frames that move, {frames}")
             return None
         self._notes["odometry"] = f"frame {found[0].child} in /tf"
         return found[0]
@@ -202,16 +201,20 @@ class _Robot:
         if topic is None or not fixes:
             return None
         if track is None or not np.ptp(track[:, 1:], axis=0).any():
-            self._notes["truth"] = f"none; without odometry the heading at {len(fixes)} fixes of {topic} is unknown"
+            self._notes["truth"] = told(
+                Fate.LEFT_OUT, f"without odometry the heading at {len(fixes)} fixes of {topic} is unknown"
+            )
             return None
         antenna = self._streams.place("the antenna", self._contents.fix_frames[topic])
         x, y = (0.0, 0.0) if antenna is None else antenna[:2, 3].tolist()
         found = gps_poses(fixes, track, (x, y))
         if len(found.rows) < 2:
-            self._notes["truth"] = f"none; {len(fixes)} fixes of {topic} are too close together to give a heading"
+            self._notes["truth"] = told(
+                Fate.LEFT_OUT, f"{len(fixes)} fixes of {topic} are too close together to give a heading"
+            )
             return None
         self._notes["truth"] = f"{len(found.rows)} fixes of topic {topic}; {found.about}"
-        self._notes["fixes left out that had jumped"] = str(found.jumped)
+        self._notes["fixes that had jumped left out"] = str(found.jumped)
         return found.rows
 
     def _scans(self) -> tuple[dict[str, Mount], dict[str, Readings[Scan]]]:
@@ -230,13 +233,15 @@ class _Robot:
             mounts[name] = Mount() if place is None else mount_of(place)
             hangs = place is not None and float(place[2, 2]) < UPSIDE_DOWN
             if place is not None and abs(float(place[2, 2])) < -UPSIDE_DOWN:
-                self._notes[f"place of {name}"] = "not level; scans are treated as if it were"
+                self._notes[f"place of {name}"] = told(Fate.GUESSED, "level; it is not")
             scans[name] = self._timed_scans(topic, stream, mounts[name], upside_down=hangs, beams=beams)
             if not self._deskew and (lasting := last_beam(stream.first, np.array(stream.stamps)[stream.numbers()])):
                 self._notes[f"sweep of {name}"] = f"{abs(lasting):.3f} s; beams stay as measured without --deskew"
             self._streams.count_odd(topic, stream)
             if others := sum(stream.kinds[number] != (beams,) for number in stream.numbers().tolist()):
-                self._notes[f"beams of {name}"] = f"{others} scans have more or fewer; resampled to {beams}"
+                self._notes[f"beams of {name}"] = told(
+                    Fate.MENDED, f"{others} scans have more or fewer; resampled to {beams}"
+                )
         return mounts, scans
 
     def _timed_scans(

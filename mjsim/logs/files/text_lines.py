@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import IO, Any, cast
 
 from mjsim.errors import UsageError
+from mjsim.inventory import Fate, told
 
 MAX_LINE_LENGTH = 1 << 20
 """Maximum length of a line [bytes]."""
@@ -136,7 +137,7 @@ class _Whole(io.RawIOBase):
         try:
             data = self._unpacked.read1(len(into))
         except EOFError:
-            self._notes[_broken(self._path)] = "the compressed file was cut; it is read up to there"
+            self._notes[_broken(self._path)] = told(Fate.LEFT_OUT, "the compressed file was cut, and read up to there")
             return 0
         into[: len(data)] = data
         return len(data)

@@ -27,6 +27,7 @@ import numpy as np
 from mjsim.errors import MAX_MESSAGE_LENGTH, UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Scan
+from mjsim.inventory import Fate, told
 from mjsim.logs.files import MAX_NUMBER, left_out_cut, lines_of
 from mjsim.logs.resampling import MOTION, ForwardClock, Log, MotionNoise, Mount, RobotLog, kept
 
@@ -100,7 +101,7 @@ def read_carmen(path: Path) -> Log:
     clock = ForwardClock(found.stamps)
     if clock.begins:
         found = _read(path, notes, clock)
-        notes["clock"] = f"{clock.about}, as in logs that were joined; times go on from there"
+        notes["clock"] = told(Fate.MENDED, f"{clock.about}, as in logs that were joined; times go on from there")
     if not found.odometry and not found.scans:
         raise UsageError(f"'{path}' holds neither odometry nor scans of CARMEN")
     notes |= {f"{kind} left out": str(count) for kind, count in sorted(found.left_out.items())}
@@ -110,7 +111,9 @@ def read_carmen(path: Path) -> Log:
         beams = max(len(scan.ranges) for scan in ordered)
         lasers[name] = [_with_beams(scan, beams) for scan in ordered]
         if fewer := sum(len(scan.ranges) < beams for scan in ordered):
-            notes[f"{name} scans with fewer than {beams} beams"] = f"{fewer}; kept, the other beams are not measured"
+            notes[f"{name} scans with fewer than {beams} beams"] = told(
+                Fate.MENDED, f"{fewer}; the other beams are not measured"
+            )
     robot = RobotLog(
         track=clock.connected(_rows(found.odometry, 4)) if found.odometry else None,
         twists=_rows(found.twists, 3),

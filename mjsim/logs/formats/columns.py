@@ -19,6 +19,7 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import ImuReading, Scan, Sighting
+from mjsim.inventory import Fate, told
 from mjsim.logs.files import CsvTable, headings_in, lies_in, lines_of, read_csv
 from mjsim.logs.formats.description import (
     LENGTHS,
@@ -196,7 +197,9 @@ class _Tables:
     def _times(self, spec: TimedColumns, table: CsvTable) -> Array:
         times = table.times(spec.time, unit=self._second)
         if back := int(np.count_nonzero(np.diff(times) < 0.0)):
-            self._notes[f"clock of {spec.file}"] = f"set back {back} times; the rows are sorted by time"
+            self._notes[f"clock of {spec.file}"] = told(
+                Fate.MENDED, f"set back {back} times; the rows are sorted by time"
+            )
         return times
 
     def _rows(self, spec: TimedColumns, table: CsvTable, *columns: Array) -> Array:

@@ -24,6 +24,7 @@ import numpy as np
 from mjsim.errors import MAX_MESSAGE_LENGTH, UsageError
 from mjsim.geometry import Array
 from mjsim.interface import ImuReading, Intrinsics
+from mjsim.inventory import Fate, told
 from mjsim.logs.bags import assumed_intrinsics
 from mjsim.logs.files import (
     MAX_NUMBER,
@@ -71,7 +72,7 @@ def read_euroc(path: Path) -> Log:
         (each for _, readings_of in inertial.values() for each in readings_of), key=lambda each: each.stamp
     )
     truth = next((folder for name in TRUTH_FOLDERS for folder in _sensors(path, name)), None)
-    notes["truth"] = "not in the folder" if truth is None else truth.name
+    notes["truth"] = told(Fate.LEFT_OUT, "not in the folder") if truth is None else truth.name
     poses = None if truth is None else _poses(truth, notes)
     robot = RobotLog(cameras=frames, imu=readings, poses=poses, gap=longest_gap(poses))
     mounts = {name: mount for name, (mount, _) in inertial.items()}
@@ -99,8 +100,8 @@ def _camera(
     stamps, files = listed_pictures(folder / "data.csv", notes, folder="data", separator=",", second=NANOSECOND)
     width, height = usual_size(files)
     if sheet is None:
-        notes[f"calibration of {folder.name}"] = "not in the folder; 60 degrees are assumed"
-        notes[f"place of {folder.name}"] = "not in the folder; a guess"
+        notes[f"calibration of {folder.name}"] = told(Fate.GUESSED, "60 degrees; it is not in the folder")
+        notes[f"place of {folder.name}"] = told(Fate.GUESSED, "not in the folder")
         place, intrinsics = AHEAD, assumed_intrinsics(width, height)
     else:
         place, intrinsics = _body_from_sensor(*sheet), _intrinsics(*sheet, width, height)

@@ -30,6 +30,7 @@ import numpy as np
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array, places_at
 from mjsim.interface import Sighting
+from mjsim.inventory import Fate, told
 from mjsim.logs.files import TIME, read_table, whole_numbers
 from mjsim.logs.resampling import (
     MotionNoise,
@@ -103,8 +104,10 @@ def convert_mrclam(folder: Path, wishes: Wishes, output: Output) -> Iterator[flo
         for name, each in files.items()
     }
     world = _world(folder, files, landmarks or {}, span, rate_hz=rate, known_map=wishes.known_map, sighting=sighting)
-    left_out = {f"{name} measurements of no landmark": str(each.unknown) for name, each in files.items()}
-    unknown = {f"{name} truth": "not in the log" for name, each in files.items() if each.truth is None}
+    left_out = {f"{name} measurements of no landmark left out": str(each.unknown) for name, each in files.items()}
+    unknown = {
+        f"{name} truth": told(Fate.LEFT_OUT, "not in the log") for name, each in files.items() if each.truth is None
+    }
     metadata = {"log": "mrclam", "log folder": str(folder), **left_out, **unknown, **cuts}
     yield from write_robot_logs(
         world,

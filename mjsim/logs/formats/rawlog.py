@@ -24,6 +24,7 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Scan, Sighting
+from mjsim.inventory import Fate, told
 from mjsim.logs.files import MAX_NUMBER
 from mjsim.logs.formats.mrpt_bytes import MrptBytes
 from mjsim.logs.resampling import Log, Mount, RobotLog, kept
@@ -123,7 +124,9 @@ def read_rawlog(path: Path) -> Log:
         )
     notes |= {f"{kind} left out": str(count) for kind, count in sorted(found.left_out.items())}
     if found.timeless:
-        notes["times"] = f"{found.timeless} observations have none; {USUAL_PERIOD} s from one to the next"
+        notes["times"] = told(
+            Fate.GUESSED, f"{found.timeless} observations have none; {USUAL_PERIOD} s from one to the next"
+        )
     robot = RobotLog(
         track=_track(found.odometry) if found.odometry else None,
         scans={name: kept(_in_order(scans)) for name, scans in found.scans.items()},
@@ -149,7 +152,7 @@ def _unpacked(path: Path, notes: dict[str, str]) -> bytes:
                 if size > limit:
                     raise UsageError(f"'{path}' unpacks to more than {limit >> 20} MB; unpack it yourself")
         except (EOFError, zlib.error, gzip.BadGzipFile):
-            notes["file"] = "it was cut or is damaged; read as far as it could be unpacked"
+            notes["file"] = told(Fate.LEFT_OUT, "it was cut or is damaged; read as far as it could be unpacked")
     return b"".join(parts)
 
 

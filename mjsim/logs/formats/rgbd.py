@@ -26,6 +26,7 @@ import numpy as np
 from mjsim.errors import MAX_MESSAGE_LENGTH, UsageError
 from mjsim.geometry import Array, Pose3
 from mjsim.interface import CameraFrame, ImuReading, Intrinsics
+from mjsim.inventory import Fate, told
 from mjsim.logs.bags import shown_depth
 from mjsim.logs.files import (
     bytes_in,
@@ -107,7 +108,7 @@ def _camera(
     place[:3, 3] = 0.0
     camera = LoggedCamera(intrinsics, place, has_depth=bool(depths))
     if not pictures:
-        notes["pictures"] = "not in the folder; grey ones show the depth"
+        notes["pictures"] = told(Fate.MENDED, "not in the folder; grey ones show the depth")
 
         def take_depth(number: int) -> LoggedFrame:
             depth = _depth(depths[number], intrinsics)
@@ -116,7 +117,7 @@ def _camera(
         return {CAMERA: camera}, {CAMERA: Readings(depth_stamps, take_depth)}
     partner = partners(stamps, depth_stamps, tolerance=TOGETHER).tolist()
     if depths:
-        notes["pictures without depth"] = str(sum(other < 0 for other in partner))
+        notes["pictures without depth left out"] = str(sum(other < 0 for other in partner))
 
     def take(number: int) -> LoggedFrame:
         frame, other = frame_in(pictures[number], float(stamps[number]), intrinsics), partner[number]
@@ -170,7 +171,7 @@ def _intrinsics(path: Path, width: int, height: int, notes: dict[str, str]) -> I
     if known is not None and (width, height) == (640, 480):
         notes["calibration"] = f"of freiburg{known[1]}, as published"
         return _calibrated(CALIBRATIONS[int(known[1])], width, height)
-    notes["calibration"] = "not in the folder; a default is assumed"
+    notes["calibration"] = told(Fate.GUESSED, "a default; it is not in the folder")
     fx, fy, cx, cy = DEFAULT_INTRINSICS
     return _calibrated(
         (fx * width / 640, fy * height / 480, (cx + 0.5) * width / 640 - 0.5, (cy + 0.5) * height / 480 - 0.5),

@@ -88,7 +88,7 @@ def convert_victoria_park(folder: Path, wishes: Wishes, output: Output) -> Itera
     world = _world(folder, _first(truth, span[0]), span, rate_hz=rate, sighting=sighting)
     metadata = {"log": "victoria park", "log folder": str(folder), "truth is of": "the middle of the rear axle", **cuts}
     if found is not None:
-        metadata["gps fixes left out that had jumped"] = str(found.jumped)
+        metadata["gps fixes that had jumped left out"] = str(found.jumped)
     yield from write_robot_logs(
         world,
         {NAME: log},

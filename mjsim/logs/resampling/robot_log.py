@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose3, places_at, poses_at
 from mjsim.interface import Command, ImuReading, Observation, Odometry, PointCloud, Scan, Sighting, retimed
+from mjsim.inventory import Fate, told
 from mjsim.logs.resampling.noise_file import UNBIASED, Bias, bias_note
 from mjsim.logs.resampling.record_output import Output
 from mjsim.logs.resampling.resample import MotionNoise, motions, track_motions, unknown_motion
@@ -24,7 +25,7 @@ SAME_TIME = 2e-6
 """Times that differ by less are equal: the resolution of times since 1970, as usually written and as doubles [s]."""
 MAX_WAIT = 2.0
 """Maximum time that a scan waits for its own tick; later scans are left out [s]."""
-NO_ODOMETRY = "none; the motion of each tick is unknown"
+NO_ODOMETRY = told(Fate.LEFT_OUT, "none; the motion of each tick is unknown")
 """Entry of the metadata for a log without odometry."""
 RESTARTS = "restarts of odometry left out"
 """Entry of the metadata with their number and times."""

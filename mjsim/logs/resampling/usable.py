@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from mjsim.errors import MAX_MESSAGE_LENGTH, UsageError
+from mjsim.inventory import Fate
 from mjsim.logs.resampling.log import Log
 
 MIN_PICTURE_SIDE, MAX_PICTURE_SIDE = 16, 4096
@@ -38,7 +39,7 @@ def require_motion(log: Log, source: Path) -> None:
         and not any((robot.scans, robot.cameras, robot.clouds, robot.sightings, robot.imu))
     ):
         unread = ", ".join(
-            f"{fact}: {count}" for fact, count in log.notes.items() if "left out" in fact and count != "0"
+            f"{fact}: {count}" for fact, count in log.notes.items() if fact.endswith(Fate.LEFT_OUT) and count != "0"
         )
         raise UsageError(
             f"'{source}' holds no odometry, scans, clouds, pictures, IMU or sightings; {instead_of_log(source, unread)}"
