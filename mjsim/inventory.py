@@ -45,7 +45,7 @@ def fate_of(fact: str, value: str) -> tuple[Fate, str]:
     A fact of a name that ends in 'left out' says how much was.
     """
     fate, colon, why = value.partition(": ")
-    if colon and fate in Fate:
+    if colon and fate in list(map(str, Fate)):
         return Fate(fate), why
     return Fate.LEFT_OUT if fact.endswith(f" {Fate.LEFT_OUT}") else Fate.KEPT, value
 

@@ -8,6 +8,7 @@ from itertools import islice
 from pathlib import Path
 
 from mjsim.errors import MAX_MESSAGE_LENGTH, UsageError
+from mjsim.inventory import fate_of
 from mjsim.logs.bags import is_bag, read_bag
 from mjsim.logs.files import lines_of
 from mjsim.logs.formats import (
@@ -141,7 +142,7 @@ def _cut(path: Path) -> str:
     with suppress(UsageError):
         for _ in islice(lines_of(path, notes), MAX_LINES):
             pass
-    return next(iter(notes.values()), "")
+    return next((fate_of(fact, value)[1] for fact, value in notes.items()), "")
 
 
 def _begins_with_pose(path: Path) -> bool:

@@ -252,7 +252,8 @@ def test_what_stands_in_the_way_and_not_in_the_map_is_driven_around():
     goal, pose = GoToGoal([5.0, 2.0]), Pose(1.0, 2.0, 0.0)
     goal.start(pioneer(prior=pose), WorldMap(walls, {}), RNG)
     seen = Observation(0.0, 0.04, Odometry(0.0, 0.0, 0.0, Q))
-    command = goal.command(seen, Estimate(pose, Q))
+    goal.command(seen, Estimate(pose, Q))  # The plan takes the time of the first tick.
+    command = goal.command(replace(seen, time=0.2), Estimate(pose, Q))
     (path,) = goal.show()
     assert command.forward > 0.0
     assert np.abs(path.points[:, 1] - 2.0).max() < 0.15
@@ -260,6 +261,7 @@ def test_what_stands_in_the_way_and_not_in_the_map_is_driven_around():
     ring[[0, 1, -1]] = 0.8
     blocked = Observation(3.0, 0.04, Odometry(0.0, 0.0, 0.0, Q), proximity=ring)
     goal.command(blocked, Estimate(pose, Q))
+    goal.command(replace(blocked, time=3.2), Estimate(pose, Q))
     (around,) = goal.show()
     assert np.abs(around.points[:, 1] - 2.0).max() > 0.3
     assert goal.command(seen, Estimate(Pose(5.05, 2.0, 0.0), Q)) == Command()

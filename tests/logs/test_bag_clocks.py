@@ -26,7 +26,7 @@ def test_times_go_on_where_a_clock_was_set_and_set_again(step):
     stamps = true + np.repeat([0.0, step, 3.0], 30)
     times, notes = _heard(true + late, stamps)
     np.testing.assert_allclose(times, true, atol=0.05)
-    assert notes["clock of /odom"].startswith(f"set 2 times ({step:+.{int(abs(step) < 1)}f}"[:-2])
+    assert notes["clock of /odom"].startswith(f"mended: set 2 times ({step:+.{int(abs(step) < 1)}f}"[:-2])
 
 
 @pytest.mark.parametrize("wrong", [-1e9, -30.0, -0.3, 30.0])

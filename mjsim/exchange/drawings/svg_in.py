@@ -14,7 +14,7 @@ import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
-from mjsim.exchange.drawings.drawing import MAX_BOW, MAX_BYTES, MAX_CORNERS, Drawing, Line, require_near
+from mjsim.exchange.drawings.drawing import MAX_BOW, MAX_BYTES, MAX_COORDINATE, MAX_CORNERS, Drawing, Line, require_near
 from mjsim.exchange.drawings.layer_roles import Role, role_of
 from mjsim.exchange.drawings.paint import darkness_of, opacity_of, share_of
 from mjsim.exchange.drawings.svg_tree import METRES_PER_UNIT, SHAPE_TAGS, length_of, made_plain, tag_of
@@ -219,6 +219,8 @@ def _is_far(lines: Sequence[Line], box: Sequence[float]) -> bool:
     if len(box) != 4 or not lines or min(box[2:]) <= 0.0:
         return False
     points = np.concatenate([line.points for line in lines]) * (1.0, -1.0)
+    if not np.abs(points).max() <= MAX_COORDINATE:
+        return False  # The drawing is refused.
     apart = np.abs((points - box[:2]) / box[2:] - 0.5).max(axis=1)
     return bool(apart.min() > MAX_PAGES)
 
