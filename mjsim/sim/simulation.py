@@ -1,6 +1,7 @@
 """The simulation of a world in MuJoCo."""
 
 import math
+import weakref
 from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import chain
@@ -339,15 +340,16 @@ class Simulation(Viewed, Closes):
     def _set_up(self) -> None:
         """Create movers, doors and mechanisms, and put the robots at their starts, in a new state and model."""
         world = self.world
+        own = weakref.proxy(self)  # What belongs to a simulation does not keep it, and its model, in memory.
         self._script = WorldScript(
             self.model,
             self.data,
             world,
             seed=self.seed,
-            arm=lambda robot, name: self._robot(robot).arm(name),
-            tune=lambda key, value: self._tuning.set(key, value),
-            lead=lambda name, goals: self._mechanisms.lead(name, goals, self.tick),
-            barred=lambda name, goals: self._mechanisms.barred(name, goals, self.tick),
+            arm=lambda robot, name: own._robot(robot).arm(name),
+            tune=lambda key, value: own._tuning.set(key, value),
+            lead=lambda name, goals: own._mechanisms.lead(name, goals, own.tick),
+            barred=lambda name, goals: own._mechanisms.barred(name, goals, own.tick),
         )
         self._radio = RadioNet([robot.name for robot in world.robots], world.radio, seed=self.seed)
         self._robots = {

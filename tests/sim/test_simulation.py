@@ -1,4 +1,6 @@
+import gc
 import math
+import weakref
 
 import mujoco
 import numpy as np
@@ -7,7 +9,7 @@ import pytest
 from mjsim.errors import PhysicsFault, UsageError
 from mjsim.interface import Command
 from mjsim.sim import Simulation
-from mjsim.world import parse_world
+from mjsim.world import load_world, parse_world
 
 NOISE = "drive: {noise: {speed: 0.02, turn: 0.02}}, odometry: {noise: {distance: 0.01, turn: 0.02}}"
 BOX = """
@@ -192,3 +194,18 @@ def test_pictures_come_only_on_ticks_when_they_are_due():
                 assert sim.sense("r").cameras["eye"].image.shape == (48, 64, 3)
             sim.step()
     assert due == [0, 5, 10]
+
+
+def test_a_simulation_is_freed_with_its_last_reference():
+    """Its model and pictures are megabytes: hundreds of runs in one process cannot wait for the garbage collector."""
+    simulation = Simulation(load_world("gallery"))
+    simulation.step()
+    simulation.sense("scout")
+    simulation.close()
+    known = weakref.ref(simulation)
+    gc.disable()
+    try:
+        del simulation
+        assert known() is None
+    finally:
+        gc.enable()
