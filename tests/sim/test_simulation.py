@@ -9,7 +9,7 @@ import pytest
 from mjsim.errors import PhysicsFault, UsageError
 from mjsim.interface import Command
 from mjsim.sim import Simulation
-from mjsim.world import load_world, parse_world
+from mjsim.world import parse_world
 
 NOISE = "drive: {noise: {speed: 0.02, turn: 0.02}}, odometry: {noise: {distance: 0.01, turn: 0.02}}"
 BOX = """
@@ -198,9 +198,9 @@ def test_pictures_come_only_on_ticks_when_they_are_due():
 
 def test_a_simulation_is_freed_with_its_last_reference():
     """Its model and pictures are megabytes: hundreds of runs in one process cannot wait for the garbage collector."""
-    simulation = Simulation(load_world("gallery"))
+    simulation = Simulation(parse_world(BOX % 0.0))
     simulation.step()
-    simulation.sense("scout")
+    simulation.sense("r")
     simulation.close()
     known = weakref.ref(simulation)
     gc.disable()
