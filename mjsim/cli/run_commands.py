@@ -50,7 +50,7 @@ def run(
     with (
         hosting(),
         _recording_of(checked, output, overwrite=overwrite) as place,
-        _figures_of(repr(checked.run), place.path) as figures,
+        _figures_of(repr(checked.run), place.path, overwrite=overwrite) as figures,
     ):
         if live:
             recording = _run_live(checked, place, seed=seed, seconds=duration, speed=1.0 if realtime else None)
@@ -75,13 +75,13 @@ def run(
         film(recording, video, overwrite=overwrite)
 
 
-def _figures_of(modules: str, recording: Path) -> AbstractContextManager[list[str]]:
+def _figures_of(modules: str, recording: Path, *, overwrite: bool) -> AbstractContextManager[list[str]]:
     """Return what lets modules in .m files draw, if there are such modules."""
     if not re.search(r"\.m['\"]", modules):
         return nullcontext([])
     from mjsim.toolbox import module_figures
 
-    return module_figures(recording)
+    return module_figures(recording, overwrite=overwrite)
 
 
 def _bake_first(world: "World", model: Any) -> None:
@@ -135,7 +135,7 @@ def replay(
     named = repr((estimator, observer))
     with (
         hosting(),
-        _figures_of(named, output) as figures,
+        _figures_of(named, output, overwrite=overwrite) as figures,
         tracked(f"replay {recording.name}", total=float(run.time[-1]), unit="s") as advance,
     ):
         replay_run(

@@ -1,5 +1,6 @@
 """Figures of modules in .m files: recorded while the run lasts, drawn after it."""
 
+import itertools
 import os
 import tempfile
 from collections.abc import Iterator
@@ -14,11 +15,13 @@ VARIABLE = "MJSIM_FIGURES"
 
 
 @contextmanager
-def module_figures(recording: Path) -> Iterator[list[str]]:
+def module_figures(recording: Path, *, overwrite: bool) -> Iterator[list[str]]:
     """Let modules in .m files call figure functions; after the run their figures are in a folder beside the recording.
 
     Args:
-        recording: The recording; the folder has its name with `-figures` behind it.
+        recording: The recording; the folder has its name with `-figures` behind it, and a number if there is such a
+            folder already.
+        overwrite: Whether files in that folder may be replaced instead.
 
     Yields:
         A list that gets the names of the files, then lines about what could not be drawn.
@@ -32,12 +35,14 @@ def module_figures(recording: Path) -> Iterator[list[str]]:
         finally:
             del os.environ[VARIABLE]
         folder = recording.with_name(f"{recording.stem}-figures")
+        names = (folder.with_name(f"{folder.name}-{number}") for number in itertools.count(2))
+        folder = folder if overwrite or not folder.exists() else next(name for name in names if not name.exists())
         files: dict[str, bytes] = {}
         notes: list[str] = []
         for record in sorted(Path(place).glob("*.mat")):
             drawn, lines, _ = drawn_files(list(read_calls(record)))
             name = record.stem.rpartition("-")[0]
-            own = name if f"{name}-figure-1.png" not in files else record.stem
+            own = record.stem if any(f"{name}-{file}" in files for file in drawn) else name
             files |= {f"{own}-{file}": content for file, content in drawn.items()}
             notes += [f"{name}.m: {line}" for line in lines]
     if files:

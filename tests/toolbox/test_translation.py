@@ -145,8 +145,11 @@ end
 def test_figures_of_a_module_are_beside_the_recording(tmp_path):
     (tmp_path / "w.yaml").write_text(WORLD)
     (tmp_path / "turn.m").write_text(TURN)
+    (tmp_path / "w-figures").mkdir()
+    (tmp_path / "w-figures" / "turn-figure-3.png").write_bytes(b"mine")
     done = completed([sys.executable, "-m", "mjsim.cli", "run", "w.yaml", "-o", "w.mcap"], cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "ignoring" not in done.stderr
     names = ["turn-figure-3.pdf", "turn-figure-3.png"]
-    assert sorted(file.name for file in (tmp_path / "w-figures").glob("turn*")) == names
+    assert sorted(file.name for file in (tmp_path / "w-figures-2").glob("turn*")) == names
+    assert (tmp_path / "w-figures" / "turn-figure-3.png").read_bytes() == b"mine"
