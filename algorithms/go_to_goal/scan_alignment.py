@@ -22,9 +22,9 @@ FEWEST, MATCHED = 12, 0.75
 """Fewer points near obstacles correct nothing. If a smaller share of these then counts in full, they are other points
 nearby, such as the far sides of posts: in BARN worlds and rooms such alignments only made headings worse."""
 
-SURE = 25.0
-"""Larger corrections, squared and by their covariance, are wrong, as among things that move. With 6, skids were not
-corrected: robots stopped beside the goal in six of 250 BARN worlds."""
+SURE = 16.3
+"""Larger corrections, squared and by their covariance, are wrong, as among things that move: 99.9 % of right ones are
+smaller (chi-square, three degrees of freedom). With 10, skids were not corrected in BARN worlds."""
 
 
 class ScanAlignment:

@@ -198,7 +198,7 @@ robots: [{{name: r, {robot}, at: [1, 2.5], sensors: {SEES.replace("0.05, 0, 0.4"
             assert not any(event.kind == "bump" for event in tick.orders["r"].events)
             if navigator.is_done:
                 break
-            assert tick.time < 30.0
+            assert tick.time < 60.0
     pose = tick.truth["r"]
     # The tolerances, and the drift of dead reckoning.
     assert math.hypot(pose.x - goal[0], pose.y - goal[1]) < 0.17

@@ -131,7 +131,7 @@ def test_a_correction_far_beyond_what_wheels_slip_is_refused():
     a = np.linspace(0.0, 2 * math.pi, 16)
     known = (posts[:, None] + 0.1 * np.stack([np.cos(a), np.sin(a)], axis=-1)).reshape(-1, 2)
     map, found = ObstacleMap(np.zeros(2), known, cell=0.025, half=3.0), []
-    for turn in (0.05, 0.2):
+    for turn in (0.05, 0.27):
         alignment = ScanAlignment(ORIGIN)
         # Four times this covariance: a deviation of 0.06 rad.
         alignment.move(Odometry(0.0, 0.0, 0.0, np.diag([1e-6, 1e-6, 9e-4])))
