@@ -57,7 +57,10 @@ def read_trajectory(path: str | Path, *, topic: str | None = None, period: float
 
 def trajectory_rows(path: Path, topic: str | None, period: float | None = None) -> Plain:
     """Return the rows of `read_trajectory` as they are in the file; called in the guarded reader."""
-    rows = _rows_of_bag(path, topic) if is_bag(path) else _rows_of_text(path, period)
+    is_of_ros = is_bag(path)
+    if topic is not None and not is_of_ros:
+        raise UsageError(f"'{path}' is no bag of ROS, so it has no topics; leave out topic")
+    rows = _rows_of_bag(path, topic) if is_of_ros else _rows_of_text(path, period)
     return np.array([row for row, _ in zip(rows, range(MAX_ROWS), strict=False)]).reshape(-1, 4)
 
 
@@ -159,6 +162,7 @@ class Trajectory:
             raise ValueError(f"frame is '{frame:.40}'; it must be start or world")
         self._track = read_trajectory(file, topic=topic, period=period)
         self._track[:, 0] += offset
+        self._offset = offset
         self._file, self._anchored = file, frame == "start"
         self._world_from_file: Pose | None = None
         self._prior = Pose(0.0, 0.0, 0.0)
@@ -177,8 +181,8 @@ class Trajectory:
         if self._world_from_file is None:
             if not begins - MAX_LATE_SECONDS <= seen.time < ends:
                 raise ValueError(
-                    f"'{self._file}' has poses from {begins:.3f} to {ends:.3f} s, and the run begins at"
-                    f" {seen.time:.3f} s; give offset, in seconds, to add to its times"
+                    f"'{self._file}' has poses from {begins - self._offset:.3f} to {ends - self._offset:.3f} s; with"
+                    f" {self._offset:.3f} s added, none is at the run's {seen.time:.3f} s: give another offset"
                 )
             first = self._at(seen.time)
             self._world_from_file = self._prior @ first.inverse() if self._anchored else Pose(0.0, 0.0, 0.0)

@@ -121,7 +121,7 @@ def test_somebody_elses_slam_is_judged_on_our_truth(tmp_path, capsys):
     recording = str(tmp_path / "run.mcap")
     replay = ("replay", recording, "--robot", "scout", "-o", str(tmp_path / "theirs.mcap"))
     assert run_command(*replay, "--trajectory", str(tmp_path / "slam.tum")) == 1
-    assert "the run begins at 0.000 s; give offset" in capsys.readouterr().err
+    assert "none is at the run's 0.000 s: give another offset" in capsys.readouterr().err
     assert run_command(*replay, "--estimator", spec, "--overwrite") == 0
     assert run_command("report", str(tmp_path / "theirs.mcap"), "-o", str(tmp_path / "page")) == 0
     figures = json.loads((Path(tmp_path) / "page" / "statistics.json").read_text())["robots"]["scout"]
@@ -176,3 +176,9 @@ def test_a_bag_of_poses_alone_is_told_to_be_a_trajectory(tmp_path):
             bag.put("/slam", time, bag.make("geometry_msgs/PoseStamped", header=bag.header(time, "map"), pose=pose))
     with pytest.raises(UsageError, match=r"evaluate its poses by mjsim replay RUN\.mcap --trajectory"):
         import_log(tmp_path / "theirs", record=tmp_path / "out.mcap")
+
+
+def test_a_topic_of_a_file_that_is_no_bag_is_refused(tmp_path):
+    (tmp_path / "track.tum").write_text(f"1 0 0 0 {quaternion(0.0)}\n2 1 0 0 {quaternion(0.0)}\n")
+    with pytest.raises(UsageError, match="is no bag of ROS, so it has no topics; leave out topic"):
+        trajectory_rows(tmp_path / "track.tum", "/slam")
