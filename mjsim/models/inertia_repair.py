@@ -28,7 +28,7 @@ DIGITS = ".9g"
 FEATHER_MASS = 1e-6
 """Mass of a link that weighs nothing, as MuJoCo takes nothing for unknown [kg]."""
 LIGHT = 0.01
-"""Bodies with less mass may have any inertia [kg]."""
+"""Bodies with less mass [kg], and less than this share of the robot's moment of inertia, may have any inertia."""
 IMPOSSIBLE, USUAL_SHARE = 2.0, 0.5
 """Radius of gyration, as a share of the reach of the shapes of a body, beyond which it is mended, and to which."""
 MIN_STATED = 1e-9
@@ -91,13 +91,18 @@ def mended(inertia: Array) -> tuple[Array, str] | None:
 
 
 def gyrations(model: Any) -> Iterator[tuple[str, float, float]]:
-    """Yield the name, the largest radius of gyration, and the reach of the shapes of each body that has both [m]."""
-    for body in range(1, model.nbody):
-        geoms = np.flatnonzero(model.geom_bodyid == body)
-        mass, moment = float(model.body_mass[body]), float(model.body_inertia[body].max())
-        away = np.linalg.norm(model.geom_pos[geoms] - model.body_ipos[body], axis=1) + model.geom_rbound[geoms]
-        if mass > LIGHT and (reach := float(away.max(initial=0.0))) > 0.0:
-            yield model.body(body).name, float(np.sqrt(moment / mass)), reach
+    """Yield the name, the largest radius of gyration, and the reach of the shapes of each body that matters [m].
+
+    A body without shapes may reach as far as the widest of the others.
+    """
+    away = np.linalg.norm(model.geom_pos - model.body_ipos[model.geom_bodyid], axis=1) + model.geom_rbound
+    reaches = np.zeros(model.nbody)
+    np.maximum.at(reaches, model.geom_bodyid, away)
+    masses, moments, widest = model.body_mass, model.body_inertia.max(axis=1), float(reaches.max())
+    matters = (masses > LIGHT) | (moments > LIGHT * masses.sum() * widest**2)
+    for body in np.flatnonzero(matters & (masses > 0.0) & (widest > 0.0)):
+        gyration = float(np.sqrt(moments[body] / masses[body]))
+        yield model.body(int(body)).name, gyration, float(reaches[body]) or widest
 
 
 def mend_impossible(root: Element, path: str, model: Any) -> Iterator[str]:

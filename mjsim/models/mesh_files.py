@@ -28,6 +28,9 @@ MAX_CELLS = 400
 """Number of cells along the longest side of a mesh in the first simplification."""
 COARSENING_RATIO = 0.75
 """Factor on the number of cells in each further one."""
+FLAT, SPECK, MIN_SPECK = 1e-9, 2e-3, 3e-5
+"""Volume of a flat mesh at most, as a share of the cube of its size; and the side of the speck that it gets, as a share
+of its size, and at least [m]."""
 MAX_SIDE = 1024
 """Maximum side of a texture [px]."""
 NO_PICTURE = 2
@@ -227,7 +230,18 @@ def _plain(triangles: Sequence[Array], rgba: tuple[float, float, float, float] |
     """Return triangles as a part without a texture."""
     whole = np.concatenate(triangles)
     fewer = coarser(whole)
-    return MeshPart(stl(fewer), rgba, coarser=len(fewer) < len(whole))
+    return MeshPart(stl(np.concatenate([fewer, _speck(fewer)])), rgba, coarser=len(fewer) < len(whole))
+
+
+def _speck(triangles: Array) -> Array:
+    """Return what gives a flat mesh the volume that MuJoCo asks for: a speck in its middle, shape (4 or 0, 3, 3)."""
+    corners = triangles.reshape(-1, 3)
+    middle, size = corners.mean(axis=0), float(np.ptp(corners, axis=0).max())
+    volume = np.linalg.det(triangles - middle).sum() / 6.0
+    if abs(volume) > FLAT * size**3:
+        return np.zeros((0, 3, 3))
+    tips = middle + max(SPECK * size, MIN_SPECK) * np.vstack([np.zeros(3), np.eye(3)])
+    return np.asarray(tips[[[0, 2, 1], [0, 3, 2], [0, 1, 3], [1, 2, 3]]])
 
 
 def _obj(meshes: Sequence[Any]) -> bytes:
@@ -242,6 +256,10 @@ def _obj(meshes: Sequence[Any]) -> bytes:
         ]
         lines += [f"f {a}/{a} {b}/{b} {c}/{c}" for a, b, c in (mesh.faces + first).tolist()]
         first += len(mesh.vertices)
+    for triangle in _speck(np.concatenate([mesh.triangles for mesh in meshes])):
+        lines += [f"v {x:.7g} {y:.7g} {z:.7g}" for x, y, z in triangle]
+        lines.append(f"f {first}/1 {first + 1}/1 {first + 2}/1")
+        first += 3
     return "\n".join(lines).encode()
 
 
@@ -252,10 +270,13 @@ def stl(triangles: Array) -> bytes:
     return b"".ljust(_HEAD) + len(triangles).to_bytes(4, "little") + records.tobytes()
 
 
-def is_small_stl(data: bytes) -> bool:
-    """Return whether a file is a binary STL that needs no simplification."""
+def is_plain_stl(data: bytes) -> bool:
+    """Return whether a file is a binary STL that MuJoCo takes as it is: neither too large nor flat."""
     count = int.from_bytes(data[_HEAD : _HEAD + 4], "little")
-    return count <= MAX_TRIANGLES and len(data) == _HEAD + 4 + count * _RECORD.itemsize
+    if count > MAX_TRIANGLES or len(data) != _HEAD + 4 + count * _RECORD.itemsize:
+        return False
+    corners = np.frombuffer(data, _RECORD, count, _HEAD + 4)["corners"].astype(float)
+    return not (count and np.isfinite(corners).all() and len(_speck(corners)))
 
 
 def coarser(triangles: Array) -> Array:

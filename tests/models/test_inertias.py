@@ -41,3 +41,15 @@ def test_an_inertia_far_beyond_the_size_of_a_body_is_made_that_of_its_size():
         "the inertia of link 'b' is as if all its mass were 2.00 m away, its shapes reach 0.20 m; made that of its size"
     )
     assert f"r.urdf: {note}" in files.notes
+
+
+def test_so_is_that_of_a_feather_without_shapes_that_outweighs_the_robot():
+    text = b"""<robot name="r"><link name="b"><inertial><mass value="2"/>
+    <inertia ixx="0.02" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><geometry><sphere radius="0.2"/></geometry></collision></link>
+    <link name="cliff"><inertial><mass value="0.01"/>
+    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+    <joint name="j" type="fixed"><parent link="b"/><child link="cliff"/></joint></robot>"""
+    files = gather_robot("r.urdf", lambda _: text)
+    assert files.model.body_inertia[2] == pytest.approx([0.01 * 0.1**2] * 3)
+    assert any("link 'cliff' is as if all its mass were 10.00 m away" in note for note in files.notes)

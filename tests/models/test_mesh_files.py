@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mjsim.models import gather_robot, spec_of
-from mjsim.models.mesh_files import gazebo_triangles, is_small_stl, mesh_parts, stl, whole_mesh
+from mjsim.models.mesh_files import gazebo_triangles, is_plain_stl, mesh_parts, stl, whole_mesh
 
 CORNERS = np.array([[0, 0, 0], [4, 0, 0], [0, 2, 0], [0, 0, 1]], dtype=float)
 FACES = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
@@ -142,6 +142,34 @@ def test_the_texture_of_a_visual_mesh_is_seen_and_read_back_from_the_file_that_i
     assert spec_of(robot.files).compile().ntex == 1
 
 
+FLAT_OBJ = OBJ.partition("usemtl")[0] + "usemtl skin\nf 1/1 3/3 2/2\n"
+SHEET = np.array([[[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0], [0, 1, 0]]], dtype=float)
+
+
+@pytest.mark.parametrize(
+    ("name", "data"),
+    [
+        ("a.obj", FLAT_OBJ.encode()),
+        ("a.stl", stl(SHEET)),
+        ("a.stl", stl(SHEET[:1])),
+        ("a.dae", collada("", "", corners=CORNERS * [1, 1, 0])),
+        ("a.stl", stl(np.concatenate([CORNERS[FACES], CORNERS[FACES][:, ::-1]]))),  # each side seen from both sides
+    ],
+)
+def test_a_mesh_without_volume_is_seen_too(name, data):
+    green = cv2.imencode(".png", np.full((8, 8, 3), (0, 200, 0), dtype=np.uint8))[1].tobytes()
+    read = {
+        "r.urdf": URDF.replace("a.obj", name).encode(),
+        "a.mtl": b"newmtl skin\nmap_Kd skin.png\n",
+        "skin.png": green,
+    }
+    robot = gather_robot("r.urdf", lambda asked: (read | {name: data})[asked])
+    assert robot.items == ()
+    (seen,) = np.flatnonzero(robot.model.geom_type == mujoco.mjtGeom.mjGEOM_MESH)
+    assert robot.model.geom_matid[seen] == (0 if name == "a.obj" else -1)
+    assert robot.model.geom_rbound[seen] >= 0.7
+
+
 def test_shapes_of_one_name_are_read_without_a_warning(capfd):
     twice = URDF.replace("<visual>", '<visual name="a">').replace("<collision>", '<collision name="a">')
     files = {"r.urdf": twice, "a.obj": OBJ.replace("mtllib a.mtl", "")}
@@ -172,7 +200,7 @@ def test_an_stl_in_words_becomes_the_same_triangles_in_bytes():
     )
     part = whole_mesh("a.stl", f"solid a\n{lines}endsolid".encode(), nothing)
     assert size_of(part.data) == [4, 2, 1]
-    assert is_small_stl(part.data)
+    assert is_plain_stl(part.data)
     assert whole_mesh("a.stl", stl(corners), nothing).data == stl(corners)
 
 

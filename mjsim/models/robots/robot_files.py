@@ -15,7 +15,7 @@ import numpy as np
 
 from mjsim.inventory import Fate, FileItem
 from mjsim.models.inertia_repair import mend_impossible, mend_inertias, mend_weightless
-from mjsim.models.mesh_files import is_small_stl, whole_mesh
+from mjsim.models.mesh_files import is_plain_stl, whole_mesh
 from mjsim.models.model_reader import compiled
 from mjsim.models.model_sources import ROBOT, Element, Gatherer, ModelFiles, Read
 from mjsim.models.robot_meshes import PlainMeshes, without_shapes
@@ -131,7 +131,7 @@ class _RobotGatherer(Gatherer):
     def file(self, path: str) -> bytes:
         """Return a file; STL files are converted for MuJoCo."""
         data = super().file(path)
-        if not path.lower().endswith(".stl") or is_small_stl(data):
+        if not path.lower().endswith(".stl") or is_plain_stl(data):
             return data
         try:
             part = whole_mesh(path, data, super().file)
