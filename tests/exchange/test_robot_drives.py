@@ -73,6 +73,7 @@ def gear_of(text: str, folder: Path, **options: object) -> Gear:
         (tricycle(ahead=-0.5), "tricycle", 3),
         # A wheel behind an upright joint without limits and without a motor is a caster.
         (tricycle(limit="").replace("revolute", "continuous"), "differential", 2),
+        (tricycle().replace("steer", "castor_pivot"), "differential", 2),  # its name tells
     ],
 )
 def test_each_kind_of_drive_is_known_by_how_its_wheels_stand(tmp_path, text, drive, wheels):

@@ -115,11 +115,12 @@ def test_four_wheels_are_mecanum_if_a_plugin_moves_the_robot_sideways(plugin, dr
     for name, x, y in (("a", 0.2, 0.25), ("b", 0.2, -0.25), ("c", -0.2, 0.25), ("d", -0.2, -0.25)):
         links[name] = tyre(0.1, 0.03)
         joints.append(joint(f"{name}_wheel", "base", name, f'xyz="{x} {y} 0.1"'))
-    joints.append(f'<gazebo><plugin name="base_controller" filename="{plugin}"/></gazebo>')
+    speed = "<maxVelocity>0.7</maxVelocity>"
+    joints.append(f'<gazebo><plugin name="base_controller" filename="{plugin}">{speed}</plugin></gazebo>')
     text = robot(links, joints).encode()
     files = gather_robot("r.urdf", lambda _: text)
     anatomy, options = anatomy_of(files), RobotOptions(drive=drive)
-    gear = find_gear(anatomy, options, file="r.urdf", urdf=True)
+    gear = find_gear(anatomy, options, file="r.urdf", urdf=True, said=files.drives)
     gear = moved_sideways(gear, anatomy, files, options, file="r.urdf")
-    assert gear.drive == found
+    assert (gear.drive, gear.said.max_speed) == (found, 0.7)
     assert any(plugin in note for note in gear.notes) == (found == "mecanum")

@@ -197,6 +197,23 @@ def test_parameters_of_controllers_give_speeds_to_the_robot_whose_joints_they_na
     assert plan.gear.said.max_speed is None
 
 
+@pytest.mark.parametrize(
+    "named",
+    [
+        {"front_left_wheel_joint": "left", "front_right_wheel_joint": "right"},  # mecanum in ROS
+        {"front_left_wheel_command_joint_name": "left", "kinematics": {"wheels_radius": 0.1}},  # and in ROS 2
+        {"wheel_names": ["left", "right"]},  # wheels in a ring
+        {"traction_joints_names": ["left", "right"], "steering_joints_names": ["x"]},
+    ],
+)
+def test_so_do_those_of_other_drives(named):
+    limits = {"linear": {"x": {"max_velocity": 0.8}}}
+    said = list(drives_in_parameters({"base": {"ros__parameters": named | limits}}, "controllers of c.yaml"))
+    plan, _ = planned(cart(), said)
+    assert max_speed(plan) == 0.8
+    assert said[0].wheel_radius == (0.1 if "kinematics" in named else None)
+
+
 def test_a_limit_of_a_template_is_no_speed():
     plan, _ = planned(cart(limit='<limit effort="100" velocity="1"/>'))
     assert max_speed(plan) == 1.25

@@ -5,7 +5,7 @@ from xml.etree.ElementTree import fromstring, tostring
 import mujoco
 import pytest
 
-from mjsim.models.robots.scales import mend_scales, mend_sizes
+from mjsim.models.robots.scales import firsts, mend_scales, mend_sizes
 
 
 @pytest.mark.parametrize(
@@ -37,3 +37,21 @@ def test_shapes_of_no_size_are_left_out_and_flat_ones_made_thin():
     ]
     model = mujoco.MjModel.from_xml_string(tostring(root, encoding="unicode"))
     assert sorted(model.geom_size[:, :2].tolist()) == [[0.15, 0.1]]
+
+
+TWICE = FLAT.replace('<box size="0 0 0"/>', '<box size="1 1 1"/><mesh filename="a.stl"/>').replace(
+    '<child link="disc"/>', '<child link="disc"/><origin xyz="1 0 0"/><origin xyz="2 0 0"/>'
+)
+
+
+def test_of_what_a_robot_has_once_the_first_counts():
+    with pytest.raises(ValueError, match="repeated element"):
+        mujoco.MjModel.from_xml_string(TWICE)
+    root = fromstring(TWICE)
+    assert list(firsts(root, "r.urdf")) == [
+        "left out: r.urdf: what repeats <mesh> in link 'base'; ROS, too, reads the first",
+        "left out: r.urdf: what repeats <origin> in joint 'j'; ROS, too, reads the first",
+    ]
+    assert list(firsts(root, "r.urdf")) == []
+    assert [shape.get("size") for shape in root.iter("box")] == ["1 1 1", "0.3 0.2 0"]
+    assert [origin.get("xyz") for origin in root.iter("origin")] == ["1 0 0"]

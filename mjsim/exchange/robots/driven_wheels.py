@@ -153,8 +153,10 @@ def _guessed(anatomy: Anatomy, file: str, said: Sequence[SaidDrive]) -> tuple[li
     largest = max(wheel.radius for wheel in standing)
 
     def bears(wheel: FoundWheel) -> bool:
-        named = CASTER.search(wheel.name) or any(CASTER.search(n) for n in anatomy.parts[wheel.joint.part].names)
-        return bool(wheel.swivels or named or (wheel.radius < MAX_PASSIVE_RATIO * largest and not wheel.joint.driven))
+        joints = [joint for joint in (wheel.joint, wheel.steer) if joint is not None]
+        names = [name for joint in joints for name in (joint.name, *anatomy.parts[joint.part].names)]
+        named = any(map(CASTER.search, names))
+        return wheel.swivels or named or (wheel.radius < MAX_PASSIVE_RATIO * largest and not wheel.joint.driven)
 
     bearing = [wheel for wheel in standing if bears(wheel)]
     chosen = [wheel for wheel in standing if not bears(wheel)] or standing

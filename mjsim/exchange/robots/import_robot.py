@@ -125,7 +125,7 @@ def moved_sideways(gear: Gear, anatomy: Anatomy, robot: RobotFiles, options: Rob
         or len(gear.wheels()) != MECANUM_WHEELS
     ):
         return gear
-    found = find_gear(anatomy, replace(options, drive="mecanum"), file=file, urdf=robot.files.urdf)
+    found = find_gear(anatomy, replace(options, drive="mecanum"), file=file, urdf=robot.files.urdf, said=[gear.said])
     note = f"its wheels are mecanum, as '{robot.sideways}' moves it; --drive skid_steer makes them plain"
     return replace(found, notes=(*found.notes, note))
 

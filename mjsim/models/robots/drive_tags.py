@@ -1,5 +1,6 @@
 """What plug-ins of simulators, ros2_control and controllers state about a robot's drive."""
 
+import re
 from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,6 +12,8 @@ PLACEHOLDERS = (0.0, 1.0)
 """Limits of a wheel's speed that exporters and templates write where they know none [rad/s]."""
 MAX_DEPTH = 8
 """Maximum nesting of the parameters of a controller."""
+_WHEELS = re.compile(r"^(left|right)_wheel$|(wheel|traction).*(joints?|names?)$")
+"""Parameters that name wheels' joints, in the controllers of ROS and ROS 2 for two, four, steered and omni wheels."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,11 +91,11 @@ def drives_in_parameters(value: Any, source: str, *, depth: int = 0) -> Iterator
     if not isinstance(value, Mapping) or depth > MAX_DEPTH:
         return
     flat = dict(_flattened(value))
-    joints = [name for key in ("left_wheel", "right_wheel") for name in _names(value, key)]
+    joints = [name for key, named in value.items() if _WHEELS.search(str(key)) for name in _names(named)]
     if joints:
         yield SaidDrive(
             source=source,
-            wheel_radius=_positive(flat, "wheel_radius"),
+            wheel_radius=_positive(flat, "wheel_radius") or _positive(flat, "kinematics.wheels_radius"),
             separation=_positive(flat, "wheel_separation"),
             max_speed=_limit(flat, "linear.x"),
             max_turn=_limit(flat, "angular.z"),
@@ -113,10 +116,9 @@ def _flattened(value: Mapping[Any, Any], prefix: str = "") -> Iterator[tuple[str
             yield name, inner
 
 
-def _names(value: Mapping[Any, Any], key: str) -> list[str]:
-    """Return the joints of the wheels of a side."""
-    found = value.get(f"{key}_names", value.get(key))
-    return [found] if isinstance(found, str) else [str(name) for name in found] if isinstance(found, list) else []
+def _names(value: Any) -> list[str]:
+    """Return the joints that a parameter names."""
+    return [value] if isinstance(value, str) else [str(name) for name in value] if isinstance(value, list) else []
 
 
 def _positive(flat: Mapping[str, Any], key: str) -> float | None:

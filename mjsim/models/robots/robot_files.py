@@ -22,7 +22,7 @@ from mjsim.models.robot_meshes import PlainMeshes, without_shapes
 from mjsim.models.robots.drive_tags import SaidDrive, drives_in_tags
 from mjsim.models.robots.mjcf_scenes import without_mjcf_rails, without_scenery
 from mjsim.models.robots.said_sensors import SaidSensor, said_sensors
-from mjsim.models.robots.scales import mend_scales, mend_sizes
+from mjsim.models.robots.scales import firsts, mend_scales, mend_sizes
 from mjsim.models.robots.urdf_joints import freed_wheels, joint_speeds, without_limits, without_rails
 from mjsim.models.robots.xml_positions import ElementOrigin, PlacedError, element_of, numbered, plainly, starts
 
@@ -75,7 +75,7 @@ def gather_robot(path: str, read: Read, *, up_axis: bool = True) -> RobotFiles:
     root = gatherer.parse(path)
     if root.tag == "mujoco":
         gatherer.put_includes_in(root, 0)
-    cleared = [*without_scenery(root, path), *without_mjcf_rails(root, path)]
+    cleared = [*firsts(root, path), *without_scenery(root, path), *without_mjcf_rails(root, path)]
     sensors = said_sensors(root)
     driven, sideways, drives = frozenset(_driven(root)), _sideways(root), tuple(drives_in_tags(root))
     speeds, unlimited = dict(joint_speeds(root)), without_limits(root)

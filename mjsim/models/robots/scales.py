@@ -8,6 +8,14 @@ from mjsim.models.inertia_repair import finite_number
 AXES = 3
 MIN_SIDE = 1e-3
 """Replacement for a side of length 0 [m]."""
+SHAPES = ("box", "cylinder", "capsule", "sphere", "mesh")
+_ONCE = {
+    "link": ("inertial",),
+    "joint": ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
+    "visual": ("origin", "geometry", "material"),
+    "collision": ("origin", "geometry"),
+    "inertial": ("origin", "mass", "inertia"),
+}
 _SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "capsule": ("radius", "length"), "sphere": ("radius",)}
 
 
@@ -21,6 +29,22 @@ def mend_scales(root: Element) -> Iterator[str]:
             count += 1
     if count:
         yield f"the scale of {count} mesh{'es' * (count != 1)}, which had other than three numbers"
+
+
+def firsts(root: Element, path: str) -> Iterator[str]:
+    """Keep the first of each thing that URDF has once, as ROS does; yield notes on what was left out."""
+    for owner in [*root.findall("link"), *root.findall("joint")]:
+        repeated: list[Element] = []
+        for item in list(owner.iter()):
+            groups = [item.findall(tag) for tag in _ONCE.get(item.tag, ())]
+            groups += [[shape for shape in item if shape.tag in SHAPES]] if item.tag == "geometry" else []
+            for extra in (each for group in groups for each in group[1:]):
+                item.remove(extra)
+                repeated.append(extra)
+        if repeated:
+            tags = ", ".join(sorted({f"<{extra.tag}>" for extra in repeated}))
+            called = f"{owner.tag} '{owner.get('name', '?')}'"
+            yield f"left out: {path}: what repeats {tags} in {called}; ROS, too, reads the first"
 
 
 def mend_sizes(root: Element, path: str) -> Iterator[str]:
