@@ -161,9 +161,9 @@ def _exit_code(call: Callable[[], int | None], command: Sequence[str]) -> int:
         code = call() or 0
         sys.stdout.flush()
     except typer.TyperException as error:
-        # The arguments are wrong; without any command the message is the help. Pydantic adds the prefix.
-        text = error.format_message().replace(": Value error, ", ": ")
-        show(text if text.startswith("Usage") else f"mjsim: {text}")
+        # The arguments are wrong; without any command the message is the help.
+        text = error.format_message()
+        show(text if text.startswith("Usage") else f"mjsim: {_advised(error, text)}")
         return 2
     except MjsimError as error:
         show(str(error))
@@ -180,6 +180,19 @@ def _exit_code(call: Callable[[], int | None], command: Sequence[str]) -> int:
     if code == INTERRUPTED:
         say(f"interrupted{''.join(ENDS.get(name, '') for name in command)}")
     return code
+
+
+def _advised(error: typer.TyperException, text: str) -> str:
+    """Return what is wrong with the arguments, and what to type; Pydantic adds a prefix to its messages."""
+    text, context = text.replace(": Value error, ", ": "), getattr(error, "ctx", None)
+    if context is None:
+        return text
+    outputs = [option for option in context.command.params if "-o" in option.opts]
+    if text.startswith(("Got unexpected", "Missing option '-o'")) and outputs:
+        return f"{text.rstrip('.')}; what it writes is named with -o {outputs[0].metavar}"
+    if text.startswith(("Got unexpected", "Missing")):
+        return f"{text.rstrip('.')}; {context.command_path} --help shows how to type it"
+    return text
 
 
 def _unwritten(error: OSError) -> int:

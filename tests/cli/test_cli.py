@@ -93,6 +93,23 @@ def test_an_invalid_choice_is_a_plain_error(room, capsys):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (
+            ("new", "room.yaml"),
+            "Got unexpected extra argument(s) (room.yaml); what it writes is named with -o WORLD.yaml",
+        ),
+        (("compile", "gallery"), "Missing option '-o'; what it writes is named with -o DIR"),
+        (("check",), "Missing argument 'WORLD...'; mjsim check --help shows how to type it"),
+        (("exprot",), "No such command 'exprot'. Did you mean 'export'?"),
+    ],
+)
+def test_wrong_arguments_are_told_with_what_to_type(capsys, words, says):
+    assert run_command(*words) == 2
+    assert capsys.readouterr().err == f"mjsim: {says}\n"
+
+
 def test_show_draws_the_plan_and_what_a_camera_sees(room, capsys):
     assert typed("show", "room.yaml", "-o", "plan.png", capsys=capsys)[0] == 0
     assert min(cv2.imread("plan.png").shape[:2]) > 200
