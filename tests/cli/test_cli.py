@@ -106,8 +106,8 @@ def test_an_invalid_choice_is_a_plain_error(room, capsys):
     ],
 )
 def test_wrong_arguments_are_told_with_what_to_type(capsys, words, says):
-    assert run_command(*words) == 2
-    assert capsys.readouterr().err == f"mjsim: {says}\n"
+    code, _, err = typed(*words, capsys=capsys)
+    assert (code, err) == (2, f"mjsim: {says}\n")
 
 
 def test_show_draws_the_plan_and_what_a_camera_sees(room, capsys):
