@@ -18,33 +18,34 @@ def yardstick() -> float:
 
 
 @pytest.mark.slow
-def test_five_thousand_segments_take_seconds_and_less_than_half_a_gigabyte_in_proportion(tmp_path):
+def test_thousands_of_segments_take_seconds_and_little_memory_in_proportion(tmp_path):
     found = {}
     before = yardstick()
-    for count in (500, 1500, 5000):
+    for count in (500, 1000, 2500):
         path = tmp_path / f"{count}.yaml"
         path.write_text(large_floor(count), encoding="utf-8")
         found[count] = in_its_own_process(path)
-    # 2.5 s where the yardstick takes 0.04 s, and half as much again for what else the machine does.
-    assert found[5000][0] < 1.5 * 2.5 / 0.04 * max(before, yardstick())
-    assert found[5000][1] < 600.0
-    # Ten times the walls take 10 times the time, never the hundredfold of each with each; processor time of so short
+    # 1.25 s where the yardstick takes 0.04 s, and half as much again for what else the machine does.
+    assert found[2500][0] < 1.5 * 1.25 / 0.04 * max(before, yardstick())
+    # So 5000 take less than 500 MB: 500 take 125, and each 1000 more would be 80.
+    assert found[2500][1] < 125.0 + 2 * 80.0
+    # Five times the walls take 5 times the time, never 25 times that of each with each; processor time of so short
     # a process varies by half where others share its core.
-    assert found[5000][0] < 3.0 * 10 / 3 * found[1500][0]
-    assert found[5000][0] < 3.0 * 10 * found[500][0]
-    # Memory beyond that of 500 segments: 4500 more need 4.5 times as much as 1000 more.
-    assert found[5000][1] - found[500][1] < 1.5 * 4.5 * (found[1500][1] - found[500][1])
+    assert found[2500][0] < 3.0 * 2.5 * found[1000][0]
+    assert found[2500][0] < 3.0 * 5 * found[500][0]
+    # Memory beyond that of 500 segments: 2000 more need 4 times as much as 500 more.
+    assert found[2500][1] - found[500][1] < 1.5 * 4 * (found[1000][1] - found[500][1])
 
 
 @pytest.mark.slow
-def test_the_plan_of_ten_thousand_segments_takes_seconds():
-    world = parse_world(large_floor(10_000))
+def test_the_plan_of_two_thousand_segments_takes_a_second():
+    world = parse_world(large_floor(2000))
     before = yardstick()
     began = time.process_time()
     faces = segments(world)
-    assert time.process_time() - began < 4.0 / 0.04 * max(before, yardstick())
+    assert time.process_time() - began < 0.8 / 0.04 * max(before, yardstick())
     # Outside 5, 2 at the door, inside 13 with the wall across, 4 where what is under the window begins and ends.
-    assert len(faces) == 2000 * 24
+    assert len(faces) == 400 * 24
 
 
 def test_a_floor_of_a_few_rooms_is_sound(tmp_path):
