@@ -77,7 +77,7 @@ def test_drives_of_another_point_have_the_same_turns():
 
 def brought(path: Path) -> tuple[str, dict[str, bytes]]:
     """Return the text of a robot's preset and its files."""
-    with few_drives(40):  # they tell a standard deviation to a tenth
+    with few_drives(24):  # they tell a standard deviation to a seventh
         robot = exchange.bring_robot(path, name="r", options=RobotOptions(), packages={}, arguments={})
     return robot.text, dict(robot.files)
 
@@ -92,7 +92,7 @@ def nees_of(text: str, files: dict[str, bytes], *, seed: int) -> np.ndarray:
         chances = {name: np.random.default_rng([seed, *name.encode()]) for name in sim.robots}
         beliefs = {name: DeadReckoning(info) for name, info in sim.robots.items()}
         rows = []
-        for tick in range(300):
+        for tick in range(200):
             if tick % 50 == 0:
                 for name, rng in chances.items():
                     speed, turn = min(0.7 * sim.robots[name].max_speed, 1.0), min(0.6 * sim.robots[name].max_turn, 1.0)
