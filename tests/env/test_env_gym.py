@@ -117,7 +117,7 @@ def test_what_an_action_of_one_stands_for_is_told():
 def test_environments_side_by_side_are_the_single_ones_of_their_seeds():
     short = Task(world=room(), observations=["scan"], reward=advance, terminated=touched, seconds=0.4)
     actions = np.random.default_rng(0).uniform(-1, 1, (15, 2, 2)).astype(np.float32)
-    side_by_side = vector_environment(short, 2)
+    side_by_side = vector_environment(short, 2, processes=1)
     seen = [side_by_side.reset(seed=7)[0]["scan"]]
     rewards, cut = [], []
     for action in actions:

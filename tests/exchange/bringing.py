@@ -40,6 +40,11 @@ def few_drives(count: int = 10) -> Iterator[None]:
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(exchange, "bring_robot", bring_robot)
-        for name, number in {"DRIVE_COUNT": count, "TICKS_PER_DRIVE": 250, "ON_ROLLERS": 2, "ROBOTS_AT_ONCE": 2}.items():
+        for name, number in {
+            "DRIVE_COUNT": count,
+            "TICKS_PER_DRIVE": 250,
+            "ON_ROLLERS": 2,
+            "ROBOTS_AT_ONCE": 2,
+        }.items():
             patch.setattr(slip, name, number)
         yield

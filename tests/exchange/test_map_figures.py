@@ -157,20 +157,20 @@ def test_a_robot_localises_in_the_depot_to_three_centimetres(tmp_path):
     world, run = tmp_path / "depot.yaml", tmp_path / "run.mcap"
     line = ["new", "--from", str(MAPS / "depot.yaml"), "--robot", "turtlebot3_burger", "--lidar", "lds-02"]
     assert _typed(*line, "--estimator", "monte_carlo", "-o", str(world)) == 0
-    assert _typed("run", str(world), "--seconds", "12", "--seed", "1", "-o", str(run)) == 0
+    assert _typed("run", str(world), "--seconds", "8", "--seed", "1", "-o", str(run)) == 0
     robot = read_recording(run).robots["scout"]
     apart = np.hypot(*(robot.truth[:, :2] - robot.estimate[:, :2]).T)
     assert math.sqrt(float(np.mean(apart**2))) <= 0.03
-    assert np.hypot(*np.diff(robot.truth[:, :2], axis=0).T).sum() > 1.2
+    assert np.hypot(*np.diff(robot.truth[:, :2], axis=0).T).sum() > 0.8
 
 
 @pytest.mark.slow
-def test_two_thousand_cells_square_come_in_within_a_quarter_of_a_minute():
-    grid = mapped(load_world("office"), turn=0.3, seed=1, resolution=0.023, noise=Noise())
-    assert min(grid.occupied.shape) > 1750
+def test_a_thousand_cells_square_come_in_within_seconds():
+    grid = mapped(load_world("office"), turn=0.3, seed=1, resolution=0.04, noise=Noise())
+    assert min(grid.occupied.shape) > 1000
     began = time.process_time()
     world = world_from_grid(grid)
-    assert time.process_time() - began < 15.0
+    assert time.process_time() - began < 5.0
     assert fidelity(world, grid).share > 0.97
 
 

@@ -72,9 +72,9 @@ def test_a_covariance_half_as_large_as_the_error_is_found_out(bumped):
 @pytest.mark.slow
 def test_recorded_pictures_tell_where_they_were_taken(tmp_path):
     with classic_world("triangulation") as world, mjsim.Simulation(world) as sim:
-        recording = mjsim.run(sim, seconds=9.0, record=tmp_path / "run.mcap")
+        recording = mjsim.run(sim, seconds=4.5, record=tmp_path / "run.mcap")
     fixes = triangulated(recording, "scout", "front")
     errors = np.hypot(*(fixes.position - fixes.truth).T)
-    assert len(errors) >= 18
+    assert len(errors) >= 9
     assert errors.mean() <= 0.10
     assert fixes.wrong == 0

@@ -24,10 +24,10 @@ run: {drivers: {scout: {
     estimator: {use: "mjsim.algorithms.ekf_slam:EkfSlam"},
     navigator: {use: "mjsim.algorithms.waypoints:Waypoints", points: [[5, 1], [5, 3], [1, 3], [1, 1]], laps: 9}}}}
 """
-WARM, SETTLED, TICKS = 100, 150, 400
+WARM, SETTLED, TICKS = 140, 150, 300
 """Ticks after which memory is traced, and between which it is compared: the filter has room for its state by then."""
-LEAST = 1000
-"""A tenth of what a tick takes that is kept whole [bytes]."""
+LEAST = 2000
+"""A fifth of what a tick takes that is kept whole [bytes]."""
 
 
 def grown(held):

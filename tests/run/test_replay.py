@@ -204,24 +204,17 @@ WAVING = f"""mjsim: 1
 people: [{{name: anna, sex: female, at: [4, 1.5], heading_deg: 180}}]
 robots:
   - {{name: scout, at: [2.5, 1.5], sensors: [{{camera: front, at: [0.1, 0, 1.2], width: 160, height: 120, rate_hz: 12.5,
-       noise: 2, latency: 1, depth: {{}}, segmentation: true}}]}}
+       exposure: {{time_constant: 0.5}}, dirt: 0.05, depth: {{stereo: {{texture: 0}}}}, segmentation: true}}]}}
   - {{name: other, at: [4, 3]}}
 run:
-  seconds: 2.4
+  seconds: 1.8
   events: [{{time: 0.35, reach: anna, hand: right, to: [3.6, 1.7, 1.3]}},
            {{time: 0.9, reach: anna, hand: left, to: [3.5, 1.2, 1.1]}}, {{time: 1.3, release: anna, hand: right}}]
 """
 
 
-ADAPTING = WAVING.replace(
-    "noise: 2, latency: 1, depth: {}", "exposure: {time_constant: 0.5}, dirt: 0.05, depth: {stereo: {texture: 0}}"
-)
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "world", [PICTURES, WAVING, ADAPTING], ids=["light and things", "hands on their way", "slow exposure"]
-)
+@pytest.mark.parametrize("world", [PICTURES, WAVING], ids=["light and things", "hands on their way and slow exposure"])
 def test_pictures_are_drawn_again_to_the_last_bit_in_any_order(tmp_path, world):
     live, compared = Still(), []
 
@@ -254,7 +247,7 @@ def test_pictures_are_drawn_again_to_the_last_bit_in_any_order(tmp_path, world):
 
 @pytest.mark.slow
 def test_slam_on_pictures_gives_its_own_recording_again(tmp_path):
-    text = PICTURES.replace("width: 160, height: 120", "width: 320, height: 240")
+    text = PICTURES.replace("width: 160, height: 120", "width: 320, height: 240").replace("seconds: 2", "seconds: 1.2")
     observer = {"observer": BeaconVision(camera="front"), "estimator": EkfSlam()}
     run = recorded(text, tmp_path / "run.mcap", **observer, navigator=TURNING)
     assert sum(map(len, run.robots["scout"].sightings)) > 5

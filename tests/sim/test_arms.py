@@ -61,7 +61,7 @@ def test_computed_torque_keeps_the_pumas_path_within_half_a_thousandth():
 def test_adaptive_control_learns_masses_that_computed_torque_has_wrong():
     # What does not learn errs by the same there and back, every 4 s.
     wrong = errors(controlled("ComputedTorque", mass_scale=0.8), seconds=4.0, repeat="true")
-    learns = errors(controlled("Adaptive", mass_scale=0.8), seconds=12.0, repeat="true")
+    learns = errors(controlled("Adaptive", mass_scale=0.8), seconds=8.0, repeat="true")
     last = slice(-100, None)  # there and back
     # 11 times; 9 with masses of 1.2.
     assert np.abs(learns).max() * 7.0 < np.abs(wrong).max()
@@ -95,9 +95,9 @@ def test_adaptive_control_bears_noise():
         with mjsim.Simulation(here) as sim:
             found = [
                 np.array(tick.orders["r"].command.joints["arm"].positions) - sim.motions()["r/arm"].positions
-                for tick in islice(mjsim.ticks(sim, {"r": driver}), 250)
+                for tick in islice(mjsim.ticks(sim, {"r": driver}), 150)
             ]
-        worst[kind] = np.abs(found[100:]).max()
+        worst[kind] = np.abs(found[50:]).max()
     assert worst[Adaptive] * 3.0 < worst[ComputedTorque]
 
 

@@ -29,10 +29,10 @@ robots:
     odometry: {noise: {distance: 0.02, turn: 0.02}}
     sensors:
       - {beacons: ring, range: [0.2, 10], fov_deg: 360, rate_hz: 5, noise: {range: 0.05, bearing_deg: 1}}
-      - {lidar: scan, at: [0, 0, 0.72], beams: 180, fov_deg: 360, range: [0.05, 8], rate_hz: 5, noise: {range: 0.01}}
+      - {lidar: scan, at: [0, 0, 0.72], beams: 90, fov_deg: 360, range: [0.05, 8], rate_hz: 5, noise: {range: 0.01}}
 run: {map: known, drivers: {joe: {DRIVER}}}
 """
-SECONDS = 5.0
+SECONDS = 3.0
 FOLDER = Path(mjsim.algorithms.__path__[0])
 PLACES = {place: place.stem for place in FOLDER.glob("*.py")} | {
     place: place.parent.name for place in FOLDER.glob("*/*.py")
@@ -62,7 +62,7 @@ def run(driver: str, seconds: float = SECONDS, record: Path | None = None, x: fl
 def toured(tmp_path_factory: pytest.TempPathFactory) -> mjsim.Recording:
     """A tour that all estimators are told of."""
     path = tmp_path_factory.mktemp("tour") / "run.mcap"
-    return run(f'estimator: {{use: "mjsim.algorithms.ekf_slam:EkfSlam"}}, {TOUR}', 8.0, path)
+    return run(f'estimator: {{use: "mjsim.algorithms.ekf_slam:EkfSlam"}}, {TOUR}', 5.0, path)
 
 
 def largest_lean(recording: mjsim.Recording) -> float:
@@ -99,7 +99,7 @@ def test_a_navigator_drives_it(use):
 @pytest.mark.slow
 def test_the_avoidance_keeps_it_from_the_walls():
     told = 'navigator: {use: "mjsim.algorithms.constant:ConstantCommand", forward: 0.4}'
-    blind, recording = run(told, 8.0, x=4.2), run(f"{told}, avoidance: true", 8.0, x=4.2)
+    blind, recording = run(told, 5.0, x=5.4), run(f"{told}, avoidance: true", 5.0, x=5.4)
     assert any(event.kind == "bump" for event in blind.robots["joe"].events)
     assert not recording.robots["joe"].events
     assert largest_lean(blind) < 0.4
