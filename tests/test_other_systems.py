@@ -1,7 +1,6 @@
 """A run needs nothing that exists on Unix alone: macOS and Windows are untried, not impossible."""
 
 import os
-import shutil
 import sys
 from pathlib import Path
 
@@ -40,17 +39,22 @@ subprocess.Popen.kill = lambda process: process.send_signal(9)
 sysconfig.get_config_vars()  # Python does not know itself by this name.
 sys.platform = "other"
 """
+ROOM = """
+beacons: [{name: lion, image: posters/lion.jpg, at: [3, 0], heading_deg: 180, width: 0.8}]
+robots:
+  - {name: scout, at: [0, 0], sensors: [{camera: front, at: [0.1, 0, 0.5], width: 64, height: 48, fov_deg: 60, rate_hz: 5}]}
+"""
 
 
 @pytest.mark.slow
-def test_the_gallery_runs_where_there_is_nothing_of_unix_and_says_once_that_readers_have_no_limits(tmp_path):
+def test_a_camera_runs_where_there_is_nothing_of_unix_and_says_once_that_readers_have_no_limits(tmp_path):
     # A picture of a stranger is read in a child, in which this system is the same.
     (tmp_path / "sitecustomize.py").write_text(HIDDEN)
-    shutil.copy(ROOT / "worlds" / "gallery.yaml", tmp_path)
+    (tmp_path / "room.yaml").write_text(ROOM)
     (tmp_path / "posters").mkdir()
     (tmp_path / "posters" / "lion.jpg").write_bytes((ROOT / "assets" / "posters" / "lion.jpg").read_bytes() + bytes(1))
     environment = {**os.environ, "PYTHONPATH": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path)}
-    words = [Path(sys.executable).with_name("mjsim"), "run", "gallery.yaml", "--seconds", "0.4", "-o", "run.mcap"]
+    words = [Path(sys.executable).with_name("mjsim"), "run", "room.yaml", "--seconds", "0.4", "-o", "run.mcap"]
     done = completed(words, env=environment, cwd=tmp_path)
     assert (tmp_path / "run.mcap").stat().st_size > 10_000
     assert done.stderr.count("files are read without all limits here: none on memory, other files, network") == 1

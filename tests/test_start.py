@@ -12,7 +12,7 @@ START = runpy.run_path(str(Path(__file__).parents[1] / "scripts" / "measure" / "
 SPARE = 1.2
 """Machines differ in what NumPy takes beside all else."""
 FEW, MANY = 1, 25
-"""Rounds: processor time wanders on a loaded machine, so where a few say no, more decide."""
+"""Rounds: processor time wanders on a loaded machine, so where a few say no, more decide. So they do where the first writes bytecode."""
 
 
 @pytest.mark.slow
@@ -22,8 +22,6 @@ def test_starting_takes_few_times_what_numpy_takes(case, monkeypatch):
         monkeypatch.delenv(name)
     most = SPARE * START["MOST"][case]
     commands = [START["CASES"][name] for name in ("import numpy", case)]
-    for command in commands:
-        START["once"](command, cpu=True)  # writes the bytecode
     ratios = []
     while len(ratios) < FEW or (len(ratios) < MANY and statistics.median(ratios) > most):
         numpy, ours = (START["once"](command, cpu=True) for command in commands)

@@ -229,10 +229,10 @@ def test_counts_of_a_histogram_are_those_of_numpy(ran):
 
 def test_arms_move_under_torques_and_dry_friction_holds_them(ran):
     got = of(ran, "s25")
-    # 0.5 N m brake 0.5 kg m^2 from 3 rad/s: 4.5 rad in 3 s, and no motion from then on.
-    assert got["q1"][-1, 0] == pytest.approx(4.5, abs=1e-3)
-    assert (got["qd1"][got["t1"] > 3.001] == 0.0).all()
-    assert got["t1"][-1] == pytest.approx(4.0)
+    # 0.5 N m brake 0.5 kg m^2 from 1 rad/s: 0.5 rad in 1 s, and no motion from then on.
+    assert got["q1"][-1, 0] == pytest.approx(0.5, abs=1e-3)
+    assert (got["qd1"][got["t1"] > 1.001] == 0.0).all()
+    assert got["t1"][-1] == pytest.approx(1.4)
     np.testing.assert_allclose(got["q3"], got["q4"], **EXACT)
     puma, qr, qn = mjsim.arm("puma560"), np.array([0, np.pi / 2, -np.pi / 2, 0, 0, 0]), np.array([0, 1, 4, 0, 1, 0])
     gear, viscous, dry = np.abs(got["G"].ravel()), got["B"].ravel(), got["Tc"]
@@ -245,7 +245,7 @@ def test_arms_move_under_torques_and_dry_friction_holds_them(ran):
         rest = torque - puma.coriolis(q, qd) @ qd - puma.gravload(q) - friction
         return np.concatenate([qd, np.linalg.solve(puma.inertia(q), rest)])
 
-    exact = solve_ivp(rate, (0.0, 0.8), [*qr, *np.zeros(6)], method="LSODA", rtol=1e-6, atol=1e-7)
+    exact = solve_ivp(rate, (0.0, 0.3), [*qr, *np.zeros(6)], method="LSODA", rtol=1e-6, atol=1e-7)
     np.testing.assert_allclose(got["q2"][-1], exact.y[:6, -1], atol=3e-3)
     np.testing.assert_array_equal(got["q2"][:, [0, 3, 5]], 0.0)
     np.testing.assert_array_equal(got["rows"][1], got["single"].ravel())

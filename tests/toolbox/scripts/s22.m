@@ -10,5 +10,5 @@ reached = p560.fkine(all_);
 R = trexp(trlog(Tk)); S = trnorm(Tk); J = eul2jac(0.3, 0.5, 0.7); W = wtrans(Tk, [1 2 3 4 5 6]');
 a = tr2rpy(Tk, 'deg'); moved = homtrans(Tk, [1 2; 3 4; 5 6]);
 figure(220); trplot(Tk, 'frame', 'A', 'color', 'r', 'length', 0.2); figure(221); tranimate(Tk, 'nsteps', 10)
-[t2, q2] = fdyn(nofriction(p560, 'all'), 0.02, @(varargin) zeros(1, 6), qn, zeros(1, 6));
+[t2, q2] = fdyn(nofriction(p560, 'all'), 0.005, @(varargin) zeros(1, 6), qn, zeros(1, 6));
 save('-v7', 's22.mat', 'left', 'right', 'Tk', 'reached', 'all_', 'p', 't', 'R', 'S', 'J', 'W', 'a', 'moved', 'q2')
