@@ -4,7 +4,7 @@ import { test } from "node:test";
 import { goalEvent, measured } from "page/run/aim";
 import { cellsOf, unitOf } from "page/charts/message";
 import { holdsUp } from "page/run/hold_up";
-import { goesOn, letGoOf } from "page/run/joint_grips";
+import { changeTo, goesOn, jointEvent, letGoOf } from "page/run/joint_grips";
 
 const LOOP = { grip: { toward: [1, 0, 0] } };
 
@@ -26,6 +26,26 @@ test("it is there once it has rested for some ticks, not when it swings past", (
 test("what is there already, or is no joint of a loop, does not go on", () => {
   assert.equal(letGoOf(LOOP, 0.001), null);
   assert.equal(letGoOf({ grip: {} }, 0.7), null);
+});
+
+test("a joint goes to where its handle is dragged, also through half a turn, and no farther than its range", () => {
+  const above = ([x, y]) => [x, y];
+  const slide = { grip: { slides: true, at: [0, 0, 0], axis: [1, 0, 0], grip: [1, 1, 0] }, facts: { lower: -0.5, upper: 0.5 }, value: 0.1 };
+  assert.ok(Math.abs(changeTo(slide, above, [1.3, 1.2]) - 0.3) < 1e-9);
+  assert.ok(Math.abs(changeTo(slide, above, [3, 1.2]) - 0.4) < 1e-9);
+  const swing = { grip: { slides: false, at: [2, 2, 0], axis: [0, 0, 1], grip: [3, 2, 0] }, facts: {}, value: 0 };
+  for (const angle of [1.2, -2.5, 3.1]) {
+    const by = changeTo(swing, above, [2 + Math.cos(angle), 2 + Math.sin(angle)]);
+    assert.ok(Math.abs(by - angle) < 1e-6, `${by} is not ${angle}`);
+  }
+});
+
+test("of an arm one joint is led, and no other turns", () => {
+  const own = ["a", "b", "c"].map((name) => ({ name, slides: false }));
+  const robots = { r: { arms: { arm: { goal: [0, Math.PI / 4, -Math.PI / 6] } } } };
+  const held = { grip: { of: "r/arm", joint: "a" }, facts: own[0], value: Math.PI / 2 };
+  assert.deepEqual(jointEvent(held, { "r/arm": own }, robots), { reach: "r", arm: "arm", joints_deg: [90, 45, -30] });
+  assert.deepEqual(jointEvent({ ...held, grip: { of: "gate", joint: "a" } }, {}, robots), { lead: "gate", joint: "a", to_deg: 90 });
 });
 
 test("a press is a goal, a drag from it the heading there", () => {

@@ -1,6 +1,5 @@
 """An arm is led by hand in Run, in a real browser: its tool and its joints, on the plan, in 3-D and by sliders."""
 
-import json
 import math
 
 import numpy as np
@@ -10,16 +9,11 @@ from playwright.sync_api import expect
 import mjsim
 from tests.hands import (
     CELL,
-    drag,
-    grip,
     keep,
-    last_target,
     lead,
-    metres_missed,
     near,
     now,
     opened,
-    redrawn,
     restart,
     running,
     screen,
@@ -103,64 +97,6 @@ def a_tool_is_led_in_3d_along_an_axis_and_freely_and_that_is_kept(studio, page, 
     assert np.linalg.norm(np.subtract(aside.tool, down.tool)) > 0.02
 
 
-def a_tool_that_is_led_out_of_reach_says_by_how_much(studio, page, canvas):
-    before = tool(now(studio))
-    note = page.locator("#view-run .scene-notes span")
-    expect(note).to_have_count(0)
-    lead(canvas, "arm", "z", (0, -150))
-    # While it is dragged it is said beside the handle alone.
-    expect(note).to_have_text(f"{metres_missed(page, 'The tool of arm of r')} m short")
-    # It goes as far as it can.
-    until(studio, page, lambda tick: tool(tick)[2] > before[2] + 0.1)
-    lead(canvas, "arm", "z", (0, 10))
-    expect(note).to_have_count(0)
-
-
-def standing_apart(canvas) -> str:
-    """Go nearer until the handle of a joint stands apart from those of the tool, and return its name."""
-    canvas.focus()
-    for _ in range(12):
-        entries = json.loads(canvas.get_attribute("data-leads"))
-        others = np.array([(x, y) for key, _, x, y in entries if "joint" not in key])
-        box = canvas.bounding_box()
-        for key, _, *at in entries:
-            inside = 20 < at[0] < box["width"] - 20 and 60 < at[1] < box["height"] - 20
-            if "joint" in key and inside and np.linalg.norm(others - at, axis=1).min() > 26:
-                return json.loads(key)[3]
-        canvas.page.keyboard.press("+")
-        redrawn(canvas)
-    raise AssertionError(f"no joint stands apart in {entries}")
-
-
-def a_joint_is_dragged_in_3d_and_no_other_turns(studio, page, canvas):
-    number = int(standing_apart(canvas)[-1]) - 1
-
-    def is_told():
-        until(studio, page, lambda _: "joints_deg" in touched(studio)[-1])
-
-    lead(canvas, f"joint{number + 1}", "", (40, -40), between=is_told)
-    until(studio, page, lambda _: "then" in touched(studio)[-1])
-    event = touched(studio)[-1]
-    changes = np.abs(np.subtract(last_target(event), event["joints_deg"]))
-    assert np.flatnonzero(changes > 0.05).tolist() == [number]
-
-
-def a_joint_is_dragged_on_the_plan_and_no_other_turns(studio, page):
-    # So near that its handle stands apart from that of the tool.
-    at = (2.0, 2.0)
-    page.mouse.move(*screen(page, *at))
-    page.mouse.wheel(0, -1200)
-    touch(page, on=True)
-    begin = grip(now(studio), "joint1")["grip"]
-    way = begin - at
-    drag(page, begin, at + np.array([-way[1], way[0]]))  # a quarter to the left
-    until(studio, page, lambda tick: abs(math.degrees(tick["joints"]["r/arm"]["joint1"][0]) - 90) < 3)
-    (event,) = touched(studio)
-    first, *others = last_target(event)
-    assert first == pytest.approx(90, abs=3)
-    assert others == pytest.approx((45, 0, 0, 30, 0))
-
-
 def test_an_arm_is_led_by_its_tool_and_by_its_joints(browser, tmp_path):
     with running(browser, tmp_path, CELL) as (studio, page):
         # What has no drive is not to be driven.
@@ -169,9 +105,5 @@ def test_an_arm_is_led_by_its_tool_and_by_its_joints(browser, tmp_path):
         a_tool_follows_the_pointer_and_in_a_paused_run_waits_until_it_is_let_go(studio, page)
         a_joint_follows_its_slider(studio, page)
         restart(studio, page)
-        a_joint_is_dragged_on_the_plan_and_no_other_turns(studio, page)
-        restart(studio, page)
         canvas = opened(page)
         a_tool_is_led_in_3d_along_an_axis_and_freely_and_that_is_kept(studio, page, canvas, tmp_path / "room.yaml")
-        a_tool_that_is_led_out_of_reach_says_by_how_much(studio, page, canvas)
-        a_joint_is_dragged_in_3d_and_no_other_turns(studio, page, canvas)
