@@ -21,6 +21,7 @@ _UNMARKED = {b"<\0\0\0": "utf-32-le", b"\0\0\0<": "utf-32-be", b"<\0": "utf-16-l
 """First bytes of files in these encodings without a mark."""
 _DECLARATION = re.compile(r"\A\s*<\?xml\s[^>]*\?>")
 """Blank lines before the declaration are invalid, though many programs accept them."""
+_OPENED = re.compile(r"<!--|<!\[CDATA\[")
 _ENCODING = re.compile(rb"""\A\s*<\?xml\s[^>]*?\sencoding\s*=\s*["']([A-Za-z0-9._-]+)["']""")
 _SUPERSETS = re.compile(r"utf-8|ascii|iso8859-\d+|cp125\d|koi8-[ru]")
 """Encodings without a mark that a file may declare; in all, ASCII characters are single bytes."""
@@ -43,7 +44,24 @@ def xml_text(data: bytes) -> str:
         raise RefusedXmlError(f"cannot be read as XML: it is not in {encoding}; write it as UTF-8") from None
     if "\0" in text:
         raise RefusedXmlError("cannot be read as XML: it has null characters; write it as UTF-8")
-    return _DECLARATION.sub(lambda match: re.sub(r"\S", " ", match[0]), text)
+    return _plain_comments(_DECLARATION.sub(lambda match: re.sub(r"\S", " ", match[0]), text))
+
+
+def _plain_comments(text: str) -> str:
+    """Return a text of the same length without `--` within comments, which is invalid, though Gazebo and ROS take it."""
+    pieces, done = [], 0
+    for begin in _OPENED.finditer(text):
+        if begin.start() < done:
+            continue
+        end = text.find("-->" if begin[0] == "<!--" else "]]>", begin.end())
+        if end < 0:
+            break
+        within = text[begin.end() : end]
+        if begin[0] == "<!--" and ("--" in within or within.endswith("-")):
+            within = within.replace("-", " ")
+        pieces += [text[done : begin.end()], within]
+        done = end
+    return "".join([*pieces, text[done:]])
 
 
 def _encoding(data: bytes) -> tuple[str, bytes]:

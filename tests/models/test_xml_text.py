@@ -2,6 +2,7 @@
 
 import codecs
 import re
+import time
 from xml.etree import ElementTree
 
 import pytest
@@ -83,6 +84,29 @@ def test_positions_in_a_checked_text_are_those_of_the_file():
     with pytest.raises(ElementTree.ParseError) as caught:
         ElementTree.fromstring(checked_xml(data))
     assert caught.value.position == (7, 2)
+
+
+@pytest.mark.parametrize(
+    ("written", "read"),
+    [
+        ("<!-- gz sim --levels -->", "<!-- gz sim   levels -->"),
+        ("<!----->", "<!-- -->"),
+        ("<!-- a-b -->", "<!-- a-b -->"),
+        ("<![CDATA[<!-- -- -->]]><!-- -- -->", "<![CDATA[<!-- -- -->]]><!--    -->"),
+        ("<!-- <![CDATA[ --><b/><!--x-->", "<!-- <![CDATA[ --><b/><!--x-->"),
+        ("<!-- a -- b", "<!-- a -- b"),  # never closed: the parser says so
+    ],
+)
+def test_two_hyphens_in_a_comment_are_borne_as_gazebo_and_ros_bear_them(written, read):
+    assert checked_xml(f"<a>{written}</a>".encode()) == f"<a>{read}</a>"
+    if written.endswith(">"):
+        ElementTree.fromstring(read.join(("<a>", "</a>")))
+
+
+def test_comments_that_are_never_closed_take_no_long_time():
+    begun = time.process_time()
+    assert len(checked_xml(b"<a>" + b"<!-- -- " * 400_000)) == 3_200_003
+    assert time.process_time() - begun < 2.0
 
 
 def test_prefixes_without_a_declaration_are_declared_behind_any_text():
