@@ -14,8 +14,8 @@ from mjsim.exchange.preset_files import NO_NOISE, inhabited, robot_of
 from mjsim.exchange.world_import import PRESET, Newcomer
 from mjsim.geometry import Array, Pose
 from mjsim.world import (
+    SLICE,
     Grid,
-    ModelObstacle,
     Modules,
     Robot,
     Run,
@@ -41,8 +41,8 @@ LEGS, MIN_LEG = 4, 1.0
 """Maximum number of legs, and minimum length of each [m]."""
 MAX_STARTS = 24
 """Maximum number of start positions tried."""
-HEIGHTS = (0.06, 0.35)
-"""Further heights at which things with an underside or a shape of their own are looked at [m]."""
+HEIGHTS = (0.01, 0.06, 0.35)
+"""Further heights at which things and low walls are looked at [m]."""
 MAST, HIGHEST = 0.04, 0.45
 """Height of a lidar above the body, and its maximum height above the floor, at which it also sees low objects [m]."""
 ODOMETRY_NOISE = {"distance": 0.01, "turn": 0.02}
@@ -208,7 +208,7 @@ def _clearance(
     things = [thing.model_copy(update={"movable": False, "path": None}) for thing in world.obstacles]
     world = world.model_copy(update={"obstacles": tuple(things)})
     shape = section = solid(world)
-    if any(thing.elevation or isinstance(thing, ModelObstacle) for thing in things):
+    if things or any(wall.height < SLICE for wall in world.walls):
         shape = shapely.union_all([shape, *(solid(world, height=height) for height in HEIGHTS)])
     if grid is not None or not section.is_empty:
         grid = grid or grid_of(world, most_cells=MAX_CELLS)

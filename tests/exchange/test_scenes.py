@@ -249,10 +249,11 @@ def test_a_mesh_too_large_for_a_world_is_left_out_and_the_rest_stays(tmp_path):
     )
 
 
-@pytest.mark.parametrize("static", [True, False])
-def test_a_robot_stands_beside_what_no_wall_encloses(tmp_path, static: bool):
+@pytest.mark.parametrize(("static", "high"), [(True, 1.0), (False, 1.0), (True, 0.1), (True, 0.02)])
+def test_a_robot_stands_beside_what_no_wall_encloses(tmp_path, static: bool, high: float):
     crates = "".join(
-        model(link(f"{x} 0 0.5 0 0 0", BOX.format("1 1 1")), static=static, name=f"c{x}") for x in (-0.5, 0.5)
+        model(link(f"{x} 0 {high / 2} 0 0 0", BOX.format(f"1 1 {high}")), static=static, name=f"c{x}")
+        for x in (-0.5, 0.5)
     )
     world, _ = brought(scene(tmp_path, crates), robot=Newcomer())
     assert max(map(abs, world.robots[0].at)) > 1.0

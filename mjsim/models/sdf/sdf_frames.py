@@ -51,7 +51,8 @@ def floats(text: str | None, count: int, where: str) -> list[float]:
     except ValueError:
         numbers = []
     if len(numbers) != count or not all(map(math.isfinite, numbers)):
-        raise UsageError(f"{where}: '{(text or '').strip():.40}' is not {count} finite numbers")
+        asked = "a finite number" if count == 1 else f"{count} finite numbers"
+        raise UsageError(f"{where}: '{(text or '').strip():.40}' is not {asked}")
     return numbers
 
 
