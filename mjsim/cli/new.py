@@ -10,6 +10,7 @@ from mjsim.cli.robot_from import (
     DriveKind,
     Forward,
     LeftWheel,
+    Model,
     Package,
     RightWheel,
     RobotArguments,
@@ -148,6 +149,7 @@ def new(
     steering: Steering = None,
     drive: DriveKind = None,
     forward: Forward = None,
+    model: Model = None,
     package: Package = None,
     arg: XacroArgument = None,
     env: XacroVariable = None,
@@ -161,7 +163,15 @@ def new(
         if any(value is not None for value in (source, maze, clutter, barn, template, robot)):
             raise UsageError("--robot-from creates the preset of a robot; create the world with a separate command")
         arguments = RobotArguments(
-            left_wheel or (), right_wheel or (), steering or (), drive, forward, package or (), arg or (), env or ()
+            left_wheel or (),
+            right_wheel or (),
+            steering or (),
+            drive,
+            forward,
+            model,
+            package or (),
+            arg or (),
+            env or (),
         )
         write_robot(robot_from, output, arguments, overwrite=overwrite)
         return

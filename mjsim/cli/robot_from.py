@@ -27,6 +27,7 @@ DriveKind = Annotated[
 Forward = Annotated[
     str | None, typer.Option(metavar="AXIS", help="Forward direction of the robot in its file: +x, -x, +y or -y.")
 ]
+Model = Annotated[str | None, typer.Option(metavar="NAME", help="The robot in an SDF file with several.")]
 Package = Annotated[
     list[str] | None, typer.Option(metavar="NAME=DIR", help="Folder of a ROS package; may be repeated.")
 ]
@@ -46,6 +47,7 @@ class RobotArguments:
     steering: Sequence[str]
     drive: str | None
     forward: str | None
+    model: str | None
     packages: Sequence[str]
     arguments: Sequence[str]
     environment: Sequence[str]
@@ -73,6 +75,7 @@ def write_robot(path: Path, output: Path | None, options: RobotArguments, *, ove
             steering=options.steering,
             drive=options.drive,
             forward=options.forward,
+            model=options.model or "",
         ),
         packages=packages,
         arguments=pairs(options.arguments, "--arg NAME=VALUE"),

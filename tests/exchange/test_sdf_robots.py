@@ -212,7 +212,7 @@ def test_gazebo_does_not_turn_collada_by_its_up_axis():
     [
         (
             "<sdf><world name='w'><model name='a'/></world></sdf>",
-            "r.sdf: robots in it: none; name a file with one robot",
+            "r.sdf: robots in it: none; name another file",
         ),
         (
             sdf(CHASSIS + WHEELS + HINGES).replace("<xyz>0 0 1</xyz>", "<xyz>0 zero 1</xyz>"),
@@ -248,3 +248,14 @@ def test_a_robot_in_sdf_drives_by_the_command(tmp_path):
     assert "kept: max_speed 0.7 m/s: by plug-in 'gz-sim-diff-drive-system'" in said
     assert "left out: ball joint 'swivel': treated as rigid" in said
     assert len(load_world(tmp_path / "cart.yaml").robots[0].sensors) >= 2
+
+
+def test_of_several_robots_in_a_world_the_one_that_is_named_comes_in():
+    cart = f"<model name='{{}}'>{CHASSIS + WHEELS + HINGES}</model>"
+    root = ElementTree.fromstring(
+        f"<sdf version='1.9'><world name='w'>{cart.format('a')}{cart.format('b')}</world></sdf>"
+    )
+    assert 'name="b"' in sdf_robot.urdf_of_sdf(root, "r.sdf", lambda uri: None, model="b")[0].partition(">")[0]
+    for asked in ("", "c"):
+        with pytest.raises(UsageError, match=r"r\.sdf: robots in it: a, b; choose one with --model NAME"):
+            sdf_robot.urdf_of_sdf(root, "r.sdf", lambda uri: None, model=asked)

@@ -232,12 +232,13 @@ def test_controllers_of_a_package_beside_the_description_are_read_and_options_th
     (tmp_path / "bot_control" / "config" / "gone.yaml").symlink_to(tmp_path / "nowhere.yaml")
     place = tmp_path / "bot_description" / "bot.urdf"
     place.write_text(robot({"base": BASE}, []))
-    source = RobotSource(place, packages={"spare": tmp_path}, given=Given({"prefix": "a_"}, {"B": "1"}))
+    source = RobotSource(place, packages={"spare": tmp_path}, given=Given({"prefix": "a_"}, {"B": "1"}), model="x")
     source.read(source.name)
     assert [(said.max_speed, said.source) for said in source.drives()] == [(1.5, "controllers of control.yaml")]
     assert [line.partition(":")[2].partition("'")[0].strip() for line in inventory(source.unused())] == [
         "--arg",
         "--env",
+        "--model",
         "--package",
     ]
 

@@ -64,7 +64,8 @@ def bring_robot(
         UsageError: The file cannot be read, its wheels are missing or ambiguous, or the robot does not drive.
         PhysicsFault: The simulation became unstable.
     """
-    source = RobotSource(path, packages=packages, given=Given(arguments, environment or {}), search=search)
+    given = Given(arguments, environment or {})
+    source = RobotSource(path, packages=packages, given=given, search=search, model=options.model)
     try:
         robot = gather_robot(source.name, source.read, up_axis=path.suffix.lower() not in SDF)
     except ValueError as error:

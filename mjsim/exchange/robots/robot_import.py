@@ -17,6 +17,8 @@ class RobotOptions:
     """Kind of drive."""
     forward: str | None = None
     """Forward direction in the file frame: +x, -x, +y or -y."""
+    model: str = ""
+    """Name of the robot in an SDF file with several."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,7 +37,9 @@ _NO_NUMBER = re.compile(rb"""=\s*["'](?:[^"'<>]*\s)?[+-]?nan[\s"']""", re.IGNORE
 class RobotSource:
     """Reads the files of one robot; it opens nothing outside the robot's folders and the ROS packages that it names."""
 
-    def __init__(self, path: Path, *, packages: Mapping[str, Path], given: Given, search: Sequence[Path] = ()) -> None:
+    def __init__(
+        self, path: Path, *, packages: Mapping[str, Path], given: Given, search: Sequence[Path] = (), model: str = ""
+    ) -> None:
         """Locate the description.
 
         Args:
@@ -45,6 +47,7 @@ class RobotSource:
             packages: Folders of ROS packages by name; they take precedence.
             given: Arguments and variables for xacro.
             search: Folders in which the user keeps ROS packages.
+            model: Name of the robot in an SDF file with several.
 
         Raises:
             UsageError: The file does not exist.
@@ -64,7 +67,7 @@ class RobotSource:
         self._asked: frozenset[str] = frozenset()
         self.absent: tuple[tuple[str, str], ...] = ()
         """Place of each include of xacro that was not found, and what is missing."""
-        self._packages = packages
+        self._packages, self._model = packages, model
         self.moved: list[str] = []
         """Files named by the path that they had elsewhere."""
         self.sdf = False
@@ -86,6 +89,9 @@ class RobotSource:
         given = {"--arg": self._xacro.arguments, "--env": self._xacro.environment}
         found = [(option, name, asked) for option, names in given.items() for name in names if name not in self._asked]
         gone = [name for name in self._packages if name not in self._folders.used]
+        found += (
+            [("--model", self._model, "the file is not SDF, and has one robot")] if self._model and not self.sdf else []
+        )
         found += [("--package", name, "the file names no such package") for name in gone]
         return [FileItem(Fate.LEFT_OUT, option, name, why) for option, name, why in found]
 
@@ -154,7 +160,7 @@ class RobotSource:
         text, self._asked, self.absent = found.text, found.asked, found.missing
         if root.tag == "sdf":
             self.sdf = True
-            text, self.changed = urdf_of_sdf(root, str(self._given), self._included)
+            text, self.changed = urdf_of_sdf(root, str(self._given), self._included, model=self._model)
         self.expanded = text != written
         if self.expanded:
             _, root = parsed(text.encode(), self._given)

@@ -73,21 +73,22 @@ class _Link:
         return np.asarray(self.model.robot_from_model @ self.model.frames.pose_in(self.element, part, where))
 
 
-def urdf_of_sdf(root: Element, where: str, opened: Opened) -> tuple[str, list[FileItem]]:
+def urdf_of_sdf(root: Element, where: str, opened: Opened, *, model: str = "") -> tuple[str, list[FileItem]]:
     """Return the URDF of the robot in an SDF file, and what was guessed or left out.
 
     Args:
         root: Of the file.
         where: Its path, for messages.
         opened: Returns included models.
+        model: Name of the robot, if there are several.
 
     Raises:
-        UsageError: The file has no robot or several, or something that is not as SDF demands.
+        UsageError: The file has no such robot or several, or something that is not as SDF demands.
     """
     maker = _Maker(where, opened, has_joint_frames(root))
-    model, folder = maker.robot_in(root)
-    maker.take(model, np.eye(4), _Model(model, maker.frames(model), np.eye(4), folder=folder))
-    return tostring(maker.urdf(model.get("name", "robot")), encoding="unicode"), maker.items
+    robot, folder = maker.robot_in(root, model)
+    maker.take(robot, np.eye(4), _Model(robot, maker.frames(robot), np.eye(4), folder=folder))
+    return tostring(maker.urdf(robot.get("name", "robot")), encoding="unicode"), maker.items
 
 
 @dataclass(slots=True)
@@ -102,8 +103,8 @@ class _Maker:
     joints: list[SdfJoint] = field(default_factory=list)
     plugins: list[Element] = field(default_factory=list)
 
-    def robot_in(self, root: Element) -> tuple[Element, str]:
-        """Return the only model of a file, or the only robot in its world, and the URI of its folder.
+    def robot_in(self, root: Element, name: str) -> tuple[Element, str]:
+        """Return the model of this name, the only one of a file, or the only robot in its world; and its folder's URI.
 
         Raises:
             UsageError: There is none, or there are several.
@@ -116,10 +117,12 @@ class _Maker:
             models = [(model, folder) for model, folder in models if is_robot(model)]
             if models:
                 break
-        if len(models) != 1:
-            names = ", ".join(model.get("name", "?") for model, _ in models[:5]) or "none"
-            raise UsageError(f"{self.where}: robots in it: {names}; name a file with one robot")
-        return models[0]
+        chosen = [each for each in models if name in ("", each[0].get("name"))]
+        if len(chosen) != 1:
+            names = [model.get("name", "?") for model, _ in models]
+            wrong = f"{self.where}: robots in it: {', '.join(names[:5]) or 'none'}"
+            raise UsageError(f"{wrong}; {'choose one with --model NAME' if names else 'name another file'}")
+        return chosen[0]
 
     def frames(self, element: Element) -> SdfFrames:
         """Return the frames of a model."""
