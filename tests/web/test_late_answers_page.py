@@ -8,6 +8,7 @@ from playwright.sync_api import expect
 
 import mjsim
 from mjsim.web import Studio
+from tests.sheet import DRAWN
 from tests.windows import PATIENCE, page_at
 
 pytestmark = pytest.mark.slow
@@ -189,12 +190,12 @@ def test_marks_in_3d_give_their_shapes_back(browser, folder):
         page.evaluate(BUFFERS)
         page.get_by_role("button", name="3-D").click()
         expect(page.locator(".scene")).to_have_attribute("data-filled", "", timeout=PATIENCE)
-        things = [page.get_by_role("treeitem", name=name) for name in ("crate", "wall 1")]
         counts = []
-        for _ in range(8):
-            for thing in things:
-                thing.click()
-                page.wait_for_timeout(150)  # it is drawn meanwhile
+        for _ in range(5):
+            for name in ("crate", "wall 1"):
+                page.get_by_role("treeitem", name=name).click()
+                expect(page.locator(".scene-canvas")).to_have_attribute("data-selected", name)
+                page.evaluate(DRAWN)
             counts.append(page.evaluate("window.buffers.now"))
         assert np.ptp(counts[2:]) <= 2, counts
 

@@ -14,6 +14,7 @@ from tests.hands import (
     near,
     now,
     opened,
+    pick,
     restart,
     running,
     screen,
@@ -57,9 +58,12 @@ def a_tool_follows_the_pointer_and_in_a_paused_run_waits_until_it_is_let_go(stud
     until(studio, page, lambda tick: tick["time"] == pytest.approx(before + 0.1))
     page.get_by_role("button", name="Resume", exact=True).click()
     expect(page.locator(".run-state")).to_have_text("Running")
-    dragged, placed = touched(studio)
+    pick(page, tool_at(now(studio)), "Return control to its navigator")
+    until(studio, page, lambda _: len(touched(studio)) == 3)
+    dragged, placed, back = touched(studio)
     assert dragged["then"]
     assert "then" not in placed
+    assert back["release"] == "r"
 
 
 def a_joint_follows_its_slider(studio, page):

@@ -4,7 +4,6 @@ import os
 import re
 import sys
 from contextlib import contextmanager
-from importlib import resources
 from itertools import islice
 
 import pytest
@@ -63,7 +62,6 @@ run: {seconds: 1000}
 def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("folder")
     (place / "room.yaml").write_text(ROOM)
-    (place / "gallery.yaml").write_text(resources.files("mjsim.worlds").joinpath("gallery.yaml").read_text())
     return place
 
 
@@ -106,13 +104,6 @@ def picture_of(page: Page, view: str) -> str:
 def wait_for_another(page: Page, view: str, before: str) -> None:
     script = "([view, before]) => document.querySelector(`[data-view='${view}'] canvas`).toDataURL() !== before"
     page.wait_for_function(script, arg=[view, before], timeout=PATIENCE)
-
-
-def test_the_gallery_starts_from_the_page_and_its_pictures_come(browser, folder):
-    with Studio(folder, world="gallery.yaml") as studio, run_page(browser, studio.url) as page:
-        start(page)
-        wait_for_another(page, "scout/front", picture_of(page, "scout/front"))
-        picture_of(page, "outside")
 
 
 def test_the_page_says_what_to_do_before_and_after_a_run(browser, folder):
