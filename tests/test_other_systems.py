@@ -41,8 +41,7 @@ sys.platform = "other"
 """
 ROOM = """
 beacons: [{name: lion, image: posters/lion.jpg, at: [3, 0], heading_deg: 180, width: 0.8}]
-robots:
-  - {name: scout, at: [0, 0], sensors: [{camera: front, at: [0.1, 0, 0.5], width: 64, height: 48, fov_deg: 60, rate_hz: 5}]}
+robots: [{name: scout, at: [0, 0], sensors: [{camera: front, at: [0.1, 0, 0.5], width: 64, height: 48, rate_hz: 5}]}]
 """
 
 

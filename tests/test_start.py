@@ -12,7 +12,7 @@ START = runpy.run_path(str(Path(__file__).parents[1] / "scripts" / "measure" / "
 SPARE = 1.2
 """Machines differ in what NumPy takes beside all else."""
 FEW, MANY = 1, 25
-"""Rounds: processor time wanders on a loaded machine, so where a few say no, more decide. So they do where the first writes bytecode."""
+"""Rounds: processor time wanders on a loaded machine, and the first writes bytecode: where few say no, more decide."""
 
 
 @pytest.mark.slow

@@ -59,12 +59,7 @@ def faults_of(parse):
 
 
 @pytest.mark.slow
-def test_sources_are_parsed_in_threads_at_once(eager_switches):
-    assert faults_of(parse_python) == []
-
-
-@pytest.mark.slow
-def test_a_parse_that_collides_with_one_elsewhere_is_repeated(eager_switches):
+def test_sources_are_parsed_in_threads_at_once_and_again_where_they_collide_with_one_elsewhere(eager_switches):
     strangers = threading.Thread(target=faults_of, args=(ast.parse,))
     strangers.start()
     assert faults_of(parse_python) == []

@@ -36,7 +36,7 @@ def test_a_full_standard_output_is_one_line(tmp_path, command):
 
 
 def test_an_output_that_nobody_reads_ends_the_command_quietly(tmp_path):
-    assert typed(f"{MJSIM} schema | true", tmp_path) == (141, "")
+    assert typed(f"{MJSIM} worlds | true", tmp_path) == (141, "")
 
 
 def test_a_closed_standard_output_is_refused_before_anything_is_opened(tmp_path):
@@ -65,14 +65,15 @@ def test_a_world_whose_name_is_no_utf_8_is_checked_and_run(tmp_path):
     assert (code, len(err.splitlines()), "unknown key 'wals'" in err) == (2, 1, True)
 
 
-def test_under_nohup_a_hang_up_is_ignored(tmp_path):
+def test_under_nohup_a_hang_up_is_ignored_and_a_termination_is_not(tmp_path):
     (tmp_path / "room.yaml").write_text(ROOM)
-    words = [*shlex.split(MJSIM), "run", "room.yaml", "--seconds", "2", "--realtime", "-o", "run.mcap"]
+    words = [*shlex.split(MJSIM), "run", "room.yaml", "--seconds", "600", "--realtime", "-o", "run.mcap"]
     with child(words, cwd=tmp_path, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN)) as process:
         while not any(tmp_path.glob("*.mcap")) and process.runs():
             process.send(signal.SIGHUP)
             time.sleep(0.1)
-        assert process.ended() == 0
+        process.send(signal.SIGTERM)
+        assert process.ended() == 143
     assert mjsim.read_recording(tmp_path / "run.mcap").whole
 
 

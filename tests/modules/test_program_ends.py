@@ -12,23 +12,6 @@ from tests.children import child
 from tests.modules.processes import gone, left_running
 from tests.modules.test_programs import room, script
 
-
-@pytest.mark.slow
-def test_a_program_ends_with_who_started_it_even_when_that_is_killed(tmp_path):
-    script(tmp_path, "bad", "import time\ntime.sleep(60077)\n")
-    room(tmp_path, f"estimator: {{use: 'exec:./bad {tmp_path}', patience: 60}}")
-    words = [sys.executable, "-m", "mjsim.cli", "run", str(tmp_path / "room.yaml"), "-o", str(tmp_path / "run.mcap")]
-    program = f"./bad {tmp_path}"
-    with child(words) as parent:
-        until = time.monotonic() + 30
-        while not left_running(program) and time.monotonic() < until:
-            time.sleep(0.05)
-        assert left_running(program)
-        parent.kill()
-    assert gone(program)
-    assert gone(str(tmp_path))
-
-
 DAEMON = """
 import os, sys
 for _ in range(3):
@@ -47,7 +30,7 @@ for line in sys.stdin:
     "answer",
     ["'{\"forward\": 1}'", "'no JSON'", pytest.param("__import__('time').sleep(60078)", marks=pytest.mark.slow)],
 )
-def test_daemons_of_a_program_end_with_it(tmp_path, answer):
+def test_a_program_and_its_daemons_end_with_who_started_it_even_when_that_is_killed(tmp_path, answer):
     script(tmp_path, "bad", DAEMON.replace("ANSWER", answer))
     room(tmp_path, f"navigator: {{use: 'exec:./bad {tmp_path}', patience: 60}}")
     words = [sys.executable, "-m", "mjsim.cli", "run", str(tmp_path / "room.yaml"), "-o", str(tmp_path / "run.mcap")]

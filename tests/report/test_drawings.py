@@ -66,10 +66,12 @@ def test_formats_are_a_list_of_words_and_a_misspelt_one_is_told():
 @pytest.mark.slow
 def test_a_report_has_each_plot_in_each_format_and_its_page_has_them_all(recording, tmp_path):
     with pytest.raises(SystemExit) as ended:
-        main(["report", str(recording[1]), "-o", str(tmp_path), "--formats", "pdf,svg,png"])
+        main(["report", str(recording[1]), "-o", str(tmp_path), "--formats", "pdf,png"])
     assert ended.value.code == 0
     stems = {path.stem for path in tmp_path.glob("scout_*")}
-    assert {path.name for path in tmp_path.glob("scout_*")} == {f"{stem}.{form}" for stem in stems for form in FORMATS}
+    assert {path.name for path in tmp_path.glob("scout_*")} == {
+        f"{stem}.{form}" for stem in stems for form in ("pdf", "png")
+    }
     page = (tmp_path / "report.html").read_text()
     assert page.count("data:image/png") == len(stems) > 2
     assert np.ptp(cv2.imread(str(tmp_path / "scout_path.png"))) > 100

@@ -1,12 +1,10 @@
 """Sweeps that are run: the same table, whatever happens to the processes on the way."""
 
 import csv
-import json
 import os
 import signal
 import sys
 import time
-from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +13,7 @@ import pytest
 import mjsim
 from mjsim.cli import main
 from mjsim.world import with_settings
-from tests.children import child, completed
+from tests.children import completed
 from tests.cli.shell import typed
 
 pytestmark = pytest.mark.slow  # Every sweep starts processes.
@@ -61,7 +59,7 @@ from mjsim import Command
 class Trap:
     def start(self, robot, map, rng): self.ahead = rng.random() < 0.5
     def command(self, seen, belief): return Command() if seen.time < 0.5 or not self.ahead else fall()
-def fall(): raise RuntimeError("over the edge")
+def fall(): raise SystemExit("over the edge")
 """
 TURN = "robots.scout.odometry.noise.turn"
 SETTINGS = {TURN: (0.01, 0.04)}
@@ -124,9 +122,11 @@ def test_a_sweep_of_which_a_worker_is_killed_goes_on_and_after_its_own_end_too_w
 
 
 def test_a_dask_cluster_of_which_one_worker_is_killed_gives_the_same_table(room, undisturbed, tmp_path, capsys):
-    pytest.importorskip("distributed")
-    with cluster(tmp_path, {**os.environ, "STROLL": f"{tmp_path / 'log'}|worker@3"}) as address:
-        assert typed(*command(room, tmp_path / "out", "--dask", address, "--keep"), capsys=capsys)[0] == 0
+    cluster = pytest.importorskip("distributed").LocalCluster
+    stroll = {"STROLL": f"{tmp_path / 'log'}|worker@3"}
+    with cluster(n_workers=2, threads_per_worker=1, dashboard_address=None, local_directory=tmp_path, env=stroll) as it:
+        words = command(room, tmp_path / "out", "--dask", it.scheduler_address, "--keep")
+        assert typed(*words, capsys=capsys)[0] == 0
     # One run was killed; those that its worker had not yet handed on are lost with it.
     assert len((tmp_path / "log").read_text().split()) >= 7
     assert len(set((tmp_path / "log").read_text().split())) >= 2
@@ -148,7 +148,7 @@ def test_a_failed_run_is_reported_and_the_others_continue(tmp_path, capsys):
     assert all((row["bumps"] == "") == bool(row["error"]) for row in rows)
     told = capsys.readouterr()
     assert f"scout, {6 - len(failing)} of 6 runs" in told.out
-    line = "navigator Trap of robot 'scout' at 0.52 s raised RuntimeError: over the edge (trap.py:6)"
+    line = "navigator Trap of robot 'scout' at 0.52 s raised SystemExit: over the edge (trap.py:6)"
     assert f"mjsim: run 000-seed{failing[0]:04d} failed: {line}\n" in told.err
     # What failed would fail again: nothing is left to do.
     before = table(tmp_path / "out")
@@ -156,30 +156,6 @@ def test_a_failed_run_is_reported_and_the_others_continue(tmp_path, capsys):
         f"000-seed{seed:04d}" for seed in failing
     }
     assert table(tmp_path / "out") == before
-
-
-@contextmanager
-def cluster(folder, environment):
-    """Start a Dask scheduler with two workers, as `dask scheduler` and `dask worker` do; yields its address."""
-    told = folder / "scheduler.json"
-    options = ["--host", "127.0.0.1", "--no-dashboard", "--scheduler-file", str(told)]
-    with ExitStack() as undo:
-        for program in (
-            ["distributed.cli.dask_scheduler", *options, "--port", "0"],
-            [
-                "distributed.cli.dask_worker",
-                *options,
-                "--nworkers",
-                "2",
-                "--nthreads",
-                "1",
-                "--local-directory",
-                folder,
-            ],
-        ):
-            undo.enter_context(child([sys.executable, "-m", *program], env=environment))
-            wait_for(lambda: told.is_file() and told.read_text().endswith("}"))
-        yield json.loads(told.read_text())["address"]
 
 
 def wait_for(condition):
