@@ -228,9 +228,9 @@ def test_a_robot_at_top_speed_does_not_pass_a_joint():
 
 
 @pytest.mark.slow
-def test_two_hundred_robots_at_top_speed_do_not_pass_a_joint():
-    count = sum(drives(np.random.default_rng([12, k]), rounds=6, rooms=16) for k in range(2))
-    assert count == 192
+def test_a_hundred_robots_at_top_speed_do_not_pass_a_joint():
+    count = drives(np.random.default_rng(12), rounds=6, rooms=16)
+    assert count == 96
 
 
 def test_segments_of_a_random_room_go_round_it_inside_and_outside(many):

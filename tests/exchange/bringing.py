@@ -34,17 +34,13 @@ def brought(path: Path, folder: Path, *options: str) -> tuple[Path, str]:
 
 @contextlib.contextmanager
 def few_drives(count: int = 10) -> Iterator[None]:
-    """Let a robot's slip be learned from so many drives of 10 s, not 80 of 20 s: 10 tell its track as well, but not how sure it is.
+    """Let a robot's slip be learned from so many drives of 10 s, not 80: 10 tell its track as well.
 
     Robots are read in this process meanwhile, which alone has these numbers; two on rollers are enough, not five.
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(exchange, "bring_robot", bring_robot)
-        for name, number in {
-            "DRIVE_COUNT": count,
-            "TICKS_PER_DRIVE": 250,
-            "ON_ROLLERS": 2,
-            "ROBOTS_AT_ONCE": 2,
-        }.items():
+        fewer = {"DRIVE_COUNT": count, "TICKS_PER_DRIVE": 250, "ON_ROLLERS": 2, "ROBOTS_AT_ONCE": 2}
+        for name, number in fewer.items():
             patch.setattr(slip, name, number)
         yield

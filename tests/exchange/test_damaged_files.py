@@ -1,4 +1,4 @@
-"""Forty damaged files of ten formats, each read in the guarded child process: one line, or what is left of it."""
+"""Forty damaged files of ten formats: each is one line, or what is left of it."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -10,10 +10,10 @@ import pytest
 from mjsim.errors import MjsimError
 from mjsim.exchange import RobotOptions, bring_file, bring_robot
 from mjsim.exchange.world_import import Reading
-from mjsim.logs import import_log
 from tests.exchange.test_jointed_scenes import CHEST, DOOR, MJCF
 from tests.exchange.test_webots import ROOM
 from tests.logs.test_rawlogs import RANGES, START, action, frame, pose3, scan
+from tests.real_logs import imported
 
 WALLS = [(0, 0, 6, 0), (6, 0, 6, 4), (6, 4, 0, 4), (0, 4, 0, 0)]
 SVG = "".join(f"<line x1='{100 * a}' y1='{100 * b}' x2='{100 * c}' y2='{100 * d}'/>" for a, b, c, d in WALLS)
@@ -56,7 +56,7 @@ FILES: dict[str, bytes] = {
 
 def read(path: Path) -> None:
     if path.suffix in (".rawlog", ".clf"):
-        import_log(path)
+        imported(path)
     elif path.suffix == ".urdf":
         bring_robot(path, name="r", options=RobotOptions(), packages={}, arguments={})
     else:

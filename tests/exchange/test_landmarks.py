@@ -57,10 +57,10 @@ def matrix(values: np.ndarray) -> str:
 @pytest.mark.slow
 def test_the_robot_drives_the_way_and_maps_the_landmarks(tmp_path):
     savemat(tmp_path / "map.mat", {"lm": LM, "wp": WP})
-    assert new(tmp_path, "--scale", "0.1") == 0
+    assert new(tmp_path, "--scale", "0.05") == 0
     with mjsim.Simulation(load_runnable(tmp_path / "room.yaml")) as sim:
         track = mjsim.run(sim).robots["scout"]
-    assert np.hypot(*(track.truth[-1, :2] - 0.1 * WP[:, -1])) < 0.5
+    assert np.hypot(*(track.truth[-1, :2] - 0.05 * WP[:, -1])) < 0.25
     assert len(track.landmarks.names) >= 4
 
 

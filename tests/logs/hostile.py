@@ -72,7 +72,7 @@ def one_line_of_columns(folder: Path) -> Path:
 
 
 def deep_description(folder: Path) -> Path:
-    (folder / "log.yaml").write_text("log: tables\nodometry: " + "[" * 100_000 + "\n")
+    (folder / "log.yaml").write_text("log: tables\nodometry: " + "[" * 20_000 + "\n")
     return folder / "log.yaml"
 
 
@@ -268,7 +268,7 @@ def metadata_of_aliases(folder: Path) -> Path:
 
 def metadata_of_brackets(folder: Path) -> Path:
     write_scans(folder / "run", "sqlite")
-    (folder / "run" / "metadata.yaml").write_text("rosbag2_bagfile_information: " + "[" * 100_000)
+    (folder / "run" / "metadata.yaml").write_text("rosbag2_bagfile_information: " + "[" * 20_000)
     return folder / "run"
 
 

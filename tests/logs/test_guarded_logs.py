@@ -32,7 +32,7 @@ def _messages(path: Path) -> list[tuple[str, int, bytes]]:
 
 @pytest.mark.slow
 def test_a_recording_from_the_child_is_that_of_this_process(tmp_path):
-    write_mrclam(tmp_path / "log", seconds=60.0)
+    write_mrclam(tmp_path / "log", seconds=20.0)
     done: list[float] = []
     mjsim.import_log(tmp_path / "log", record=tmp_path / "child.mcap", progress=done.append)
     imported(tmp_path / "log", record=tmp_path / "here.mcap")

@@ -9,7 +9,7 @@ import mjsim
 from mjsim.geometry import Pose, Pose3
 from mjsim.logs.resampling.resample import MotionNoise, motions, track_of
 from tests.bags import START, new_bag
-from tests.real_logs import run_command
+from tests.real_logs import imported, run_command
 
 EXACT = MotionNoise(distance=0.0, turn=0.0, veer=0.0, aside=0.0)
 NO_ROTATION = Pose3(0, 0, 0, 0, 0, 0, 0)
@@ -54,7 +54,7 @@ def test_odometry_without_poses_is_integrated_from_its_twists(tmp_path, capsys):
 
 
 @pytest.mark.slow
-def test_motion_that_only_tf_tells_and_frames_that_tf_does_not_know(tmp_path, capsys):
+def test_motion_that_only_tf_tells_and_frames_that_tf_does_not_know(tmp_path):
     mounted = Pose3(0.2, 0.0, 0.3, 0.0, 0.0, 0.0, 1.0)
     for name, outer in (("tf", "/odom_combined"), ("wheels", None)):
         with new_bag(tmp_path / f"{name}.bag", "bag") as bag:
@@ -67,9 +67,8 @@ def test_motion_that_only_tf_tells_and_frames_that_tf_does_not_know(tmp_path, ca
                     fixed.append(bag.transform(bag.header(at, outer), "/base_link", pose.matrix()))
                 bag.put("/tf", at, bag.make("tf2_msgs/TFMessage", transforms=fixed))
                 bag.put("/scan", at, bag.scan(bag.header(at, "laser"), np.ones(5), 0.0, 0.1, (0.1, 9.0)))
-        out = tmp_path / f"{name}.mcap"
-        assert run_command("import-log", str(tmp_path / f"{name}.bag"), "-o", str(out)) == 0
-        run = mjsim.read_recording(out)
+        run = imported(tmp_path / f"{name}.bag")
         assert _end(run).x == pytest.approx(0.5, abs=1e-6)
         assert run.world.robots[0].sensors[0].at == pytest.approx((0.2, 0.0, 0.3))
-    assert "guessed: odometry's frame: base_link, since wheel_center is not in /tf" in capsys.readouterr().err
+    print(run.metadata)
+    assert run.metadata["odometry's frame"] == "guessed: base_link, since wheel_center is not in /tf"

@@ -44,7 +44,6 @@ robots:
     preset: PRESET
     at: [1, 1]
     sensors:
-      - {camera: front, at: [0.1, 0, 0.4], width: 320, height: 240, fov_deg: 70, rate_hz: RATE}
       - {lidar: scan, at: [0, 0, 0.35], beams: 90, fov_deg: 360, rate_hz: 5}
       - {beacons: ring, range: [0.2, 8], fov_deg: 360, rate_hz: 5}
 run: {map: known, drivers: {scout: {avoidance: true}}}
@@ -65,7 +64,9 @@ def rows():
 
 def world_for(name: str, **driver: object) -> mjsim.World:
     text = ROOM.replace("PRESET", "robotino" if name == "Crab" else "pioneer3dx")
-    text = text.replace("RATE", "5" if name == "BeaconVision" else "0.5")
+    if name == "BeaconVision":
+        camera = "{camera: front, at: [0.1, 0, 0.4], width: 320, height: 240, fov_deg: 70, rate_hz: 5}"
+        text = text.replace("    sensors:\n", f"    sensors:\n      - {camera}\n")
     lines = "".join(f", {key}: {value}" for key, value in driver.items())
     return mjsim.parse_world(text.replace("{avoidance: true}", f"{{avoidance: true{lines}}}"))
 

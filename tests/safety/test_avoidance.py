@@ -38,7 +38,7 @@ def drive(world, seconds, *, navigator=None, avoidance=True, seed=1):
 @pytest.mark.slow
 def test_told_only_to_go_ahead_it_bumps_into_nothing_and_comes_about():
     world = clutter_world((12.0, 10.0), seed=3)
-    (poses,), bumps = drive(world, 36.0)
+    (poses,), bumps = drive(world, 24.0)
     assert bumps == 0
     assert shapely.distance(solid(world), shapely.points(poses[:, :2])).min() > 0.22
     assert coverage(world, poses[:, :2], radius=0.22) > 0.12
@@ -77,7 +77,7 @@ def test_a_doorway_of_80_cm_is_passed():
 @pytest.mark.slow
 def test_waypoints_behind_a_thing_are_reached_around_it():
     world = parse_world(ROOM + "obstacles: [{box: [0.5, 1.6, 1], at: [4, 3.1]}]\n" + SCOUT)
-    (poses,), bumps = drive(world, 30.0, navigator=Waypoints([[6.8, 3]], speed=0.5))
+    (poses,), bumps = drive(world, 24.0, navigator=Waypoints([[6.8, 3]], speed=0.5))
     assert bumps == 0
     np.testing.assert_allclose(poses[-1, :2], [6.8, 3], atol=0.1)
 
@@ -86,7 +86,7 @@ def test_waypoints_behind_a_thing_are_reached_around_it():
 def test_two_robots_in_one_room_do_not_bump_into_each_other():
     two = "robots:\n  - {name: a, preset: pioneer3dx, at: [1.5, 3]}\n"
     two += "  - {name: b, preset: pioneer3dx, at: [6.5, 3.1], heading_deg: 180}\n"
-    _, bumps = drive(parse_world(ROOM + two), 30.0)
+    _, bumps = drive(parse_world(ROOM + two), 15.0)
     assert bumps == 0
 
 
@@ -126,7 +126,7 @@ def test_a_long_robot_gets_out_of_corners_and_bumps_into_nothing(preset):
     )
     hall = f"mjsim: 1\nwalls: [{{points: {corners}, closed: true}}]\nobstacles: [{things}]\n"
     robot = f"robots: [{{name: scout, preset: {preset}, at: [9.5, 9], heading_deg: -120}}]\n"
-    (poses,), bumps = drive(parse_world(hall + robot), 25.0)
+    (poses,), bumps = drive(parse_world(hall + robot), 18.0)
     assert bumps == 0
     # In no 10 s does it stay within half a metre.
     ways = np.lib.stride_tricks.sliding_window_view(poses[:, :2], 250, axis=0)

@@ -37,7 +37,7 @@ robots:
 """The noise of a cheap inertial sensor with a bias that wanders, noise of the drive, a floor like wet tiles."""
 
 
-def stands(world: World, *, rate_hz: float, delay_ms: float, seconds: float = 15.0) -> bool:
+def stands(world: World, *, rate_hz: float, delay_ms: float, seconds: float = 10.0) -> bool:
     """Return whether a robot comes to rest under control of this rate and delay."""
     loop = ControlLoop(controller=Lqr(), rate_hz=rate_hz, latency=round(delay_ms / 1000 / STEP))
     leans = []
@@ -107,6 +107,6 @@ def test_it_bears_the_rates_and_delays_that_the_linear_model_does(rate, delay, r
 
 @pytest.mark.slow
 def test_it_stands_on_a_slippery_floor_with_a_noisy_sensor_and_shoves():
-    most, way = rough_drive(100, 40.0)
+    most, way = rough_drive(100, 24.0)
     assert most < 20.0
-    assert way > 6.5
+    assert way > 4.0

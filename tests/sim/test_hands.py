@@ -228,11 +228,11 @@ def nesting_at_most(calls):
 @pytest.mark.slow
 def test_a_hand_that_was_led_more_often_than_calls_may_nest_is_shown_from_any_of_them():
     world = mjsim.parse_world(ROOM.replace("EVENTS", ""))
-    places = [(1.6, 0.2 * np.sin(k), 1.0 + 0.1 * np.cos(k)) for k in range(150)]
+    places = [(1.6, 0.2 * np.sin(k), 1.0 + 0.1 * np.cos(k)) for k in range(80)]
     turns = tuple(HandLed(3.0 * k, "right", (float(x), float(y), float(z))) for k, (x, y, z) in enumerate(places))
     people, looks = LedPeople(world), looks_after(world, ())
     LedPeople(world).values("anna", turns[:1])  # imports, whose calls nest deeper than the others
-    with nesting_at_most(100):
+    with nesting_at_most(60):
         there = people.grips(replace(looks, reached={"anna": turns}))["anna"]["right"]
     np.testing.assert_allclose(there, places[-1], atol=2e-3)
     # Back in time, and another way from there.

@@ -78,11 +78,10 @@ def test_each_backend_that_is_here_draws_a_red_wall_red(backend):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("wish", ["glfw", "nonsense"])
-def test_an_unknown_opengl_backend_is_a_one_line_error_with_a_remedy(wish):
-    done = in_a_process(MUJOCO_GL=wish)
+def test_an_unknown_opengl_backend_is_a_one_line_error_with_a_remedy():
+    done = in_a_process(MUJOCO_GL="nonsense")
     assert done.returncode == 1
-    assert done.stderr == f"MUJOCO_GL is '{wish}'; mjsim draws with 'egl' or 'osmesa'; type: unset MUJOCO_GL\n"
+    assert done.stderr == "MUJOCO_GL is 'nonsense'; mjsim draws with 'egl' or 'osmesa'; type: unset MUJOCO_GL\n"
 
 
 @pytest.mark.slow

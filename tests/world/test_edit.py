@@ -190,17 +190,17 @@ def test_a_changed_text_reads_as_the_world_with_that_change_and_all_else_stays(d
 
 
 @pytest.mark.slow
-@settings(max_examples=30, deadline=None, derandomize=True)
+@settings(max_examples=16, deadline=None, derandomize=True)
 @given(st.data())
 def test_shipped_worlds_are_changed_where_they_can_be(data):
     check_a_change(data, data.draw(st.sampled_from(sorted(TEXTS))))
 
 
 @pytest.mark.slow
-def test_every_comment_is_kept_through_a_hundred_edits():
+def test_every_comment_is_kept_through_fifty_edits():
     random, text, added = Random(7), TEXTS["gallery"], 0
     before, world = comments(text), parse_world(text, source=SOURCE)
-    for _ in range(100):
+    for _ in range(50):
         kind = random.choice(["obstacles", "beacons", "robots"])
         index = random.randrange(len(getattr(world, kind)))
         place = [round(random.uniform(0.0, 9.0), 2), round(random.uniform(0.0, 9.0), 2)]
@@ -222,7 +222,7 @@ def test_every_comment_is_kept_through_a_hundred_edits():
         added += {"add": 1, "remove": -1}.get(change.op, 0)
         assert comments(text) == before
     assert len(parse_world(text, source=SOURCE).obstacles) == len(world.obstacles) + added
-    assert len(changed_lines(TEXTS["gallery"], text)[1]) > 20
+    assert len(changed_lines(TEXTS["gallery"], text)[1]) > 10
 
 
 def test_moving_a_thing_changes_its_numbers_and_nothing_else():

@@ -105,14 +105,14 @@ def worlds(draw):
 
 
 @pytest.mark.slow
-@settings(BOUNDED, max_examples=20)
+@settings(BOUNDED, max_examples=12)
 @given(worlds())
 def test_any_world_built_in_python_reads_back_equal_from_its_text(world):
     assert parse_world(format_world(world)) == world
 
 
 @pytest.mark.slow
-@settings(BOUNDED, max_examples=10)
+@settings(BOUNDED, max_examples=6)
 @given(worlds(), worlds())
 def test_any_change_of_a_world_that_was_read_is_written_back(before, after):
     read = parse_world(format_world(before))
