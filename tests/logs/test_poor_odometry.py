@@ -70,5 +70,4 @@ def test_motion_that_only_tf_tells_and_frames_that_tf_does_not_know(tmp_path):
         run = imported(tmp_path / f"{name}.bag")
         assert _end(run).x == pytest.approx(0.5, abs=1e-6)
         assert run.world.robots[0].sensors[0].at == pytest.approx((0.2, 0.0, 0.3))
-    print(run.metadata)
     assert run.metadata["odometry's frame"] == "guessed: base_link, since wheel_center is not in /tf"

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 
 import mujoco
 import numpy as np
@@ -324,7 +325,8 @@ def test_the_weights_at_the_start_are_those_of_the_bake():
 
 
 @pytest.mark.slow
-def test_a_run_its_replay_and_views_of_its_states_show_the_same_light():
+def test_a_run_its_replay_and_views_of_its_states_show_the_same_light(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("mjsim.light.world_light._baked", partial(bake, processes=1, texel=0.3))
     world = parse_world(EVENTFUL)
     with Simulation(world) as sim:
         before = sim.sense("r").cameras["eye"].image

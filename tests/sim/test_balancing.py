@@ -108,34 +108,34 @@ def test_the_settled_plant_falls_with_the_pole_of_the_linear_model():
 
 @pytest.mark.slow
 def test_released_at_a_lean_it_comes_back_as_the_linear_model():
-    assert_alike(driven(joe(f"lean_deg: {math.degrees(0.1)!r}"), 4.0), linear(4.0, lean=0.1))
+    assert_alike(driven(joe(f"lean_deg: {math.degrees(0.1)!r}"), 2.5), linear(2.5, lean=0.1))
 
 
 @pytest.mark.slow
 def test_shoved_it_sways_as_the_linear_model():
     shoved = joe(run="events: [{time: 1, shove: joe, impulse: [6, 0, 0], seconds: 0.1}]")
-    assert_alike(driven(shoved, 6.0), linear(6.0, push=60.0))
+    assert_alike(driven(shoved, 4.0), linear(4.0, push=60.0))
 
 
 @pytest.mark.slow
 def test_told_to_drive_it_first_rolls_back_as_the_linear_model():
-    states = driven(joe(), 6.0, speed=0.5)
+    states = driven(joe(), 4.0, speed=0.5)
     assert states[:, 2].min() < -0.03  # before it leans forward
-    assert_alike(states, linear(6.0, speed=0.5))
+    assert_alike(states, linear(4.0, speed=0.5))
 
 
 @pytest.mark.slow
 def test_its_tyres_roll_at_the_radius_that_odometry_goes_by():
     with mjsim.Simulation(joe(rate=25)) as sim:
         sim.apply("joe", mjsim.Command(0.3))
-        for _ in range(300):
+        for _ in range(150):
             sim.step()
         way, told = state(sim)[0], 0.0
-        for _ in range(100):
+        for _ in range(75):
             sim.step()
             told += sim.sense("joe").odometry.forward
         assert told == pytest.approx(state(sim)[0] - way, rel=5e-4)
-        assert told / 4.0 == pytest.approx(0.3, rel=5e-3)
+        assert told / 3.0 == pytest.approx(0.3, rel=5e-3)
 
 
 @pytest.mark.slow
@@ -145,10 +145,9 @@ def test_the_height_of_its_inertial_sensor_does_not_matter():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("aside", [0.0, 3.0])
-def test_it_stands_after_a_shove_of_12_newton_seconds(aside):
+def test_it_stands_after_a_shove_of_12_newton_seconds():
     with mjsim.Simulation(joe(rate=25)) as sim:
-        sim.shove("joe", (12.0, aside, 0.0))
+        sim.shove("joe", (12.0, 3.0, 0.0))
         for _ in range(250):
             sim.step()
         pose = sim.poses()["joe"]
@@ -197,7 +196,7 @@ def test_odometry_is_the_way_of_the_axle_whatever_the_body_does():
     with mjsim.Simulation(joe("lean_deg: 5", rate=25)) as sim:
         sim.apply("joe", mjsim.Command(0.4, turn=0.3))
         told, began = mjsim.Pose(0.0, 0.0, 0.0), sim.poses()["joe"]
-        for _ in range(200):
+        for _ in range(120):
             sim.step()
             seen = sim.sense("joe").odometry
             told = told @ mjsim.Pose(seen.forward, seen.left, seen.turn)
@@ -228,7 +227,7 @@ def test_modules_find_its_lean_from_the_readings_of_each_tick():
     with mjsim.Simulation(world) as sim:
         lean = TickLean(sim.robots["joe"])
         sim.apply("joe", mjsim.Command(0.5))
-        for _ in range(150):
+        for _ in range(90):
             pitch = lean.update(sim.sense("joe"))
             # During the shove its speed does not grow evenly, as is taken within a tick.
             assert pitch == pytest.approx(sim.poses()["joe"].pitch(), abs=0.012), sim.time

@@ -172,9 +172,7 @@ def test_noise_on_the_twist_is_white_with_the_density_given_whatever_the_rate():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "rate", [pytest.param(12.5, marks=pytest.mark.slow), 25, pytest.param(50, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("rate", [12.5, 50])
 def test_robots_wander_by_the_noise_of_their_drives_at_any_rate(rate):
     count, seconds = 32, 4.0
     sim = meadow(["drive: {noise: {speed: 0.02, turn: 0.02}}"] * count, rate=rate, seed=round(rate))

@@ -58,7 +58,7 @@ def test_a_kidnapped_robot_stands_elsewhere_at_the_first_tick_not_before_and_its
     for tick in range(1, 30):
         sim.apply("r", Command(0.3))
         sim.step()
-        seen = sim.sense("r").odometry
+        seen = sim.odometry("r")
         told = told @ Pose(seen.forward, seen.left, seen.turn)
         if tick == 25:
             assert sim.truth("r").x < 1.3

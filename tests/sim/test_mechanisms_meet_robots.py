@@ -125,7 +125,7 @@ def test_a_seesaw_tips_where_the_moments_of_robot_and_board_are_equal():
 
 @pytest.mark.slow
 def test_a_scissor_lift_raises_a_robot_by_the_sine_of_its_angle():
-    rows, bumps = run("scissor_lift", 30)
+    rows, bumps = run("scissor_lift", 27)
     low, high = (rows[np.searchsorted(rows[:, 0], time), 3] for time in (10.6, 23.0))
     rise = 1.2 * (math.sin(math.radians(33)) - math.sin(math.radians(3)))
     assert high - low == pytest.approx(rise, abs=0.002)

@@ -49,7 +49,7 @@ run:
 def episode(sim: Simulation) -> list[bytes]:
     """Return the bytes of all that is sensed and true in the next ticks of a busy drive."""
     rows = []
-    for tick in range(30):
+    for tick in range(18):
         seen = {name: sim.sense(name) for name in sim.robots}
         rows.append(pickle.dumps((sim.time, seen, sim.truths(), sim.state(), sim.things(), sim.looks, sim.happened())))
         sim.apply("r", Command(0.5, turn=0.1, messages=(tick,)))

@@ -62,7 +62,7 @@ def spun(sensor):
     here = parse_world(f"mjsim: 1\nrobots: [{{name: r, base: fixed, at: [0, 0], sensors: [{sensor}], {SPINNER}}}]")
     with mjsim.Simulation(here) as sim:
         resting = sim.sense("r").imu
-        for tick in range(100):
+        for tick in range(60):
             goal = mjsim.JointGoal(positions=(0.08 * tick, 0.0), velocities=(2.0, 0.0))
             sim.apply("r", mjsim.Command(joints={"arm": goal}))
             sim.step()
