@@ -78,8 +78,10 @@ def mended(inertia: Array) -> tuple[Array, str] | None:
         return None  # MuJoCo derives it from the shapes, or uses the minimum
     low = values[0]
     if low <= MIN_MOMENT:
+        rod = abs(low) < MOMENT_TOLERANCE * values[2] and values[1] > values[2] / TRIANGLE_TOLERANCE
+        wrong = "is that of a rod without thickness" if rod else f"has a principal moment of {low:.3g} kg m^2"
         values = np.maximum(values, values[2] / 2)
-        return vectors @ np.diag(values) @ vectors.T, f"has a principal moment of {low:.3g} kg m^2"
+        return vectors @ np.diag(values) @ vectors.T, wrong
     if values[0] + values[1] < values[2] / TRIANGLE_TOLERANCE:
         miss = values[2] - values[0] - values[1]
         verb = "breaks" if miss > MAX_VIOLATION * values[2] else "slightly misses"

@@ -230,11 +230,11 @@ def _plain(triangles: Sequence[Array], rgba: tuple[float, float, float, float] |
     """Return triangles as a part without a texture."""
     whole = np.concatenate(triangles)
     fewer = coarser(whole)
-    return MeshPart(stl(np.concatenate([fewer, _speck(fewer)])), rgba, coarser=len(fewer) < len(whole))
+    return MeshPart(stl(fewer), rgba, coarser=len(fewer) < len(whole))
 
 
 def _speck(triangles: Array) -> Array:
-    """Return what gives a flat mesh the volume that MuJoCo asks for: a speck in its middle, shape (4 or 0, 3, 3)."""
+    """Return four triangles that give a flat mesh volume: a speck in its middle, shape (4 or 0, 3, 3)."""
     corners = triangles.reshape(-1, 3)
     middle, size = corners.mean(axis=0), float(np.ptp(corners, axis=0).max())
     volume = np.linalg.det(triangles - middle).sum() / 6.0
@@ -270,13 +270,20 @@ def stl(triangles: Array) -> bytes:
     return b"".ljust(_HEAD) + len(triangles).to_bytes(4, "little") + records.tobytes()
 
 
-def is_plain_stl(data: bytes) -> bool:
-    """Return whether a file is a binary STL that MuJoCo takes as it is: neither too large nor flat."""
+def is_small_stl(data: bytes) -> bool:
+    """Return whether a file is a binary STL that needs no simplification."""
     count = int.from_bytes(data[_HEAD : _HEAD + 4], "little")
-    if count > MAX_TRIANGLES or len(data) != _HEAD + 4 + count * _RECORD.itemsize:
-        return False
+    return count <= MAX_TRIANGLES and len(data) == _HEAD + 4 + count * _RECORD.itemsize
+
+
+def with_volume(data: bytes) -> bytes:
+    """Return a binary STL, with a speck in its middle if it is flat: MuJoCo asks for volume."""
+    count = int.from_bytes(data[_HEAD : _HEAD + 4], "little")
+    if not count or not is_small_stl(data):
+        return data
     corners = np.frombuffer(data, _RECORD, count, _HEAD + 4)["corners"].astype(float)
-    return not (count and np.isfinite(corners).all() and len(_speck(corners)))
+    speck = _speck(corners) if np.isfinite(corners).all() else corners[:0]
+    return stl(np.concatenate([corners, speck])) if len(speck) else data
 
 
 def coarser(triangles: Array) -> Array:

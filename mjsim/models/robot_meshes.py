@@ -5,7 +5,7 @@ import posixpath
 from collections.abc import Callable, Collection
 from xml.etree.ElementTree import Element, SubElement
 
-from mjsim.models.mesh_files import MeshPart, mesh_parts, whole_mesh
+from mjsim.models.mesh_files import MeshPart, mesh_parts, whole_mesh, with_volume
 from mjsim.models.model_sources import PlainFile
 from mjsim.models.proven import guarded_parts
 
@@ -103,7 +103,8 @@ class PlainMeshes:
         mesh = made.find("geometry/mesh")
         assert mesh is not None
         stem = posixpath.splitext(posixpath.basename(name))[0]
-        mesh.set("filename", self._named(stem, part.ending, part.data))
+        data = part.data if part.texture is not None else with_volume(part.data)
+        mesh.set("filename", self._named(stem, part.ending, data))
         if part.rgba is not None or part.texture is not None:
             for old in made.findall("material"):
                 made.remove(old)

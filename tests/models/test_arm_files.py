@@ -238,6 +238,24 @@ def test_a_mesh_with_texture_coordinates_at_some_faces_only_is_taken(tmp_path):
     assert mjsim.arm(tmp_path / "a.xml").links[0].mass == pytest.approx(1000 * 0.2**3 / 6, rel=1e-6)
 
 
+def test_an_arm_of_urdf_moves_without_its_meshes_and_pictures_and_they_are_told(tmp_path, capsys):
+    (tmp_path / "a.urdf").write_text(
+        """<robot name="r"><material name="m"><texture filename="package://gone/skin.png"/></material>
+        <link name="base"/><link name="arm"><inertial><mass value="1"/><origin xyz="0.1 0 0"/>
+        <inertia ixx="-1e-20" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+        <visual><geometry><mesh filename="package://gone/arm.stl"/></geometry><material name="m"/></visual></link>
+        <joint name="j" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/></joint></robot>"""
+    )
+    with pytest.raises(SystemExit) as left:
+        main(["arm", str(tmp_path / "a.urdf")])
+    said = capsys.readouterr()
+    assert left.value.code == 0
+    assert "1 turns" in said.out
+    gone = "left out: 2 files 'package://gone/arm.stl', 'package://gone/skin.png': it is not there; without it"
+    assert gone in said.out + said.err
+    assert "the inertia of link 'arm' is that of a rod without thickness" in said.out + said.err
+
+
 def test_what_xacro_should_have_expanded_is_refused(tmp_path):
     told = LAMP.read_text().replace("</robot>", "<xacro:more/></robot>")
     (tmp_path / "lamp.urdf").write_text(told)

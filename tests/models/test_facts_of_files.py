@@ -76,6 +76,7 @@ def test_trials_say_what_is_wrong_or_nothing():
         ((1.0, 1.0, 2.2), None, "slightly misses the triangle inequality"),
         ((0.5, 0.5, 4.0), None, "breaks the triangle inequality"),
         ((0.0, 1.0, 3.0), (1.5, 1.5, 3.0), "has a principal moment of "),
+        ((-1e-12, 3.0, 3.0), (1.5, 3.0, 3.0), "is that of a rod without thickness"),
         ((-1.0, 2.0, 3.0), (1.5, 2.0, 3.0), "has a principal moment of -1 kg m^2"),
         ((1e-15, 1e-15, 1e-14), None, None),  # MuJoCo takes its own
         ((math.nan, 1.0, 1.0), (1e-6,) * 3, "is no number"),

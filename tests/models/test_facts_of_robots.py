@@ -219,7 +219,7 @@ CROSS = [[[1.0, 0, 0], [-0.5, 1, 0], [-0.5, -1, 0]], [[1, 0, 0], [-0.5, 0, 1], [
 """Two triangles through their middle: no volume."""
 
 
-def test_a_mesh_without_volume_weighs_as_its_surface_in_mjcf_and_is_left_out_of_urdf():
+def test_a_mesh_without_volume_weighs_as_its_surface_in_mjcf_and_nothing_in_urdf():
     robot = with_mesh(CROSS)
     assert robot.files.root.find("asset/mesh").get("inertia") == "shell"
     assert robot.model.nmesh == 1
@@ -227,9 +227,8 @@ def test_a_mesh_without_volume_weighs_as_its_surface_in_mjcf_and_is_left_out_of_
     visual = f"<visual>{MESH.format('f.stl')}</visual><collision>{MESH.format('f.stl')}</collision>{SHAPE}"
     text = f'<robot name="r">{link("base", None, "", visual)}</robot>'
     robot = gathered(text, **{"f.stl": binary(0.1 * np.array(CROSS))})
-    assert [item.why for item in robot.items] == ["MuJoCo cannot read it; collision shapes are used instead"]
-    assert (robot.model.nmesh, robot.model.body_mass.sum()) == (0, pytest.approx(1000.0))
-    assert robot.files.assets == {}
+    assert robot.items == ()
+    assert (robot.model.nmesh, robot.model.body_mass.sum()) == (1, pytest.approx(1000.0))
 
 
 def test_a_flat_mesh_of_mjcf_is_left_out():

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mjsim.models import gather_robot, spec_of
-from mjsim.models.mesh_files import gazebo_triangles, is_plain_stl, mesh_parts, stl, whole_mesh
+from mjsim.models.mesh_files import gazebo_triangles, is_small_stl, mesh_parts, stl, whole_mesh
 
 CORNERS = np.array([[0, 0, 0], [4, 0, 0], [0, 2, 0], [0, 0, 1]], dtype=float)
 FACES = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
@@ -200,7 +200,7 @@ def test_an_stl_in_words_becomes_the_same_triangles_in_bytes():
     )
     part = whole_mesh("a.stl", f"solid a\n{lines}endsolid".encode(), nothing)
     assert size_of(part.data) == [4, 2, 1]
-    assert is_plain_stl(part.data)
+    assert is_small_stl(part.data)
     assert whole_mesh("a.stl", stl(corners), nothing).data == stl(corners)
 
 

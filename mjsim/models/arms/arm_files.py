@@ -31,6 +31,7 @@ from mjsim.models.rotations import frame_at
 MIN_MASS = 1e-9
 """A link with a smaller mass has no mass in its file [kg]."""
 INSTEAD = "it cannot be read; collision shapes are used instead"
+ABSENT = "it is not there; without it the arm only looks different"
 TOOLS = [re.compile(rf"(^|_){word}(_link|_frame)?$") for word in ("tcp", "tool0", "tool", "attachment_site", "flange")]
 """Names of the frame at the end of an arm, those that count first."""
 ELEMENT_NAME = re.compile(r"(?:Element name|mesh|joint) '([^']+)'")
@@ -138,13 +139,15 @@ def read_arm(
 
 
 class _ArmGatherer(Gatherer):
-    """Reads the files of an arm; meshes in unreadable formats are left out, since collision shapes replace them."""
+    """Reads the files of an arm; meshes that cannot be read or are not there are left out, as it moves without them."""
 
     def __init__(self, path: str, read: Read, arguments: Mapping[str, str]) -> None:
         super().__init__(path, read)
         self._main, self._arguments = path, arguments
         self._absent: tuple[tuple[str, str], ...] = ()
-        self.missing: set[str] = set()
+        self._urdf = False
+        self.missing: dict[str, str] = {}
+        """Name of what is left out -> why."""
         self._meshes = PlainMeshes(self._named, self._gone, guarded=True)
 
     def _named(self, name: str) -> bytes:
@@ -153,7 +156,7 @@ class _ArmGatherer(Gatherer):
 
     def _gone(self, name: str, _: ValueError) -> str:
         """Leave out a mesh that cannot be read."""
-        self.missing.add(name)
+        self.missing[name] = INSTEAD
         return name
 
     def file(self, path: str) -> bytes:
@@ -175,16 +178,24 @@ class _ArmGatherer(Gatherer):
             return name
         if name in self._meshes.made:
             return self.store(self._meshes.made[name], kind, variant)
+        try:
+            self._named(name)
+        except ValueError:
+            if not self._urdf:
+                raise
+            self.missing[name] = ABSENT
+            return name
         return super().asset(name, kind, variant=variant)
 
     def keep_urdf(self, root: Element) -> None:
         """Keep only the elements that make up a robot, with meshes that MuJoCo reads."""
+        self._urdf = True
         with one_trial_child():
             self._meshes.put_into(root)
         super().keep_urdf(root)
 
     def notes(self) -> Iterator[str]:
-        left_out = [FileItem(Fate.LEFT_OUT, "mesh", name, INSTEAD) for name in sorted(self.missing)]
+        left_out = [FileItem(Fate.LEFT_OUT, "file", name, why) for name, why in sorted(self.missing.items())]
         left_out += [FileItem(Fate.LEFT_OUT, "include", place, why) for place, why in self._absent]
         yield from inventory(left_out)
 

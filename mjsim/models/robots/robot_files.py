@@ -15,7 +15,7 @@ import numpy as np
 
 from mjsim.inventory import Fate, FileItem
 from mjsim.models.inertia_repair import mend_impossible, mend_inertias, mend_weightless
-from mjsim.models.mesh_files import is_plain_stl, whole_mesh
+from mjsim.models.mesh_files import is_small_stl, whole_mesh, with_volume
 from mjsim.models.model_reader import compiled
 from mjsim.models.model_sources import ROBOT, Element, Gatherer, ModelFiles, Read
 from mjsim.models.robot_meshes import PlainMeshes, without_shapes
@@ -105,6 +105,7 @@ class _RobotGatherer(Gatherer):
         super().__init__(path, read)
         self._origins: dict[Element, ElementOrigin] = {}
         self._amiss: list[FileItem] = []
+        self._urdf = False
         self._meshes = PlainMeshes(
             lambda name: super(_RobotGatherer, self).file(self._resolved(name)), self._gone, up_axis=up_axis
         )
@@ -131,18 +132,22 @@ class _RobotGatherer(Gatherer):
     def file(self, path: str) -> bytes:
         """Return a file; STL files are converted for MuJoCo."""
         data = super().file(path)
-        if not path.lower().endswith(".stl") or is_plain_stl(data):
+        if not path.lower().endswith(".stl"):
             return data
-        try:
-            part = whole_mesh(path, data, super().file)
-        except ValueError:
-            return data  # What is wrong with it is told when it is checked.
-        if part.coarser:
-            self._meshes.coarser.add(path)
-        return part.data
+        if not is_small_stl(data):
+            try:
+                part = whole_mesh(path, data, super().file)
+            except ValueError:
+                return data  # What is wrong with it is told when it is checked.
+            if part.coarser:
+                self._meshes.coarser.add(path)
+            data = part.data
+        # A mesh without volume weighs as its surface in MJCF; URDF states the mass.
+        return with_volume(data) if self._urdf else data
 
     def keep_urdf(self, root: Element) -> None:
         """Keep the parts of a URDF that make up an object, with meshes that MuJoCo reads."""
+        self._urdf = True
         self._meshes.put_into(root)
         super().keep_urdf(root)
 
