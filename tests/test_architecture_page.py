@@ -13,12 +13,6 @@ PAGES = ["CONTRIBUTING.md", "docs/architecture.md"]
 DRAWING = runpy.run_path(str(ROOT / "scripts" / "make" / "architecture_picture.py"))
 
 
-@pytest.mark.slow
-def test_the_table_of_imports_is_that_of_the_sources():
-    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
-    assert DRAWING["with_table"](page, DRAWING["table"](DRAWING["parts_and_imports"]())) == page
-
-
 def test_an_arrow_that_others_stand_for_is_left_out():
     assert DRAWING["essential"]({"a": {"b", "c"}, "b": {"c"}, "c": set()}) == {"a": {"b"}, "b": {"c"}, "c": set()}
 

@@ -99,6 +99,12 @@ def test_imports_point_one_way(package):
     assert import_graph.wrong_directions(package, MAY_IMPORT) == []
 
 
+def test_the_table_of_imports_on_the_page_of_the_architecture_is_that_of_the_sources(package):
+    drawing = runpy.run_path(str(ROOT.parent / "scripts" / "make" / "architecture_picture.py"))
+    page = (ROOT.parent / "docs" / "architecture.md").read_text(encoding="utf-8")
+    assert drawing["with_table"](page, drawing["table"](drawing["parts_and_imports"](package))) == page
+
+
 def test_every_part_of_the_package_stands_in_the_table():
     parts = {path.stem for path in ROOT.iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()}
     assert parts - set(MAY_IMPORT) <= MAY_IMPORT_ALL

@@ -28,9 +28,9 @@ INK, PAPER, LINE = "#1d2a33", "#eef3f6", "#6c8796"
 Graph = Mapping[str, set[str]]
 
 
-def parts_and_imports() -> dict[str, set[str]]:
+def parts_and_imports(package: Package) -> dict[str, set[str]]:
     """Return what each part imports of the other parts; the ground is one part."""
-    package, graph = Package(Path(mjsim.__file__).parent), dict[str, set[str]]()
+    graph = dict[str, set[str]]()
     for importer, modules in package.module_graph.items():
         one = _part(package, importer)
         for module in modules:
@@ -117,7 +117,7 @@ def with_table(page: str, text: str) -> str:
 
 def main() -> None:
     """Write the picture, and the table into the page."""
-    graph = parts_and_imports()
+    graph = parts_and_imports(Package(Path(mjsim.__file__).parent))
     draw(graph, PICTURE)
     PAGE.write_text(with_table(PAGE.read_text(encoding="utf-8"), table(graph)), encoding="utf-8")
     print(PICTURE, PAGE, sep="\n")

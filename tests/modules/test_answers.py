@@ -102,6 +102,7 @@ def test_an_estimate_names_landmarks_by_beacon_by_number_or_by_place():
         ({"pose": None}, "returned no est.pose"),
         ({"pose": [1, 2]}, "returned est.pose of 2; it must be 3 numbers"),
         ({"pose": np.ones((1, 3, 1, 1))[..., [0, 0]]}, "returned est.pose of 1 x 3 x 1 x 2; it must be 3 numbers"),
+        ({"landmarks": [[1, 2, 3]]}, "returned est.landmarks of 1 x 3; it must be n x 2"),
         ({"landmark_covariance": R[:2]}, "returned 3 landmarks with 2 covariances; each needs one"),
         ({"innovations": []}, "returned 0 innovations with 1 covariances; each needs one"),
         ({"ids": [1, 2]}, "returned 3 landmarks with 2 ids; each needs one, 0 for one without a name"),

@@ -116,7 +116,6 @@ for line in sys.stdin:
 GOOD = {"pose": [0, 0, 0], "covariance": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}
 MISTAKES = [
     # What a program does at 0.20 s, and what the line says after that.
-    ("sys.exit(3)", "ended with exit code 3 before it answered"),
     ("sys.exit('no map here')", "ended with exit code 1 before it answered: no map here"),
     ("os.kill(os.getpid(), 9)", "was ended by SIGKILL before it answered"),
     ("1 / 0", "ended with exit code 1 before it answered: ZeroDivisionError: division by zero"),
@@ -126,26 +125,7 @@ MISTAKES = [
     ("print('[1, 2]', flush=True)", "answered JSON that is not an object; write {...}"),
     ("print(json.dumps({'error': 'lost\\nat sea'}), flush=True)", "raised lost at sea"),
     ("print('{}', flush=True)", "returned no est.pose"),
-    ("print(json.dumps({**GOOD, 'pose': [1, 2]}), flush=True)", "returned est.pose of 2; it must be 3 numbers"),
     ("print(json.dumps({**GOOD, 'pose': [1, 2, None]}), flush=True)", "returned a pose that is not finite"),
-    ("print(json.dumps({**GOOD, 'pose': 'here'}), flush=True)", "returned est.pose that is here; it must hold real"),
-    (
-        "print(json.dumps({**GOOD, 'landmarks': [[1, 2, 3]]}), flush=True)",
-        "returned est.landmarks of 1 x 3; it must be n x 2",
-    ),
-    ("print(json.dumps({**GOOD, 'landmarks': [[1, 2]]}), flush=True)", "returned 1 landmarks with 0 covariances;"),
-    (
-        "print(json.dumps({**GOOD, 'pose': ['1', '2', '3']}), flush=True)",
-        "returned est.pose that holds text; write numbers",
-    ),
-    (
-        "print(json.dumps({**GOOD, 'pose': [10**400, 2, 3]}), flush=True)",
-        "returned est.pose that holds a number beyond",
-    ),
-    (
-        "print(json.dumps({**GOOD, 'pose': [1, True, 0]}), flush=True)",
-        "answered with pose that holds true or false; write numbers",
-    ),
     (
         "print(json.dumps({**GOOD, 'show': [{'lines': [[0, False], [1, 1]], 'joined': True}]}), flush=True)",
         "answered with lines that holds true or false; write numbers",

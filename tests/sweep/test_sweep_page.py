@@ -1,5 +1,6 @@
 """The program on the page of sweeps runs."""
 
+import os
 import re
 import sys
 from pathlib import Path
@@ -16,6 +17,12 @@ robots: [{name: scout, at: [1, 1]}]
 """
 
 
+def on_one_core():
+    """Have a sweep start one worker."""
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, [min(os.sched_getaffinity(0))])
+
+
 @pytest.mark.slow
 def test_the_program_of_the_page_runs_and_its_folder_holds_what_the_page_lists(tmp_path):
     page = PAGE.read_text(encoding="utf-8")
@@ -23,7 +30,7 @@ def test_the_program_of_the_page_runs_and_its_folder_holds_what_the_page_lists(t
     (tmp_path / "room.yaml").write_text(ROOM)
     (tmp_path / "program.py").write_text(code)
     # As a program of its own: its workers look for it where it was started.
-    done = completed([sys.executable, "program.py"], cwd=tmp_path)
+    done = completed([sys.executable, "program.py"], cwd=tmp_path, preexec_fn=on_one_core)
     assert done.stdout.endswith(" {'robots.scout.odometry.scale': 1.05}\n")
     listed = {
         name.rstrip("/")
