@@ -10,6 +10,7 @@ import tempfile
 import threading
 import time
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import httpx
@@ -121,7 +122,7 @@ def attack(address, place, redirect, *, log, temporary):
     worked = []
 
     def ask(method, path, **keys):
-        with httpx.Client(base_url=address, timeout=PATIENCE, trust_env=False) as browser:
+        with httpx.Client(base_url=address, timeout=PATIENCE, trust_env=False, verify=False) as browser:
             answer = browser.request(method, path, **keys)
         if answer.status_code not in (401, 403, 429):
             worked.append((method, path, answer.status_code))
@@ -150,18 +151,18 @@ def attack(address, place, redirect, *, log, temporary):
     return {"worked": worked, "told": told}
 
 
-@pytest.mark.parametrize("other", [True, False])
-def test_other_users_cannot_read_the_one_time_address_or_run_code(place, other):
+def test_other_users_cannot_read_the_one_time_address_or_run_code(place):
     with studio(place) as (address, notes, log, temporary):
         word = httpx.URL(url_of(notes)).params["token"]
         # The same user can read every file; without a cookie the page stays closed all the same.
         hidden = place / "none"
-        redirect, folder = (notes["file"], temporary) if other else (hidden, hidden)
-        seen = as_stranger(lambda: attack(address, place, redirect, log=log, temporary=folder), other=other)
-        assert seen["worked"] == []
-        assert word not in seen["told"]
-        assert not (place / "ran").exists()
-        assert (place / "room.yaml").read_text() == ROOM
+        for other, redirect, folder in ((True, notes["file"], temporary), (False, hidden, hidden)):
+            attacking = partial(attack, address, place, redirect, log=log, temporary=folder)
+            seen = as_stranger(attacking, other=other)
+            assert seen["worked"] == []
+            assert word not in seen["told"]
+            assert not (place / "ran").exists()
+            assert (place / "room.yaml").read_text() == ROOM
         # The way in was not used up by all this.
         with client_of(url_of(notes)) as browser:
             assert browser.get("/api/folder").status_code == 200

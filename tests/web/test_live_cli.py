@@ -12,6 +12,7 @@ import mjsim
 from mjsim.record import same_run
 from tests.browser import browser
 from tests.children import child
+from tests.cli.shell import typed
 
 pytestmark = pytest.mark.slow
 ROOM = """
@@ -81,9 +82,8 @@ def test_ctrl_c_ends_a_live_run_as_any_other_even_when_it_is_paused(room):
     assert mjsim.read_recording("run.mcap").whole
 
 
-def test_a_module_that_fails_ends_a_live_run_with_its_one_line(room):
-    with shell("-o", "run.mcap") as (process, _):
-        assert process.ended() == 1
-        err = process.rest("stderr")
+def test_a_module_that_fails_ends_a_live_run_with_its_one_line(room, capsys):
+    code, _, err = typed("run", "room.yaml", "--live", "-o", "run.mcap", capsys=capsys)
+    assert code == 1
     assert err.splitlines()[-1].startswith("navigator Forward of robot 'scout' at 1.00 s raised AssertionError")
     assert len(mjsim.read_recording("run.mcap").time) == 25

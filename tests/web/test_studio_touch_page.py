@@ -1,4 +1,4 @@
-"""A run is touched by hand in a real browser, and what was done is kept as events of the world's text."""
+"""A run is touched by hand in a real browser: what was done is kept as events of the world, and repeats to the byte."""
 
 import math
 
@@ -6,10 +6,10 @@ import pytest
 from playwright.sync_api import expect
 
 import mjsim
-from mjsim.web import Studio
+from mjsim.record import same_run
 from mjsim.world import EVENT_KINDS, kind_of
-from tests.hands import drag, near, pick, until
-from tests.windows import PATIENCE, page_at
+from tests.hands import drag, keep, near, pick, running, until
+from tests.windows import PATIENCE
 
 pytestmark = pytest.mark.slow
 
@@ -24,7 +24,12 @@ obstacles:
   - {cylinder: [0.3, 0.5], at: [2, 4.5], movable: true, mass: 3, name: bin}
 beacons: [{name: lion, at: [7.9, 3], heading_deg: 180, center: 0.6}]
 robots:
-  - {name: scout, preset: pioneer3dx, at: [1, 1.5]}
+  - name: scout
+    preset: pioneer3dx
+    at: [1, 1.5]
+    drive: {noise: {speed: 0.02, turn: 0.02}}
+    odometry: {noise: {distance: 0.01, turn: 0.02}}
+    sensors: [{beacons: ring, range: [0.3, 8], fov_deg: 360, rate_hz: 5, noise: {range: 0.05, bearing_deg: 1}}]
 mechanisms:
   - name: lift
     at: [6.5, 1.2]
@@ -38,7 +43,7 @@ mechanisms:
 run: {seconds: 1000, rate_hz: 10}
 """
 KINDS = [
-    *("move", "move", "open", "close", "remove", "move", "restore", "noise"),
+    *("move", "move", "shove", "open", "close", "remove", "move", "restore", "noise"),
     *("lead", "lead"),
 ]
 
@@ -51,6 +56,10 @@ def a_robot_a_box_a_door_a_beacon_and_a_noise_are_touched_by_pointer_menu_and_ke
     until(studio, page, lambda tick: near(tick["robots"]["scout"]["truth"], 2.5, 2.5))
     drag(page, (2, 4.5), (1, 4.5))
     until(studio, page, lambda tick: near(tick["things"]["obstacle/bin"], 1, 4.5))
+    page.keyboard.down("Shift")
+    drag(page, (1, 4.5), (1.5, 4.5))  # a push
+    page.keyboard.up("Shift")
+    until(studio, page, lambda tick: tick["things"]["obstacle/bin"][0] > 1.02)
     drag(page, (2.5, 2.5), (4, 4))
     expect(page.locator(".toast.error")).to_contain_text("inside walls[1]")
     pick(page, (4, 1), "Open gate")
@@ -101,27 +110,25 @@ def joints_of_a_mechanism_are_led_by_sliders(page, studio):
 
 
 def test_a_run_is_touched_by_pointer_menu_keys_and_sliders_and_what_was_done_is_kept(browser, tmp_path):
-    (tmp_path / "hall.yaml").write_text(HALL)
-    with Studio(tmp_path, world="hall.yaml") as studio, page_at(browser, studio.url) as page:
-        page.get_by_role("tab", name="Run", exact=True).click()
-        page.get_by_role("button", name="Start", exact=True).click()
-        expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)
+    with running(browser, tmp_path, HALL, record=True) as (studio, page):
         a_robot_a_box_a_door_a_beacon_and_a_noise_are_touched_by_pointer_menu_and_keys(page, studio)
         joints_of_a_mechanism_are_led_by_sliders(page, studio)
-        page.get_by_role("tab", name="Events").click()
-        page.get_by_role("button", name=f"Keep {len(KINDS)} as events").click()
-        expect(page.get_by_role("button", name="Kept as events")).to_be_disabled()
-        page.get_by_role("tab", name="Edit", exact=True).click()
-        expect(page.locator(".cm-content")).to_contain_text("restore: lion")
-        page.keyboard.press("Control+s")
-        expect(page.locator(".world .dot")).to_be_hidden()
-    are_the_touches(mjsim.load_world(tmp_path / "hall.yaml").run.events)
+        page.get_by_role("button", name="Stop the run").click()
+        expect(page.locator(".run-state")).to_have_text("Ended")
+        keep(page, len(KINDS))
+    (hand,) = tmp_path.glob("out/**/*.mcap")
+    world = mjsim.load_world(tmp_path / "room.yaml")
+    are_the_touches(world.run.events)
+    ticks = len(mjsim.read_recording(hand).time)
+    with mjsim.Simulation(world) as sim:
+        mjsim.run(sim, seconds=ticks / world.run.rate_hz, record=tmp_path / "again.mcap")
+    assert same_run(hand, tmp_path / "again.mcap")
 
 
 def are_the_touches(events):
     """Compare what was kept with what was done."""
     assert [kind_of(event, EVENT_KINDS) for event in events] == KINDS
-    noise, up, swing = events[7:]
+    noise, up, swing = events[8:]
     assert near(events[0].to, 2.5, 2.5)
     assert noise.noise == "robots.scout.odometry.noise.turn"
     assert noise.value > 0.1
