@@ -31,7 +31,7 @@ class WallFollow:
         Args:
             side: Side of the wall.
             distance: From the robot's rim to the wall [m].
-            speed: [m/s], if the robot can.
+            speed: Speed, limited by that of the robot [m/s].
         """
         if side not in ("left", "right"):
             raise ValueError(f"side is {side!r}; it must be 'left' or 'right'")

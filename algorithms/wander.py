@@ -22,7 +22,7 @@ class Wander:
         """Set speed and distance.
 
         Args:
-            speed: [m/s], if the robot can.
+            speed: Speed, limited by that of the robot [m/s].
             distance: Distance to an obstacle ahead at which the robot turns [m].
         """
         if speed <= 0 or distance <= 0:

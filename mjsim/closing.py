@@ -63,4 +63,4 @@ def awaited(future: "Future[T]", what: str, *, within: float) -> T:
         if future.done() and not future.cancelled():
             raise
         future.cancel()
-        raise MjsimError(f"{what} did not come within {within:g} s; try again when the machine is less busy") from None
+        raise MjsimError(f"{what} took longer than {within:g} s; try again when the machine is less busy") from None

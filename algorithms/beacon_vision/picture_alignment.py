@@ -48,7 +48,7 @@ LEVEL_FROM_IMAGE = [np.array([[0.5**level], [0.5**level], [1.0]]) for level in r
 """Factors that bring a homography into the image to a level of its pyramid."""
 BEFORE = shift(-REACH, -REACH)
 SAME_PIXELS = 0.01
-"""Correction after which the pixels that are seen stay the same, as much less than one of them changes."""
+"""Correction below which the set of visible pixels stays the same: it changes by much less than one pixel."""
 SETTLED = 1e-3
 """Correction at convergence, relative to half the picture's size; the remaining error is a tenth of it."""
 

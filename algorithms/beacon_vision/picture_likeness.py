@@ -35,7 +35,7 @@ class Likeness:
     shown_from_taken: Array
     """Homography between their planes, shape (3, 3) [m]."""
     explained: float
-    """As of an alignment, at most 1."""
+    """Share of the image that it explains, as in an alignment, at most 1."""
 
 
 def repeats(gray: Gray) -> bool:

@@ -27,7 +27,7 @@ MARGIN = 20
 WALL = 200
 """Gray of the wall."""
 NOISE = 2.0
-"""Noise of a view, standard deviation [gray values of 255]."""
+"""Noise of a view, standard deviation on a 0 to 255 scale."""
 FINER = 2
 """Pixels of the picture that are averaged to one of a view, in each direction."""
 TOO_LIKE = 0.9
@@ -44,7 +44,7 @@ class PictureQuality:
     """How well a picture can be recognised among others."""
 
     least_side: float
-    """Smallest size in an image at which it is recognised, the root of its area [px]; infinity if at none."""
+    """Smallest size in an image at which it is recognised, the root of its area [px]; infinite if it never is."""
     fault: str | None
     """What is wrong with it; None for a good one."""
     like: tuple[str, float] | None

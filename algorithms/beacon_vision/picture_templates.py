@@ -21,7 +21,7 @@ TILES = 5
 BLOCK = 5
 """Side of the blocks within which differences from the image are assumed to be correlated [px]."""
 NOISE = 3.0
-"""Noise of a camera for which a template is judged, standard deviation [gray values of 255]."""
+"""Noise of a camera for which a template is judged, standard deviation on a 0 to 255 scale."""
 MAX_NOISE = 0.25
 """Largest error of a corner by this noise, standard deviation [px of the template]. The shipped posters have 0.01 to
 0.06; plain, striped and smoothly shaded pictures have 0.3 to infinity."""

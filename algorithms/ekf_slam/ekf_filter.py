@@ -178,7 +178,7 @@ class EkfSlamFilter(SlamState):
         """
         Z = np.asarray(measurements, dtype=float).reshape(-1, 2)
         if len(names) != len(Z):
-            raise ValueError(f"{len(names)} names for {len(Z)} measurements; give one a measurement")
+            raise ValueError(f"{len(names)} names for {len(Z)} measurements; give one name per measurement")
         R = together(np.asarray(measurement_covariance, dtype=float), len(Z))
         known = [i for i, name in enumerate(names) if name in self._order]
         new = [i for i, name in enumerate(names) if name not in self._order and name not in names[:i]]

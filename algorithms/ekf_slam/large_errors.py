@@ -30,7 +30,7 @@ KINDS = ((DISTANCE,), (VEER,), (TURN,), (DRIFT,), (OFFSET, SCALE), (BEARING,), t
 NEGLIGIBLE = 1e-6
 """Least variance of an error that is not large, in proportion to a large one."""
 CAPPED = 1.0
-"""Most that one look adds to the evidence: constant errors show in every look, but wheels that spin once in a few."""
+"""Most that one look adds to the evidence: constant errors show in every look, but spinning wheels only in a few."""
 
 
 class LargeErrors:
@@ -79,7 +79,7 @@ class LargeErrors:
         return slam._mean[:size] + step, P + (apart * shares) @ apart.T
 
     def _conditions(self) -> tuple[Array, Array]:
-        """Return what measures that errors are usual, for each of `KINDS`.
+        """Return the measurement that errors are usual, for each of `KINDS`.
 
         Returns:
             A: The mean changes by -P_e A e and the covariance by -P_e A P_e^T, with P_e that of all by the errors e;

@@ -18,7 +18,7 @@ from .ekf_filter import EkfSlamFilter
 from .rival_filters import RivalFilters
 
 SPACING = 0.3
-"""Way between two marks [m]; twice as much whenever there are too many."""
+"""Distance between two marks [m]; doubled whenever there are too many."""
 MAX_MARKS = 32
 """Every other mark is dropped when there are more."""
 
@@ -68,7 +68,7 @@ class PastPositions:
             self._spacing *= 2.0
 
     def reported(self, solved: Estimate) -> Estimate:
-        """Return an estimate of the filter in the held frame; as it is where the frame is that of the start."""
+        """Return an estimate of the filter in the held frame; unchanged if the frame is that of the start."""
         frame, pose, joint = self._frame, solved.pose.as_array(), solved.joint_covariance
         if not frame.is_shifted:
             return solved

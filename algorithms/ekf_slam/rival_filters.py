@@ -75,7 +75,7 @@ class RivalFilters:
 
     @property
     def leading(self) -> EkfSlamFilter:
-        """The most probable filter, but for the average."""
+        """The most probable filter, ignoring the average."""
         rough, large = self._odds[0], self._odds[1:].sum()
         if self._rough is not None and rough > max(large, 1.0):
             return self._rough

@@ -23,7 +23,7 @@ REACH = 3.5
 ENOUGH, MAX_SCALE = 30, 300
 """Pairs of sightings after which their scatter counts, and after which no more are needed."""
 FAIR = 2.0
-"""No error in common is left if the scatter has at least 1 / FAIR of the stated variance: that is uncertain too."""
+"""No common error remains if the scatter has at least 1 / FAIR of the stated variance, which is uncertain too."""
 LEFT = 1e-6
 """Part of the variance that stays, so that covariances remain invertible."""
 ODD = 13.8
@@ -31,14 +31,14 @@ ODD = 13.8
 
 
 class RangeErrors:
-    """Tells how large systematic errors of ranges may be, from how little sightings scatter.
+    """Bounds the systematic errors of ranges by the scatter of sightings.
 
     Before the scatter is known, all of the stated variance may be in common. Then the filter gets the constraint that
     reduces it to the part that is: as if that part had been the prior.
     """
 
     def __init__(self, *, scale: float) -> None:
-        """Begin with nothing seen; `scale` is a factor on the stated standard deviation."""
+        """Start without sightings; `scale` is a factor on the stated standard deviation."""
         self._scale = scale
         self._newest: dict[Hashable, Sighting] = {}
         self._scatter, self._stated, self._pairs = 0.0, 0.0, 0
@@ -46,12 +46,12 @@ class RangeErrors:
 
     @property
     def variances(self) -> Array:
-        """Variances that offset [m] and relative error may have, shape (2,); zeros before the first sighting."""
+        """Variances of offset [m] and relative error, shape (2,); zeros before the first sighting."""
         return np.asarray(self._part * self._prior)
 
     @property
     def is_possible(self) -> bool:
-        """Whether there may be such errors, as far as sightings have shown."""
+        """Whether sightings leave room for such errors."""
         return self._part > LEFT
 
     def begin(self, sightings: Sequence[Sighting]) -> Array:

@@ -39,7 +39,7 @@ class RecentMotion:
             self._track.popleft()
 
     def spread(self, begin: float) -> None:
-        """Let all motion since a time have come about evenly."""
+        """Spread all motion since a time evenly over it."""
         pose, total = self.at(begin)
         self._track = deque(entry for entry in self._track if entry[0] <= begin) + deque([self._track[-1]])
         if self._track[-2][0] < begin:

@@ -201,7 +201,7 @@ class Relocation:
         return replace(belief, covariance=covariance, joint_covariance=joint)
 
     def covariance(self, pose: Array, places: Places) -> Array:
-        """Return that of the pose of a lost robot, shape (3, 3).
+        """Return the covariance of the pose of a lost robot, shape (3, 3).
 
         The robot is somewhere on a circle about the landmark that it saw last, with any heading: the mean square of the
         distance from there to the given pose.

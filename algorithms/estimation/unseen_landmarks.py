@@ -42,7 +42,7 @@ class UnseenLandmarks:
 
     @property
     def rarity(self) -> float:
-        """Proportion of times with another reason that were as long, at most 1, if it is known what is usual."""
+        """Proportion of earlier times with another reason that were as long, at most 1; 1 until there are enough."""
         if self._agreed < ENOUGH:
             return 1.0
         as_long = len(self._innocent) - bisect.bisect_left(self._innocent, self._blank)

@@ -16,7 +16,7 @@ from ..paths.grid_search import STEPS
 UNREACHED = 1e4
 """Time from cells that the goal cannot be reached from [s]."""
 MAX_PRICE = 10.0
-"""Largest price of the cells in which the robot or its goal is, which must be passable [s/m]."""
+"""Largest cost of the cells of the robot and its goal, which must be passable [s/m]."""
 DOUBT = 1.3
 """Factor on the time in unseen cells."""
 TOUCH = 0.01

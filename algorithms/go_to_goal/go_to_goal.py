@@ -44,9 +44,9 @@ SOON = 1.5
 BACKWARDS = 0.4
 """Maximum speed while it backs out or looks round [m/s]."""
 SETTLED = 0.6
-"""Time since which obstacles stand [s]."""
+"""Time after which an obstacle counts as static [s]."""
 MOSTLY = 0.5
-"""Share of fresh points above which a scan does not show what moves."""
+"""Share of new points above which a scan is not searched for moving objects."""
 MOVING_RANGE = 5.0
 """Range in which things that move are looked for [m]."""
 WINDOW = 2.0

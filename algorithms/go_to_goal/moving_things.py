@@ -14,7 +14,7 @@ GAP = 0.15
 FEWEST = 3
 """Things of fewer points are noise."""
 LARGEST = 1.2
-"""Things larger than this are no single thing that moves [m]."""
+"""Larger groups of points are not one moving object [m]."""
 GATE = 0.5
 """How far from its prediction a thing may be seen again [m]."""
 GONE = 1.0

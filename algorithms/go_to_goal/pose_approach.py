@@ -40,7 +40,7 @@ TRIED = 4
 CONVERGENCE = 5.0
 """How quickly the robot returns to the curve [1/m]."""
 PAUSE = 4.0
-"""Time until the next search after one without a way [s]."""
+"""Time until the next search after one that found no path [s]."""
 
 ROOM, DRIVEN_ROOM, CLOSER = 0.05, 0.01, 0.005
 """Clearance of the curve when it is planned and while it is driven; nearer obstacles at the start may come nearer by

@@ -1,4 +1,4 @@
-"""Notices that a robot does not get nearer to its goal, and what it then tries."""
+"""Detects that a robot makes no progress towards its goal, and chooses what it tries then."""
 
 import math
 from enum import Enum
@@ -14,7 +14,7 @@ STANDING, ROAMING = 2.0, 8.0
 MOVED, TURNED = 0.15, 0.5
 """Change of the pose that counts as motion [m, rad]."""
 DETOUR = 60.0
-"""Longest detour that is awaited, as long as its plan takes, before this counts as being without progress [s]."""
+"""Longest planned detour during which a lack of progress is accepted [s]."""
 NEWS = 0.5
 """Area seen for the first time that counts as progress [m^2]."""
 SILENT = 5.0

@@ -1,4 +1,4 @@
-"""Notices wheels that turn without moving the robot: what the sensors see stays as it was."""
+"""Detects wheels that turn without moving the robot: what the sensors see does not change."""
 
 import math
 

@@ -153,7 +153,7 @@ class PartsMap:
 
     @property
     def lost(self) -> bool:
-        """Whether it is not known how the last scans lie to those before."""
+        """Whether the pose of the last scans relative to earlier ones is unknown."""
         return self._search is not None
 
     def belief(self) -> tuple[Array, Array]:

@@ -11,7 +11,7 @@ from ..estimation.pose_matrices import inverse
 PRIOR = np.array([0.05, 0.05, 0.01, 0.02, 0.1, 0.05])
 """Prior standard deviations of the errors of odometry: relative error of distance, relative error of turn, turn per
 metre [rad/m], turn per second of motion [rad/s], and position of the origin of the robot's frame relative to the centre
-of its rotation, ahead and to the left [m]: many logs do not tell where the lidar is mounted."""
+of its rotation, ahead and to the left [m]: many logs do not state where the lidar is mounted."""
 COUNT = len(PRIOR)
 """Number of the errors."""
 DRIFT = 0.01

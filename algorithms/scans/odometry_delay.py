@@ -155,7 +155,7 @@ class SynchronousOdometry:
         return Odometry(forward, left, turn, self._total - known)
 
     def _move(self, told: Odometry, moment: float) -> None:
-        """Add the motion of a tick; what comes all at once after a stall came about evenly since it began."""
+        """Add the motion of a tick; motion that arrives at once after a stall is spread evenly over it."""
         since, before = self._rest, self._begin
         moved, self._begin = np.array([told.forward, told.left, told.turn]), moment
         self._recent.move(told, moment)

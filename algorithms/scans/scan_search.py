@@ -44,8 +44,8 @@ CORNERS = np.stack(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5]), axis=-1).
 MUCH = 0.4
 """A match that explains this share of a scan is accepted near odometry."""
 KNOWN, ENOUGH = 0.85, 40
-"""One that explains less, too, if this share of the elements near older walls is on them, and at least so many: behind
-a door most of a scan is new."""
+"""A worse match is accepted too if this share of its elements near older walls is on them, and at least this number:
+behind a door most of a scan is new."""
 FEWEST = 20
 """Minimum number of elements of a scan and of the walls for a comparison."""
 SLIPPED = (np.array([1.2, 1.2, np.pi]), np.diag([0.6, 0.6, 1.5]) ** 2)

@@ -115,10 +115,10 @@ class Bus(Closes):
         (self._topics if space == "rt" else self._services).add(reader, topic.type, take)
 
     def publishers(self, is_meant: Callable[[str], bool], *, wait: float) -> dict[str, str]:
-        """Return the topics that other participants publish, with the process of each if it says so.
+        """Return the topics that other participants publish, each with its process if that is known.
 
         Args:
-            is_meant: Tells which topics count, by their names; this participant must not publish these yet.
+            is_meant: Returns whether a topic counts, by its name; this participant must not publish these yet.
             wait: Time since this participant joined in which the first topic is found [s].
         """
         from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsParticipant, BuiltinTopicDcpsPublication

@@ -210,7 +210,7 @@ def _moves(request: Any) -> bool:
 
 
 def _wrong_pose(place: list[float], turned: list[float]) -> str | None:
-    """Return why a position [m] and a quaternion (x, y, z, w) are no pose on the floor; None if they are."""
+    """Return why a position [m] and a quaternion (x, y, z, w) are not a pose on the floor; None if they are."""
     if not all(map(math.isfinite, [*place, *turned])):
         return "the pose is not finite"
     if abs(math.hypot(*turned) - 1.0) > NORM_TOLERANCE:

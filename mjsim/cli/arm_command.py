@@ -114,7 +114,7 @@ def _values(text: str, arm: "Arm") -> "Array":
 
 
 def _print_model(name: str, arm: "Arm", notes: "Sequence[str]") -> None:
-    """Print the table of an arm from a file: its axes at 0, in the frame of the file, instead of rows."""
+    """Print the table of an arm from a file: axes at joint values 0, in the frame of the file, instead of DH rows."""
     import numpy as np
 
     flange = f"flange on link{arm.carrier + 1}"

@@ -76,7 +76,7 @@ def run(
 
 
 def _figures_of(modules: str, recording: Path, *, overwrite: bool) -> AbstractContextManager[list[str]]:
-    """Return what lets modules in .m files draw, if there are such modules."""
+    """Return a context in which modules in .m files can draw, if there are such modules."""
     if not re.search(r"\.m['\"]", modules):
         return nullcontext([])
     from mjsim.toolbox import module_figures

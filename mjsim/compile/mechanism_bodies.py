@@ -13,7 +13,7 @@ from mjsim.models import pose_keys
 from mjsim.world import MechanismBody
 
 THICKNESS_RATIO = 0.3
-"""Thickness of a body that is no rod, relative to its least half size, so that joints do not hide it."""
+"""Thickness of a body other than a rod, relative to its least half size, so that joints do not hide it."""
 
 
 def lowest(body: MechanismBody, world_from_shape: Array) -> float:

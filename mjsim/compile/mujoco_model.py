@@ -1,4 +1,4 @@
-"""MjSpec -> MjModel; what MuJoCo refuses is said in one line."""
+"""MjSpec -> MjModel; an error of MuJoCo becomes one line."""
 
 import re
 

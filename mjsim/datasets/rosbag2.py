@@ -51,7 +51,7 @@ def export_rosbag2(
             in ROS; or rosbags is not installed.
     """
     if storage not in ("mcap", "sqlite3"):
-        raise UsageError(f"storage is '{storage}'; it is mcap or sqlite3")
+        raise UsageError(f"storage is '{storage}'; it must be mcap or sqlite3")
     typestore()  # before the world is compiled, so that a missing package is reported immediately
     with (
         new_folders([Path(folder)], files=_files_of(Path(folder), recording), overwrite=overwrite) as (part,),

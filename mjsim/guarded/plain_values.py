@@ -30,7 +30,7 @@ def send(file: IO[bytes], value: Plain) -> None:
     """Write a value.
 
     Raises:
-        TypeError: It is none of the types that may cross.
+        TypeError: Its type may not cross.
     """
     buffers: list[memoryview | bytes] = []
     written = _written(value, buffers)

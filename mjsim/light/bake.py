@@ -297,7 +297,7 @@ def lamp_weight(color: str, brightness: float) -> Array:
 
 
 def sources_of(world: World, windows: Sequence[Rectangle]) -> Sources:
-    """Return all that shines in a world, given its windows."""
+    """Return all light sources of a world, given its windows."""
     groups = _groups(world)
     names = tuple(groups)
     rectangles, colors = list(windows), [_color(names, GENERAL, np.ones(3)) for _ in windows]

@@ -154,10 +154,10 @@ def _checked(part: Any) -> tuple[float, list[Any]]:
 
 
 def _written(file: IO[bytes], piece: Any, end: int) -> int:
-    """Write a piece of a file that ends somewhere, and return where it ends itself.
+    """Write a piece into a file, given the end of the file so far; return the end of the piece.
 
     Raises:
-        ValueError: It is none, or would leave a hole.
+        ValueError: It is not a piece, or would leave a hole.
     """
     match piece:
         case (int(place), bytes(data)) if 0 <= place <= end:

@@ -137,7 +137,7 @@ def _unknown(path: Path, inside: Sequence[str]) -> str:
 
 
 def _cut(path: Path) -> str:
-    """Return what is wrong with a compressed file that was cut, else ''."""
+    """Return what is wrong with a truncated compressed file, else ''."""
     notes: dict[str, str] = {}
     with suppress(UsageError):
         for _ in islice(lines_of(path, notes), MAX_LINES):

@@ -59,7 +59,7 @@ def trajectory_rows(path: Path, topic: str | None, period: float | None = None) 
     """Return the rows of `read_trajectory` as they are in the file; called in the guarded reader."""
     is_of_ros = is_bag(path)
     if topic is not None and not is_of_ros:
-        raise UsageError(f"'{path}' is no bag of ROS, so it has no topics; leave out topic")
+        raise UsageError(f"'{path}' is not a ROS bag, so it has no topics; leave out topic")
     rows = _rows_of_bag(path, topic) if is_of_ros else _rows_of_text(path, period)
     return np.array([row for row, _ in zip(rows, range(MAX_ROWS), strict=False)]).reshape(-1, 4)
 

@@ -73,7 +73,7 @@ def _in_metres(row: Row, scale: float) -> dict[str, Any]:
         if name not in KEYS or (name != key and name not in ANGLE_KEYS):
             raise ValueError(f"unknown key '{key}'{did_you_mean(str(key), KEYS + IN_DEGREES)}")
         if name != key and slides and name in LENGTHS_OF_SLIDE:
-            raise ValueError(f"{key} is in degrees; a joint that slides has {name}, in the unit of the table")
+            raise ValueError(f"{key} is in degrees; this joint slides: give {name}, in the unit of the table")
         if name != key and name in row:
             raise ValueError(f"both '{name}' and '{key}' are given; give one")
         if name in LENGTHS or (slides and name in LENGTHS_OF_SLIDE):

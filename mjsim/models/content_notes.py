@@ -18,7 +18,7 @@ def noted(*about: str | bytes) -> bytes | None:
 
 
 def note(data: bytes, *about: str | bytes) -> None:
-    """Write the note about some texts and contents; a cache that cannot be written is none."""
+    """Write the note about some texts and contents; a cache that cannot be written is ignored."""
     place = _place(about)
     with suppress(OSError):
         place.parent.mkdir(parents=True, exist_ok=True)

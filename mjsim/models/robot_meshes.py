@@ -12,11 +12,11 @@ from mjsim.models.proven import guarded_parts
 FOREIGN_MESHES = (".dae", ".gltf", ".glb")
 """Formats that MuJoCo does not read."""
 MADE = "made://"
-"""Begins the names of files that are made of others."""
+"""Prefix of the names of generated files."""
 
 
 class PlainMeshes:
-    """Makes meshes that MuJoCo reads of the others of a URDF: a shape for each colour or texture of a visual one."""
+    """Converts the other meshes of a URDF for MuJoCo: a shape for each colour or texture of a visual one."""
 
     def __init__(
         self,

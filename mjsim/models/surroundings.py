@@ -81,7 +81,7 @@ class SceneBody:
     above: str
     """Name of the body that carries it; '' for none."""
     held: bool
-    """Whether it has a ball joint, which is none of those."""
+    """Whether it has a ball joint, which is not among those."""
     bare: int
     """Number of geoms that collide with nothing."""
 
@@ -130,7 +130,7 @@ def read_mjcf_scene(path: Path) -> MjcfScene:
 
 
 def _bodies(model: Any, data: Any, robots: set[int]) -> list[SceneBody]:
-    """Return the bodies that are no robots, with the geoms of what is fixed to them, each after what carries it."""
+    """Return the bodies other than robots, with the geoms of what is fixed to them, each after what carries it."""
     carriers = [_carrier(model, body) for body in range(model.nbody)]
     groups: dict[int, list[int]] = {}
     for body, carrier in enumerate(carriers):

@@ -101,7 +101,7 @@ def checked_xml(data: bytes, *, doctype: bool = False, deepest: int | None = Non
 
 
 class _Check:
-    """Passes over a text before its tree is made; errors in its syntax are left to the parser that makes it."""
+    """Scans a text before it is parsed; errors in its syntax are left to the parser."""
 
     def __init__(self, *, doctype: bool, deepest: int | None) -> None:
         self._parser = expat.ParserCreate("utf-8")

@@ -89,7 +89,7 @@ class Host(ABC):
         Args:
             uses: The modules.
             source: Source of the world.
-            data: Whether to include files that are no code.
+            data: Whether to include files other than code.
 
         Raises:
             UsageError: A file cannot be read, or there are too many.

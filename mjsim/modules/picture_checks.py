@@ -26,7 +26,7 @@ class JudgedPicture:
     """How well `BeaconVision` recognises the picture of a beacon."""
 
     least_side: float
-    """Smallest size in an image at which it is recognised, the root of its area [px]; infinity if at none."""
+    """Smallest size in an image at which it is recognised, the root of its area [px]; infinite if it never is."""
     distance: float
     """Distance to which the camera with the longest focal length recognises it [m]."""
     fault: str | None

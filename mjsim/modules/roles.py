@@ -38,7 +38,7 @@ def unfit_instance(role: str, module: object) -> str | None:
 
 
 def unmade(role: str, kind: str) -> str:
-    """Return the message for an object that is no class."""
+    """Return the message for an object that is not a class."""
     return Sentence("is {kind}; {role} is a class with {methods}", kind, a_role(role), _listed(role))
 
 

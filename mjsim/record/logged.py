@@ -122,7 +122,7 @@ class LoggedPictures:
     def _frame(self, found: Mapping[str, RawMessage], camera: str, stamp: float) -> CameraFrame:
         intrinsics = self.cameras[camera].intrinsics
         if "image" not in found:
-            raise RecordingError(f"'{self._path}': the picture of camera '{camera}' at {stamp:g} s is not there")
+            raise RecordingError(f"'{self._path}': the picture of camera '{camera}' at {stamp:g} s is missing")
         with reading(found["image"], path=self._path):
             data, form = picture_of(found["image"].data)
             image: Picture = decode_picture(data)

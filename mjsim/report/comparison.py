@@ -287,7 +287,7 @@ def _difference(a: Group, b: Group, figure: ReportFigure, confidence: float) -> 
         return replace(
             found,
             verdict="",
-            reason=Sentence("{label} failed more often; its other runs are no fair comparison", worse.label),
+            reason=Sentence("{label} failed more often; its other runs are not a fair comparison", worse.label),
         )
     return found
 

@@ -130,7 +130,7 @@ def _implied_by_world(key: str, settings: Sequence[Mapping[str, str]]) -> bool:
 
 
 def _label_parts(own: Mapping[str, str], keys: Sequence[str], settings: Sequence[Mapping[str, str]]) -> Iterable[str]:
-    """Yield the label text of each key; an argument that the class of the run never has is left out."""
+    """Yield the label text of each key; an argument that the class of the run does not accept is left out."""
     shorts = _short_keys(keys)
     for key in keys:
         use = f"{key.rpartition('.')[0]}.use"

@@ -229,7 +229,7 @@ def _simulated(sim: "Simulation | World | str | Path", seed: int | None) -> "Abs
 
 
 def one_blas_thread() -> threadpool_limits:
-    """Return what keeps BLAS to one thread: small matrices are several times faster, and the same on every machine."""
+    """Return a context with one BLAS thread: small matrices are several times faster, and the same on every machine."""
     return threadpool_limits(1, user_api="blas")
 
 

@@ -273,7 +273,7 @@ class CameraFrames(Mapping[str, CameraFrame]):
     """The pictures of an observation by camera, each rendered or decoded on first access."""
 
     def __init__(self, stamps: Mapping[str, float], take: Callable[[str, float], CameraFrame]) -> None:
-        """Keep when each picture was taken [s], and what gives it again, of a camera and a stamp."""
+        """Store when each picture was taken [s], and the function that returns it, given camera and stamp."""
         self._stamps, self._take = stamps, take
         self._taken: dict[str, CameraFrame] = {}
 

@@ -106,7 +106,7 @@ DUCT_HEIGHTS = (0.86, 0.96)
 DUCT_SHARE, MIN_DUCT = 0.5, 1.2
 """Share of walls with a duct, and its least length [m]."""
 PROBE_DISTANCE, BEYOND_ALL = 0.2, 1e6
-"""Distance at which it is asked what is there, and beyond everything [m]."""
+"""Distance from a wall at which the space is probed, and a distance beyond everything [m]."""
 LEAF_GAP = 0.0015
 """Distance of the picture of a leaf from the leaf [m]."""
 
@@ -167,7 +167,7 @@ def _at_wall(rooms: "BaseGeometry", item: Hung) -> bool:
 
 
 def _is_outside(side: Side, beyond: "BaseGeometry", hole: WallOpening) -> bool:
-    """Return whether what is on the other side of a hole is no room."""
+    """Return whether the other side of a hole is outside of all rooms."""
     import shapely
 
     point = side.frame.points(((hole.left + hole.right) / 2, -hole.thickness - PROBE_DISTANCE, 0.0))[0]

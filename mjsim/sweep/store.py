@@ -70,7 +70,7 @@ class Store:
             if path.is_file():
                 _require_same(self.folder, json.loads(path.read_bytes()), identity)
             elif self.folder.is_dir() and any(self.folder.iterdir()):
-                raise UsageError(f"'{self.folder}' contains files that are not of a sweep; name a new folder")
+                raise UsageError(f"'{self.folder}' contains files that do not belong to a sweep; name a new folder")
             self.runs.mkdir(parents=True, exist_ok=True)
             self.write("sweep.json", _json(identity))
             remove_leftovers(self.runs)

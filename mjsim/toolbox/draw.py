@@ -125,7 +125,7 @@ class ScriptFigures:
         return self.figures[number]
 
     def pane(self, number: int, *, solid: bool | None = None) -> AxesPane:
-        """Return the current axes of a figure; 3-D or 2-D ones if it matters, recreated if they are of another kind."""
+        """Return the current axes of a figure, recreated if they are not of the kind needed (3-D or 2-D; None: any)."""
         figure = self.figure(number)
         if number not in self._current:
             spec = figure.add_gridspec(1, 1)[0, 0]
@@ -170,7 +170,7 @@ class ScriptFigures:
         self._current[call.figure] = panes[call.figure][key]
 
     def close(self, call: FigureCall) -> None:
-        """Keep figures that are closed at the end of a script; those closed at its start are none yet."""
+        """Keep figures that are closed at the end of a script; those closed at its start do not exist yet."""
 
     def clear_figure(self, call: FigureCall) -> None:
         """Empty a figure."""

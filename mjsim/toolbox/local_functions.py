@@ -32,7 +32,7 @@ def apart(text: str) -> tuple[str, dict[str, str]]:
 
 
 def bare_line(line: str) -> str:
-    """Return a line whose text is blank, at the same places, without its comment."""
+    """Return a line with its strings blanked in place, without its comment."""
     return COMMENT.sub("", QUOTED.sub(lambda found: "'" * len(found[0]), line))
 
 

@@ -63,7 +63,7 @@ def as_columns(value: Any) -> Array:
 
 
 def line_format(text: str) -> dict[str, Any] | None:
-    """Return the keywords of a line format such as 'r--o'; None if it is none."""
+    """Return the keywords of a line format such as 'r--o'; None for any other text."""
     found: dict[str, Any] = {}
     rest = text
     while rest:

@@ -1,4 +1,4 @@
-"""The composed picture of arms that stand: an oblique view, and charts of their joints and tools beside it."""
+"""The composed picture of stationary arms: an oblique view, and charts of their joints and tools beside it."""
 
 from collections.abc import Iterator, Sequence
 
@@ -92,10 +92,10 @@ CHARTED = 2
 
 
 class ArmFrame:
-    """Composes pictures of standing arms, 1280 x 720."""
+    """Composes pictures of stationary arms, 1280 x 720."""
 
     def __init__(self, recording: Recording) -> None:
-        """Choose scales that fit the whole motion; the recording has an arm that stands."""
+        """Choose scales that fit the whole motion; the recording has a stationary arm."""
         self._letters = Letters()
         self._page = np.full((HEIGHT, WIDTH, 3), PAGE, np.uint8)
         arms = standing_arms(recording)

@@ -46,7 +46,7 @@ def make_video(
         recording: The recording.
         path: Output file; it appears only when the film is complete.
         view: 'plan', 'chase', 'overview', 'diagrams' of mechanisms, or 'ROBOT/CAMERA'; by default the composed view, in
-            which arms that stand are seen from the side; without robots diagrams, or the overview.
+            which stationary arms are seen from the side; without robots diagrams, or the overview.
         follow: What the close-up follows, 'truth', 'estimate' or 'nothing'; by default as in the world.
         sightings: Whether to draw lines to sighted beacons; by default as in the world, like the following ones.
         ellipses: Whether to draw 95 % ellipses.

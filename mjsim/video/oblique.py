@@ -1,4 +1,4 @@
-"""The display list of arms that stand, seen obliquely from the side: the same items as those of a plan."""
+"""The display list of stationary arms in an oblique view, with the same items as that of a plan."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -71,7 +71,7 @@ def standing_arms(recording: Recording) -> list[StandingArm]:
 
 
 class ObliqueView:
-    """Arms with what stands around them, in a drawing whose x is to the right and y up [m]."""
+    """Arms and their surroundings, in a drawing whose x is to the right and y up [m]."""
 
     def __init__(self, recording: Recording, arms: Sequence[StandingArm]) -> None:
         """Choose the direction and the bounds by the motion of the arms."""

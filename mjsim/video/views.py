@@ -62,7 +62,7 @@ def plan_picture(recording: Recording, row: int, display: View) -> Picture:
 
 
 def arms_alone(recording: Recording) -> bool:
-    """Return whether a film shows arms from the side: the robot that it shows stands, and has an arm."""
+    """Return whether a film shows arms from the side: the robot that it shows is stationary and has an arm."""
     robot = first_robot(recording)
     return any(arm.robot.name == robot for arm in standing_arms(recording))
 

@@ -20,9 +20,9 @@ WILD = (
     *(b"mesh", b"sphere", b"capsule", b"plane", b"hfield", b"free", b"true", b"part.xml", b"<frame>", b"$(", b"${"),
     b'<joint type="free"/>',
 )
-"""What stands where a number, a value or a name should."""
+"""Replacements for numbers, values and names."""
 SIZES = (b"\xff" * 4, b"\x00" * 4, b"\xff\xff\xff\x7f", b"\x00\x00\x00\x80", b"\x01\x00\x00\x00", b"\x00\xca\x9a\x3b")
-"""What stands where four bytes of a size may."""
+"""Replacements for four bytes that may be a size."""
 PACKERS = (gzip.compress, lzma.compress, bz2.compress)
 
 

@@ -33,7 +33,7 @@ WILD: tuple[Any, ...] = (
     *([], {}, [[]], [None], [0], [0] * 9, {"x": 1}, "lion", "scout", "box", "obstacle/box", "../../up", "AAAA", "/etc"),
     *("bump", "fault", "9" * 5000, "a" * 3000, float("nan"), float("inf")),
 )
-"""What stands where a value should."""
+"""Replacements for values."""
 WORDS = (
     "",
     "/",
@@ -47,7 +47,7 @@ WORDS = (
     "../x",
     "a" * 99,
 )
-"""What stands where a topic or a name should."""
+"""Replacements for topics and names."""
 
 
 @dataclass(slots=True)
@@ -133,7 +133,7 @@ def _change_value(rng: np.random.Generator, parts: Parts) -> None:
 
 
 def _content(message: Message) -> Any:
-    """Return the content of a JSON message, None of another."""
+    """Return the content of a JSON message; None for any other message."""
     try:
         return json.loads(message.data)
     except ValueError:
@@ -141,7 +141,7 @@ def _content(message: Message) -> Any:
 
 
 def _wild_for(rng: np.random.Generator, content: Any, path: list[Any]) -> Any:
-    """Return what may stand at a path: as often as not of the kind that stands there."""
+    """Return a value for a path, half of the time of the same kind as the present one."""
     for key in path:
         content = content[key]
     if rng.random() < 0.3:

@@ -82,7 +82,7 @@ class RecordingTrial:
             raise MemoryError(f"{needed:.0f} MB were needed")
 
     def _looks(self, run: mjsim.Recording) -> Iterator[Callable[[], object]]:
-        """Yield what is done with a recording; what is dear only now and then."""
+        """Yield the actions on a recording, expensive ones only now and then."""
         out = self._folder / "out"
         shutil.rmtree(out, ignore_errors=True)
         yield lambda: key_table(statistics_file(run))
@@ -130,7 +130,7 @@ class RecordingTrial:
         except MjsimError as error:
             said = str(error)
             if not said or not said.isprintable():
-                raise AssertionError(f"this is no line for a person: {said!r}") from error
+                raise AssertionError(f"this is not a line for a person: {said!r}") from error
 
 
 def seeds(folder: Path) -> list[bytes]:

@@ -34,7 +34,7 @@ from mjsim.world.edit.formatter import format_text
 LIMIT = 5.0
 """No input may take longer, of the processor's time [s]."""
 SHORT = 2000
-"""Every input of so many bytes is laid out anew, of longer ones every tenth."""
+"""Every input of at most this length is formatted, of longer ones every tenth [characters]."""
 ROOT = Path(__file__).resolve().parents[2]
 WILD = (
     *("0", "-1", "1e400", "-0.0", "1e-320", ".nan", ".inf", "null", "true", "~", "''", "[]", "{}", "[[]]", "9" * 40),
@@ -45,7 +45,7 @@ WILD = (
     *("[hall.yaml]", "[parts/room.yaml]", "[world.yaml]", "[hall.yaml, hall.yaml]", "hall.yaml", "lion.jpg"),
     *('"${w}"', '"${i + j}"', '"${a ** b}"', '"${sqrt(w - 9)}"', '"$${"', "${w / 2} m", "<<"),
 )
-"""What stands where a value should, in text."""
+"""Replacements for values, in text."""
 VALUES: tuple[Any, ...] = (
     *(0, 1, -1, 2.5, 1e308, -1e-308, 10**30, True, None, [], {}, [0, 0], [1, 2, 3], [[0, 0], [4, 0]]),
     *("", "a", "a b", "é", "${w}", "${w * 2}", "${i}", "${q}", "posters/lion.jpg", "../x", "#ffffff", "front"),
@@ -53,7 +53,7 @@ VALUES: tuple[Any, ...] = (
     *({"times": 3}, {"times": 2, "offset": [1, 0]}, [{"times": 2}, {"times": "${w}", "offset": [0, 1]}], {"w": 3}),
     *({"times": 2, "offset": 0.5}, {"times": 5, "turn_deg": 30, "about": [1, 1]}, "${i + j / w}", "${1 / 0}", "a-${k}"),
 )
-"""What stands where a value should, as values."""
+"""Replacements for values, as values."""
 REUSED = (
     """\
 include: [hall.yaml, parts/room.yaml]   # both
@@ -140,7 +140,7 @@ class WorldTrial:
             said = str(error)
             # One line a fault: nothing of a traceback, nothing that breaks a terminal.
             if not said or not all(line.isprintable() for line in said.splitlines()):
-                raise AssertionError(f"this is no line for a person: {said!r}") from error
+                raise AssertionError(f"this is not a line for a person: {said!r}") from error
 
 
 def seeds() -> list[str]:
@@ -320,7 +320,7 @@ def main() -> int:
                 raise
         taken = time.perf_counter() - start
         print(
-            f"{engine}: {trial.count} inputs, {trial.worlds} of them worlds, {trial.laid} laid out anew, no traceback,"
+            f"{engine}: {trial.count} inputs, {trial.worlds} of them worlds, {trial.laid} reformatted, no traceback,"
             f" slowest {trial.slowest:.2f} s, {taken:.0f} s"
         )
     return 0

@@ -22,7 +22,7 @@ ELSEWHERE = {"architecture_picture.py", "classic_page.py", "robot_page.py", "tut
 
 
 class Undocumented(ast.NodeTransformer):
-    """Leaves text that is no part of an expression away."""
+    """Drops text outside of expressions."""
 
     def visit_Expr(self, node: ast.Expr) -> ast.Expr | None:
         """Return an expression that is a statement, or None for a text."""

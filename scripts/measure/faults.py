@@ -26,7 +26,7 @@ NAMES |= {"any": "all", "all": "any", "append": "extend", "floor": "ceil", "ceil
 DROPPED = {"radians", "degrees", "deg2rad", "rad2deg", "abs", "sqrt", "hypot", "wrap", "wrap_angle", "inv", "cumsum"}
 DROPPED |= {"sorted", "reversed", "transpose", "square", "exp", "log", "deepcopy", "copy", "normalized", "round"}
 METHODS = {"inverse", "T", "copy", "transpose", "casefold", "lower", "strip"}
-"""What stands after a value and may be dropped."""
+"""Operations after a value that may be dropped."""
 Place = tuple[int, int, int, int]
 """Line and byte where a span begins, and where it ends."""
 
@@ -165,7 +165,7 @@ def _whole(statement: ast.stmt, text: _Text, *, inside: bool) -> Iterator[_Edit]
 
 
 def _rest(node: ast.stmt | ast.expr) -> str:
-    """Return what keeps the lines that follow at their numbers."""
+    """Return the line breaks that keep the numbers of the lines that follow."""
     return "\n" * ((node.end_lineno or node.lineno) - node.lineno)
 
 

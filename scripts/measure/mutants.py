@@ -180,7 +180,7 @@ class Warm:
         return kept
 
     def _patch(self, fault: Fault) -> Callable[[], None] | None:
-        """Return what gives the functions of a file the faulty code; None where only an import can."""
+        """Return a function that gives the functions of a file the faulty code; None where only an import can."""
         if fault.function is None:
             return None
         codes = _codes(compile(fault.source, str(fault.path), "exec", dont_inherit=True))

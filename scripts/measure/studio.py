@@ -49,7 +49,7 @@ run:
 
 
 def main(seconds: float) -> None:
-    """Print the figures of all cases, each over so many simulated seconds."""
+    """Print the figures of all cases, each over a simulated duration [s]."""
     print(f"{'the gallery with its estimator, real time':54} pictures/s   real time   CPU s/s     longest gap [s]")
     for name, text, watch in CASES:
         print(f"{name:54}", watched(text, watch, seconds), flush=True)

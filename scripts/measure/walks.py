@@ -34,12 +34,12 @@ run:
 
 
 def wall() -> Callable[[], object]:
-    """Return what reads a wall and compiles it."""
+    """Return a function that reads a wall and compiles it."""
     return lambda: compile_world(mjsim.parse_world(WALL)).compile()
 
 
 def estimate() -> Callable[[], object]:
-    """Return what records ticks with estimates, reads them, and takes statistics of them."""
+    """Return a function that records ticks with estimates, reads them, and computes their statistics."""
     world = mjsim.parse_world(ROOM)
     with mjsim.Simulation(world) as sim:
         told = list(itertools.islice(ticks(sim, drivers_of(world)), 10))
@@ -56,7 +56,7 @@ def estimate() -> Callable[[], object]:
 
 
 def edit() -> Callable[[], object]:
-    """Return what moves an end of a wall as the page does."""
+    """Return a function that moves an end of a wall as the page does."""
     return lambda: edited(WALL, [Change("set", ("walls", 0, "points", 1, 0), 5.0)])
 
 

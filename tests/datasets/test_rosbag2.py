@@ -335,7 +335,7 @@ def test_a_file_in_the_place_of_the_folder_is_kept(run: Recording, tmp_path: Pat
 
 
 def test_an_unknown_storage_is_refused(run: Recording, tmp_path: Path):
-    with pytest.raises(UsageError, match="storage is 'zip'; it is mcap or sqlite3"):
+    with pytest.raises(UsageError, match="storage is 'zip'; it must be mcap or sqlite3"):
         export_rosbag2(run, tmp_path / "bag", storage="zip")
 
 

@@ -31,7 +31,7 @@ def test_new_writes_a_world_with_the_jackal_at_its_start_and_a_goal(tmp_path, ca
 @pytest.mark.parametrize("number", [0, 6, 294, 300, -1])
 def test_worlds_kept_for_the_challenge_and_other_numbers_are_refused_in_a_line(number):
     with pytest.raises(
-        UsageError, match=f"^no BARN world {number}; give a number from 1 to 299 that is no multiple of 6"
+        UsageError, match=f"^no BARN world {number}; give a number from 1 to 299 that is not a multiple of 6"
     ):
         barn_world(number)
 

@@ -37,7 +37,7 @@ def test_corners_and_beacons_of_columns_are_walls_and_beacons_that_face_somewher
         ((4.0, 7.9), -90.0, None),
         ((0.1, 4.0), 0.0, None),
     ]
-    assert "beacons has P = 1, 2, which are no pictures beside the file or in assets: reflectors" in told
+    assert "beacons has P = 1, 2, which are not pictures beside the file or in assets: reflectors" in told
 
 
 def test_rows_are_read_where_only_rows_fit(tmp_path):

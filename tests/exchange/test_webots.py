@@ -202,7 +202,7 @@ def test_a_proto_beside_the_world_is_read(tmp_path):
     ("text", "says"),
     [
         ("Solid { }", "does not begin with #VRML_SIM"),
-        (HEAD + "Solid { translation 1 2", "ends in the middle of a node; it is cut"),
+        (HEAD + "Solid { translation 1 2", "ends in the middle of a node; it is truncated"),
         (HEAD + "Solid { boundingObject USE NOTHING }", "USE NOTHING without a DEF"),
         (HEAD + "Solid { 1 2 }", "has '1' where 'a field' should be"),
         (HEAD + "} Solid {", "has '}' where 'NODE {' should be"),

@@ -98,7 +98,7 @@ def test_a_truth_that_does_not_overlap_the_log_is_reported(tmp_path):
         (
             "ranges: r",
             'ranges: ""',
-            r"log\.yaml:3:43: a column of 0 letters; give its name, or its number, counted from 1$",
+            r"log\.yaml:3:43: a column name of 0 characters; give its name, or its number, counted from 1$",
         ),
     ],
 )

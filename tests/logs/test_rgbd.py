@@ -275,7 +275,7 @@ def test_cameras_of_tum_vi_are_calibrated_by_kalibr(folder, tmp_path):
     chain.unlink()
     assert imported(place).metadata["calibration of cam0"] == "guessed: 60 degrees; it is not in the folder"
     chain.write_text(f"cam0:\n  T_cam_imu:\n{rows[: rows.rindex('  -')]}  intrinsics: [19.0, 19.1, 31.2, 23.9]\n")
-    with pytest.raises(UsageError, match=r"camchain\.yaml': T_cam_imu of cam0 is not a pose; it is a rigid transform"):
+    with pytest.raises(UsageError, match=r"camchain\.yaml': T_cam_imu of cam0 is not a pose; give a rigid transform"):
         imported(place)
 
 

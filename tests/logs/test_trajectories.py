@@ -180,5 +180,5 @@ def test_a_bag_of_poses_alone_is_told_to_be_a_trajectory(tmp_path):
 
 def test_a_topic_of_a_file_that_is_no_bag_is_refused(tmp_path):
     (tmp_path / "track.tum").write_text(f"1 0 0 0 {quaternion(0.0)}\n2 1 0 0 {quaternion(0.0)}\n")
-    with pytest.raises(UsageError, match="is no bag of ROS, so it has no topics; leave out topic"):
+    with pytest.raises(UsageError, match="is not a ROS bag, so it has no topics; leave out topic"):
         trajectory_rows(tmp_path / "track.tum", "/slam")

@@ -85,7 +85,7 @@ BAD = {
         {"friction": {"coulomb": [-1, 1]}}
     ],
     "row 1: range is [3, -3]; the first must be below the second": [{"range": [3, -3]}],
-    "row 1: range_deg is in degrees; a joint that slides has range, in the unit of the table": [
+    "row 1: range_deg is in degrees; this joint slides: give range, in the unit of the table": [
         {"slide": True, "range_deg": [0, 1]}
     ],
     "row 1: max_torque is 0; it must be above 0": [{"torque": 0}],

@@ -50,7 +50,7 @@ def test_one_item_needs_no_list_and_nothing_is_nothing():
         ([{"points": [], "grid": []}], "with points and grid of points, lines"),
         ([{"points": [], "colour": "red"}], "with the key 'colour'; did you mean 'color'"),
         ([{"grid": [[0]]}], "lacks the key 'resolution'"),
-        ([{"points": [["a", "b"]]}], "item 1 of est.show which is not right"),
+        ([{"points": [["a", "b"]]}], "item 1 of est.show that is not valid"),
         ([{"points": []}] * 65, "a show of 65 items; there must be at most 64"),
         ("hello", "est.show that is not an object"),
     ],

@@ -180,8 +180,8 @@ def test_a_second_answer_that_comes_late_is_told(tmp_path, capfd):
 @pytest.mark.parametrize(
     ("name", "first", "says"),
     [
-        ("mine", "#!/no/such/python", "names the interpreter '/no/such/python' in its first line, which is not there"),
-        ("mine", "#!", "names the interpreter '' in its first line, which is not there; correct the line"),
+        ("mine", "#!/no/such/python", "the interpreter '/no/such/python' in its first line, which does not exist"),
+        ("mine", "#!", "names the interpreter '' in its first line, which does not exist; correct the line"),
         (
             "mine",
             "#!/bin/sh\r",

@@ -315,7 +315,7 @@ def test_the_command_takes_modules_with_their_arguments_in_braces(ringed, tmp_pa
     for estimator, said in (
         ("mjsim.algorithms.ekf_slam:EkfSlm", "no class 'EkfSlm' in mjsim.algorithms.ekf_slam; did you mean 'EkfSlam'?"),
         ("mjsim.algorithms.ekf_slam:EkfSlam{a: 1", "the part in braces is not YAML; write it as {key: value"),
-        (f"{tmp_path}/mine.py:Mine", "mine.py:Mine cannot be made: missing a required argument: 'x'"),
+        (f"{tmp_path}/mine.py:Mine", "mine.py:Mine cannot be created: missing a required argument: 'x'"),
         (
             "EkfSlam",
             "use: 'EkfSlam' names no module; write 'file.py:Class', 'package.module:Class', 'file.m' or",

@@ -93,7 +93,7 @@ def test_a_folder_with_other_versions_or_other_files_is_refused(tmp_path):
         store.open(PLAN, Files())
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.tex").write_text("")
-    with pytest.raises(UsageError, match="contains files that are not of a sweep"):
+    with pytest.raises(UsageError, match="contains files that do not belong to a sweep"):
         Store(tmp_path / "mine", keep=False).open(PLAN, Files())
 
 

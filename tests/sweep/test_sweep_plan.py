@@ -168,7 +168,7 @@ def test_a_folder_that_holds_another_sweep_is_refused_and_the_difference_named(r
 def test_a_folder_that_holds_something_else_is_left_alone(room, tmp_path):
     (tmp_path / "photos").mkdir()
     (tmp_path / "photos" / "cat.jpg").write_bytes(b"")
-    with pytest.raises(UsageError, match="contains files that are not of a sweep"):
+    with pytest.raises(UsageError, match="contains files that do not belong to a sweep"):
         Store(tmp_path / "photos", keep=False).open(
             SweepPlan(seeds=(1,), settings={}), bundle_of(mjsim.load_world(room / "room.yaml"), [])
         )
@@ -188,7 +188,7 @@ def test_values_of_arrays_are_taken_and_a_text_in_place_of_a_list_is_refused(roo
     (tmp_path / "out" / "else").touch()
     rates = {"run.rate_hz": np.array([25, 50])}
     # The seeds and the values were understood by then.
-    with pytest.raises(UsageError, match="contains files that are not of a sweep"):
+    with pytest.raises(UsageError, match="contains files that do not belong to a sweep"):
         mjsim.sweep(room / "room.yaml", seeds=np.arange(2), folder=tmp_path / "out", settings=rates)
 
 

@@ -229,7 +229,7 @@ def test_what_is_no_request_of_the_page_is_refused_in_a_line(client):
 
 
 def test_a_folder_is_needed_and_a_world_in_it(tmp_path):
-    with pytest.raises(UsageError, match=r"no folder '.*nowhere'; name one that is there"):
+    with pytest.raises(UsageError, match=r"no folder '.*nowhere'; name an existing one"):
         Folder(tmp_path / "nowhere")
     with pytest.raises(UsageError, match=r"no file 'room\.yaml' in"):
         Studio(tmp_path, world="room.yaml")

@@ -16,7 +16,7 @@ TEXTS = {
         "3:1: this is not YAML: expected ',' or ']', but got '<stream end>'; is the bracket opened at 1:8 closed?",
     ),
     "a quote left open": ("name: 'room\n", "2:1: this is not YAML: found unexpected end of stream"),
-    "a tab": ("floor:\n\ttile: 1\n", "2:1: this is not YAML: a tab stands where YAML wants spaces; indent with spaces"),
+    "a tab": ("floor:\n\ttile: 1\n", "2:1: this is not YAML: a tab is where YAML needs spaces; indent with spaces"),
     "a colon too many": ("name: a: b\n", "1:8: this is not YAML: mapping values are not allowed here"),
     "two documents": ("mjsim: 1\n---\nmjsim: 1\n", "2:1: a second document begins here; a world file holds one"),
     "an unknown alias": ("walls: *none\n", "1:8: alias '*none' has no anchor '&none' before it"),

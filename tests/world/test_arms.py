@@ -121,8 +121,8 @@ BAD = {
     "w.yaml:7:39: joint1 starts at 170; its range is [-160, 160]": (
         "- {preset: puma560, start_deg: [170, 0, 0, 0, 0, 0]}"
     ),
-    "w.yaml:7:16: arm name 'drive' is that of a part of the base; give it another": "- {name: drive, preset: puma560}",
-    "w.yaml:7:16: arm name 'wheel_x' is that of a part of the base; give it another": (
+    "w.yaml:7:16: arm name 'drive' is taken by a part of the base; give it another": "- {name: drive, preset: puma560}",
+    "w.yaml:7:16: arm name 'wheel_x' is taken by a part of the base; give it another": (
         "- {name: wheel_x, preset: puma560}"
     ),
     "w.yaml:7:17: unknown key 'att'; did you mean 'at'?": "- {tool: {att: [0,0,0]}, preset: puma560}",

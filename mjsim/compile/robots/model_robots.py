@@ -166,7 +166,7 @@ def _joints_of(body: ModelBody, wheel: Wheel) -> tuple[str, ...]:
 
 
 def _add_part(build: _Build, part: Rigid) -> None:
-    """Add a part that is no wheel: the base, or a part on held joints."""
+    """Add a part other than a wheel: the base, or a part on held joints."""
     turn = build.robot_from_file[:, :3] @ part.turn
     if part.root:
         model = build.original.model

@@ -17,7 +17,7 @@ from mjsim.world import THICKNESS, World, item_names, leaves
 ATLAS, LAMPS = "style/atlas", "style/lamps"
 """Materials of small things, and of lamps."""
 LAMP_EMISSION = 1.0
-"""Light of a lamp's own, added to what falls on it."""
+"""Light that a lamp emits, added to what falls on it."""
 
 
 class Decor:

@@ -181,7 +181,7 @@ def _part(spec: mujoco.MjSpec, geom: mujoco.MjsGeom, finishes: Finishes | None) 
 
 
 def _facets(geom: mujoco.MjsGeom) -> int:
-    """Return the facets around a round shape: many small shapes with MuJoCo's 28 would cost more than apart."""
+    """Return the facets around a round shape: with MuJoCo's 28, many small shapes cost more merged than separate."""
     radius = sorted(geom.size)[1] if geom.type == mujoco.mjtGeom.mjGEOM_ELLIPSOID else geom.size[0]
     return next(facets for facets, largest in FACETS if radius <= largest)
 

@@ -73,7 +73,7 @@ class Drawing:
     named: bool = False
     """Whether the user named the layers that contain walls."""
     items: Sequence[FileItem] = ()
-    """What of the file is not among its lines."""
+    """Contents of the file that are not among its lines."""
 
     def __post_init__(self) -> None:
         """Check the corners before geometry is computed with them.

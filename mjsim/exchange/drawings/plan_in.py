@@ -269,7 +269,7 @@ def _bar_values(ends: Array) -> tuple[float, float, float, float, float]:
 
 
 def _without(lines: Sequence[Line], arcs: Sequence[Arc]) -> list[Line]:
-    """Return lines that are no door-swing arcs, leaves or jambs of doorways."""
+    """Return lines other than door-swing arcs, leaves and jambs of doorways."""
     pieces, _ = split([line.points for line in lines], [line.closed for line in lines])
     kept = set(without_jambs(without_leaves(pieces, arcs), arcs).owner.tolist())
     return [line for index, line in enumerate(lines) if index in kept]

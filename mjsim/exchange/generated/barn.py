@@ -74,7 +74,7 @@ def _array(kind: str, number: int) -> Array:
     """Return an array of a world; raises UsageError if it is not shipped."""
     if not 0 <= number < WORLD_COUNT or not number % TEST_STRIDE:
         raise UsageError(
-            f"no BARN world {number}; give a number from 1 to {WORLD_COUNT - 1} that is no multiple of {TEST_STRIDE}"
+            f"no BARN world {number}; give a number from 1 to {WORLD_COUNT - 1} that is not a multiple of {TEST_STRIDE}"
         )
     with resources.files("mjsim.assets").joinpath("barn/barn.npz").open("rb") as file, np.load(file) as worlds:
         return np.asarray(worlds[f"{kind}_{number}"], dtype=float)

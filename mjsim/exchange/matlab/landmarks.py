@@ -267,7 +267,7 @@ def _told_absent(name: str, absent: list[str]) -> list[str]:
     if not absent:
         return []
     values = ", ".join(absent[:MAX_NAMED]) + (f" and {len(absent) - MAX_NAMED} others" if absent[MAX_NAMED:] else "")
-    which = "which are no pictures" if absent[1:] else "which is no picture"
+    which = "which are not pictures" if absent[1:] else "which is not a picture"
     return [f"{name} has P = {values}, {which} beside the file or in assets: reflectors"]
 
 

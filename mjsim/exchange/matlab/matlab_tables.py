@@ -86,7 +86,7 @@ def _fits(table: Sequence[Sequence[Entry]], size: int, sizes: Sequence[int]) -> 
 
 
 def _entries(value: Any) -> list[list[Entry]] | None:
-    """Return a table as rows of values; None if it is none."""
+    """Return a table as rows of values; None if it is not one."""
     if isinstance(value, np.ndarray):
         return [list(row) for row in value.tolist()] if value.dtype.kind in "iuf" and value.ndim == 2 else None
     if isinstance(value, Mapping):

@@ -44,7 +44,7 @@ class Assignments:
     values: Mapping[str, Any]
     """Matrices of shape (rows, columns), text, lists of rows (cells), mappings (structs), and lists of mappings."""
     unread: tuple[str, ...]
-    """One line for each statement that is no literal assignment, with its line number."""
+    """One line for each statement other than a literal assignment, with its line number."""
 
 
 def read_assignments(text: str) -> Assignments:

@@ -40,7 +40,7 @@ def matrix(value: Any) -> Any:
 
 
 def number(value: Any) -> Array:
-    """Return a value that is a matrix; others are no literals."""
+    """Return a value that is a matrix; others are not literals."""
     if not isinstance(value, np.ndarray):
         raise NotLiteralError
     return value

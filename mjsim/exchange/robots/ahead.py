@@ -23,7 +23,7 @@ def forward_of(
     ahead = np.array([axis[1], -axis[0]])
     if options.forward is not None:
         if options.forward not in ALONG:
-            raise UsageError(f"--forward is '{options.forward}'; it is +x, -x, +y or -y")
+            raise UsageError(f"--forward is '{options.forward}'; it must be +x, -x, +y or -y")
         requested = np.array(ALONG[options.forward])
         if abs(float(requested @ ahead)) < math.cos(math.radians(45.0)):
             raise UsageError(f"--forward {options.forward} is along the axles of {file}, whose wheels roll across that")

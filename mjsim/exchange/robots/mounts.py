@@ -137,7 +137,7 @@ def _renamed(mount: SensorMount, taken: set[str]) -> SensorMount:
 def _described(
     anatomy: Anatomy, stand: Stand, sensors: tuple[SaidSensor, ...], items: list[FileItem]
 ) -> Iterator[tuple[SensorMount, list[str]]]:
-    """Yield the sensors that a file describes, each on its link or site, and what is changed of it.
+    """Yield the sensors that a file describes, each on its link or site, and what is changed.
 
     Notes on what cannot be a sensor are appended to `items`.
     """
@@ -158,7 +158,7 @@ def _described(
 
 
 def _unlike(sensor: SaidSensor, place: FileFrame | None) -> str:
-    """Return why a described sensor is none of a world; '' if it is one."""
+    """Return why a world cannot have a described sensor; '' if it can."""
     if sensor.kind not in LOWEST:
         return "mjsim has no sensor of this type"
     beams, farthest = sensor.keys.get("beams", math.inf), sensor.keys.get("farthest", math.inf)

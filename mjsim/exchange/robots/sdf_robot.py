@@ -31,7 +31,7 @@ from mjsim.models import (
 )
 
 Opened = Callable[[str], tuple[Element, str] | None]
-"""Returns the root of the SDF file that a URI names, and the URI of its folder; None if it cannot be had."""
+"""Returns the root of the SDF file that a URI names, and the URI of its folder; None if it cannot be read."""
 MAX_NESTED = 12
 """Maximum nesting of models."""
 AXES = {"revolute": 1, "continuous": 1, "prismatic": 1, "revolute2": 2, "universal": 2}

@@ -79,7 +79,7 @@ def _tree(root: str, joints: Sequence[SdfJoint]) -> list[Branch]:
 
 
 def _told(joint: SdfJoint, *, closes: bool) -> Iterator[FileItem]:
-    """Yield what is lost of a joint."""
+    """Yield what is left out of a joint."""
     if WORLD in (joint.parent, joint.child):
         yield FileItem(Fate.LEFT_OUT, "joint", joint.name, "it holds the robot to the world")
     elif closes:

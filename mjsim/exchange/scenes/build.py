@@ -100,7 +100,7 @@ def build_world(scene: Scene, *, name: str, folder: str) -> tuple[World, dict[st
 
 
 def _key(thing: SceneThing) -> tuple[str, int]:
-    """Return what things share that are one thing: their name; one with parts is on its own."""
+    """Return the key by which objects are merged: their name; one with parts stays separate."""
     return thing.name, id(thing) if thing.parts else 0
 
 
@@ -143,7 +143,7 @@ def _is_floor(scene: Scene, thing: SceneThing, solid: SceneSolid) -> bool:
 
 
 def _is_overhead(scene: Scene, thing: SceneThing, solid: SceneSolid) -> bool:
-    """Return whether a static solid that is no part of a wall is above all that a robot can meet or see."""
+    """Return whether a static solid outside of walls is above all that a robot can meet or see."""
     found = solid.corners()[:, 2].min() >= MIN_OVERHEAD
     if found:
         scene.tell(Fate.LEFT_OUT, "overhead part", thing.name, f"it begins above {MIN_OVERHEAD} m")
@@ -151,7 +151,7 @@ def _is_overhead(scene: Scene, thing: SceneThing, solid: SceneSolid) -> bool:
 
 
 def _add_static(built: Built, scene: Scene, thing: SceneThing, solids: Sequence[SceneSolid]) -> None:
-    """Add what is no wall of a static thing: parts with what they touch, simple shapes, all others as one model."""
+    """Add the rest of a static thing: parts with what they touch, simple shapes, all others as one model."""
     solids, skins = _add_parts(built, scene, thing, solids)
     found = traced(solids)
     built.walls += found.walls
@@ -244,7 +244,7 @@ def _add_movable(built: Built, scene: Scene, thing: SceneThing) -> None:
 
 
 def _tell_masses(scene: Scene, thing: SceneThing | ScenePart) -> None:
-    """Tell of the masses of a thing and its parts that are bounded."""
+    """Report the masses of a thing and its parts that are limited."""
     for part in thing.parts:
         _tell_masses(scene, part)
     if (thing.mass or 0.0) > MAX_MASS:

@@ -78,7 +78,7 @@ class SceneSolid:
                 f"a {self.kind} has a number that is not finite, or above {MAX_COORDINATE:g} m; correct it"
             )
         if any(value <= 0.0 for value in self.size):
-            raise ValueError(f"a {self.kind} has a size of {min(self.size):g} m; sizes are above 0")
+            raise ValueError(f"a {self.kind} has a size of {min(self.size):g} m; it must be above 0")
 
     @property
     def is_upright(self) -> bool:

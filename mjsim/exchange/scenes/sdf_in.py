@@ -66,7 +66,7 @@ class _Outer:
     """Empty for the world."""
     static: bool = False
     alone: bool = False
-    """Whether it has nothing else in it: then what it includes has its name."""
+    """Whether it contains only one include, which then has its name."""
     depth: int = 0
 
 
@@ -98,7 +98,7 @@ class _Reader:
         return SdfFrames(element, str(self._path), inner)
 
     def _opened(self, element: Element, file: Path) -> tuple[Element, Path] | None:
-        """Return the model in an element, which may include a file, and its file; None if it cannot be had."""
+        """Return the model in an element, which may include a file, and its file; None if it cannot be read."""
         if element.tag == "model":
             return element, file
         if element.tag != "include":

@@ -32,7 +32,7 @@ class Traced:
     walls: Sequence[Wall] = ()
     things: Sequence[BoxObstacle | CylinderObstacle] = ()
     used: Sequence[SceneSolid] = ()
-    """The meshes that these stand for."""
+    """The meshes that these replace."""
     dropped: Sequence[SceneSolid] = ()
     """Hollow meshes that begin above the section, such as rails along walls."""
 
@@ -67,7 +67,7 @@ def _is_wide(solid: SceneSolid) -> bool:
 
 
 def _is_portal(solid: SceneSolid) -> bool:
-    """Return whether one passes through a mesh that stands on the floor, as through a door frame, but no table."""
+    """Return whether a mesh on the floor can be walked through, like a door frame and unlike a table."""
     low, high = solid.corners()[:, 2].min(), solid.corners()[:, 2].max()
     return bool(low <= LEVEL and high >= MIN_PORTAL_HEIGHT) and _is_hollow(_cut(solid))
 

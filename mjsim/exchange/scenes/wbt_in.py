@@ -307,7 +307,7 @@ def _pose(node: WbtNode) -> Array:
 
     pose, scale = _shift(node.numbers("translation", (0.0, 0.0, 0.0))), node.numbers("scale", (1.0, 1.0, 1.0))
     if 0.0 in scale:
-        raise ValueError(f"{node.kind} '{node.text('name')}' has a scale of 0; scales are not 0")
+        raise ValueError(f"{node.kind} '{node.text('name')}' has a scale of 0; it must not be 0")
     x, y, z, angle = node.numbers("rotation", (0.0, 0.0, 1.0, 0.0))
     length = math.hypot(x, y, z)
     if length > 0.0:

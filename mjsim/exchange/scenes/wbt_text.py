@@ -39,7 +39,7 @@ class WbtNode:
         return found
 
     def numbers(self, name: str, usual: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the first numbers of a field; the usual ones if it has others, or too few."""
+        """Return the first numbers of a field; the usual ones if it has too few."""
         found = self.values(name)
         return found[: len(usual)] if len(found) >= len(usual) else usual
 
@@ -148,7 +148,7 @@ class Parser:
 
     def _peek(self) -> str:
         if self._place >= len(self._tokens):
-            raise UsageError(f"'{self._where}' ends in the middle of a node; it is cut")
+            raise UsageError(f"'{self._where}' ends in the middle of a node; it is truncated")
         return str(self._tokens[self._place])
 
     def _next(self, steps: int) -> str:

@@ -55,7 +55,7 @@ def fix_of(message: Any, time: float) -> Fix:
     """Return the fix in a `sensor_msgs/NavSatFix`.
 
     Raises:
-        ValueError: The receiver had none, or its numbers are no place on Earth.
+        ValueError: The receiver had none, or its numbers are not a place on Earth.
     """
     latitude, longitude, height = (float(message.latitude), float(message.longitude), float(message.altitude))
     if message.status.status < 0 or not (abs(latitude) <= 90.0 and abs(longitude) <= 360.0):

@@ -128,7 +128,7 @@ def imu_of(data: bytes, *, is_ros2: bool) -> tuple[float, ...]:
     length = int.from_bytes(data[12:16], "big" if order == ">" else "little")
     begin = 16 + length + (-(12 + length) % 8 if is_ros2 else 0)
     if len(data) < begin + IMU_SIZE:
-        raise ValueError("an inertial reading that was cut")
+        raise ValueError("a truncated inertial reading")
     numbers = struct.unpack_from(f"{order}37d", data, begin)
     (turned, *_), (felt, *_) = numbers[16:25], numbers[28:37]
     values = *numbers[25:28], *numbers[13:16]

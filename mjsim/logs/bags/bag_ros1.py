@@ -98,7 +98,7 @@ class ScannedBag1(Reader):
         return chunk is not declared
 
     def _take_alone(self, position: int, found: dict[int, Connection], indexes: dict[int, list[IndexData]]) -> None:
-        """Index a message, or a connection, that is in no chunk: it is one of its own."""
+        """Index a message or connection outside of chunks as a chunk of its own."""
         assert self.bio is not None
         end = self.bio.tell()
         self.bio.seek(position)

@@ -1,4 +1,4 @@
-"""Checks the sums of PNG files: OpenCV decodes damaged ones with lines of its own on standard error.
+"""Checks the checksums of PNG files: OpenCV decodes damaged ones, and prints lines of its own to standard error.
 
 References:
     W3C, Portable Network Graphics (PNG) Specification, second edition, section 5.3.

@@ -67,7 +67,7 @@ def lines_of(path: Path, notes: dict[str, str] | None = None) -> Iterator[str]:
 
 
 def lies_in(path: Path, folder: Path) -> bool:
-    """Return whether a file, there or not, is in a folder once all links are followed; one in a loop is where it is."""
+    """Return whether a file, existing or not, is in a folder with links resolved; a loop of links stays as it is."""
     # No path has a null byte, but a damaged list may.
     return "\0" not in str(path) and Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
 

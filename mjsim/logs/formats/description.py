@@ -12,7 +12,7 @@ from mjsim.world import Model
 
 def _column(value: str | int) -> str | int:
     if isinstance(value, str) and not 0 < len(value) <= MAX_NAME_LENGTH:
-        raise ValueError(f"a column of {len(value)} letters; give its name, or its number, counted from 1")
+        raise ValueError(f"a column name of {len(value)} characters; give its name, or its number, counted from 1")
     if isinstance(value, int) and value < 1:
         raise ValueError(f"there is no column {value}; columns are counted from 1")
     return value

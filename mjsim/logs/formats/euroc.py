@@ -157,7 +157,7 @@ def _chained(folder: Path) -> tuple[Path, Mapping[str, Any]] | None:
         return None
     camera_from_body = _numbers(sheet.get("T_cam_imu"))
     if camera_from_body.shape != (16,) or abs(np.linalg.det(camera_from_body.reshape(4, 4))) < DETERMINANT_TOLERANCE:
-        raise UsageError(f"'{file}': T_cam_imu of {folder.name} is not a pose; it is a rigid transform, 4 rows of 4")
+        raise UsageError(f"'{file}': T_cam_imu of {folder.name} is not a pose; give a rigid transform, 4 rows of 4")
     body_from_camera = np.linalg.inv(camera_from_body.reshape(4, 4))
     lens = sheet.get("distortion_coeffs")
     return file, {**sheet, "T_BS": {"data": body_from_camera.ravel().tolist()}, "distortion_coefficients": lens}
@@ -170,7 +170,7 @@ def _yaml(file: Path) -> Mapping[str, Any]:
         # OpenCV starts such files with %YAML:1.0, which is not a YAML directive.
         text += "\n" if line.startswith("%") else line
         if len(text) > MAX_LETTERS:
-            raise UsageError(f"'{file}' has more than {MAX_LETTERS:,} letters; a calibration has fewer")
+            raise UsageError(f"'{file}' has more than {MAX_LETTERS:,} characters; a calibration has fewer")
     # Nested aliases could expand to any number of values.
     node, problems = read_text(text, file=str(file))
     if problems:

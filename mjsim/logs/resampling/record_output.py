@@ -30,7 +30,7 @@ class SentFile(Destination):
         self._at = self._end = 0
 
     def opened(self) -> IO[bytes]:
-        """Return itself, which has what the writer of recordings calls."""
+        """Return itself: it has the methods that the writer of recordings calls."""
         return cast(IO[bytes], self)
 
     def write(self, data: memoryview) -> int:
@@ -47,7 +47,7 @@ class SentFile(Destination):
         return self._at
 
     def taken(self) -> list[Piece]:
-        """Return the pieces since the last call, those that follow one another as one."""
+        """Return the pieces since the last call, with consecutive ones merged."""
         pieces: list[tuple[int, list[bytes]]] = []
         end, self.waiting = -1, 0
         for place, data in [self._pieces.popleft() for _ in range(len(self._pieces))]:
@@ -58,10 +58,10 @@ class SentFile(Destination):
         return [(place, b"".join(parts)) for place, parts in pieces]
 
     def publish(self) -> None:
-        """Do nothing: who puts the pieces together publishes."""
+        """Do nothing: whoever joins the pieces publishes."""
 
     def close(self) -> None:
-        """Do nothing: what was not taken yet stays."""
+        """Do nothing: pieces not taken yet stay."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -200,7 +200,7 @@ class _Ticked:
         return tuple(self._log.identities[begin:end])
 
     def left_out(self) -> Iterator[tuple[str, str, int]]:
-        """Yield each lidar, camera and 3-D lidar, its kind of reading, and how many of these got no own tick."""
+        """Yield each lidar, camera and 3-D lidar, its kind of reading, and how many readings have no tick."""
         scans = [(name, "scans", self._log.scans[name].stamps, rows) for name, rows in self._scans.items()]
         pictures = [(name, "pictures", self._log.cameras[name].stamps, rows) for name, rows in self._pictures.items()]
         clouds = [(name, "clouds", self._log.clouds[name].stamps, rows) for name, rows in self._clouds.items()]

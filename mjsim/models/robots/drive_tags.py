@@ -84,7 +84,7 @@ def drives_in_parameters(value: Any, source: str, *, depth: int = 0) -> Iterator
     """Yield what the parameters of controllers state about drives.
 
     Args:
-        value: Parameters of ROS as YAML has them.
+        value: ROS parameters, as parsed from YAML.
         source: Their file.
         depth: How deep they are nested in others.
     """

@@ -18,7 +18,7 @@ class SaidSensor:
     link: str
     """Name of the body that carries it."""
     kind: str
-    """lidar, camera or imu; or Gazebo's type for what mjsim has not."""
+    """lidar, camera or imu; or Gazebo's type for a sensor that mjsim lacks."""
     name: str
     keys: Mapping[str, float] = field(default_factory=dict)
     """Its properties: beams, fov_deg, middle_deg (of its fan, to the left), rings, lowest_deg, highest_deg, nearest,

@@ -32,7 +32,7 @@ def mend_scales(root: Element) -> Iterator[str]:
 
 
 def firsts(root: Element, path: str) -> Iterator[str]:
-    """Keep the first of each thing that URDF has once, as ROS does; yield notes on what was left out."""
+    """Keep the first of each element that URDF allows once, as ROS does; yield notes on what was left out."""
     for owner in [*root.findall("link"), *root.findall("joint")]:
         repeated: list[Element] = []
         for item in list(owner.iter()):

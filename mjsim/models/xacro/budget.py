@@ -121,7 +121,7 @@ def size_of(value: object) -> int:
             if each.bit_length() > MAX_BITS:
                 raise TooLargeError
         elif not isinstance(each, float | None):
-            raise XacroError(f"a value of the kind {type(each).__name__} is not for xacro; write a number or a text")
+            raise XacroError(f"a value of type {type(each).__name__} cannot be used in xacro; write a number or a text")
         if size + len(waiting) > MAX_VALUE_SIZE:
             raise TooLargeError
     return size

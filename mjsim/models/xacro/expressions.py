@@ -68,7 +68,7 @@ class _Evaluation:
         self._budget.spend(1)
         form = _FORMS.get(type(node))
         if form is None:
-            raise XacroError(f"{type(node).__name__} is not allowed in expressions; write it with what they allow")
+            raise XacroError(f"{type(node).__name__} is not allowed in expressions; compute it in another way")
         with self._budget.deeper(3):
             return form(self, node)
 
@@ -84,7 +84,7 @@ class _Evaluation:
         return found
 
     def _known(self, node: ast.AST) -> Any:
-        """Return what a name, or an entry with a dot, stands for; of others the value."""
+        """Return what a name, or an entry with a dot, refers to; the value of any other node."""
         match node:
             case ast.Name(id=name):
                 return self._lookup(name)
@@ -106,7 +106,7 @@ class _Evaluation:
         return entries[name]
 
     def call(self, node: ast.Call) -> Any:
-        """Call a function of the table, or one of those for values of a kind."""
+        """Call a function of the table, or a method of a value."""
         function, first = self._function(node.func)
         if any(word.arg is None for word in node.keywords):
             raise XacroError("** is not allowed in expressions; name the values")
@@ -114,7 +114,7 @@ class _Evaluation:
         return self._apply(function, given, {word.arg or "": self.value(word.value) for word in node.keywords})
 
     def _function(self, node: ast.expr) -> tuple[Function, list[Value]]:
-        """Return a function, and the value that it is asked of."""
+        """Return a function, and for a method the value on which it is called."""
         if isinstance(node, ast.Attribute):
             holder = self._known(node.value)
             method = METHODS.get(type(holder), {}).get(node.attr)
@@ -151,7 +151,7 @@ class _Evaluation:
         return self._budget.keep(operation(self.value(node.operand)))
 
     def boolean(self, node: ast.BoolOp) -> Any:
-        """Return the first value that decides, as Python does."""
+        """Return the value of `and` or `or`, evaluated as Python does."""
         decides = isinstance(node.op, ast.Or)
         value: Value = None
         for part in node.values:
@@ -197,11 +197,11 @@ class _Evaluation:
         return self._entry(holder, key) if isinstance(holder, dict) and isinstance(key, str) else holder[key]
 
     def comprehension(self, node: ast.ListComp | ast.GeneratorExp) -> Any:
-        """Return a list of a value for each entry of others."""
+        """Return the list of a comprehension."""
         return self._budget.keep([inner.value(node.elt) for inner in self._turns(node.generators)])
 
     def _turns(self, loops: list[ast.comprehension]) -> Iterator["_Evaluation"]:
-        """Yield the evaluation of each turn of nested loops, which knows their variables."""
+        """Yield an evaluation with the variables of each turn of nested loops."""
         if not loops:
             yield self
             return

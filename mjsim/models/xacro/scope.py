@@ -25,7 +25,7 @@ class Scope:
             parent: The enclosing scope, or None.
             namespace: Whether it is one of an included file.
             known: Functions and constants that need no property; of the outermost scope.
-            undeclared: Returns the value of a name that is no property, given all that are; of the outermost scope.
+            undeclared: Returns the value of a name that is not a property, given all that are; outermost scope only.
         """
         self._evaluate, self.parent, self.namespace = evaluate, parent, namespace
         self._known, self._undeclared = known or {}, undeclared

@@ -35,7 +35,7 @@ class Files(Protocol):
 
 
 class Expander:
-    """Expands one description; its methods for elements append what these become to another element."""
+    """Expands one description; its methods for elements append the expansion to another element."""
 
     def __init__(self, path: Path, given: Given, files: Files) -> None:
         """Prepare.
@@ -107,7 +107,7 @@ class Expander:
         raise XacroError(f"no xacro:property '{name:.60}'{hint}, or give --arg {name:.60}=VALUE{absent}")
 
     def _expand(self, node: XacroNode, into: XacroNode, scope: Scope, macros: Macros) -> None:
-        """Append what the attributes and children of an element become to another."""
+        """Expand the attributes and children of an element, and append them to another."""
         self.budget.spend(STEPS_PER_ELEMENT + len(node.attributes))
         for name, value in node.attributes.items():
             prefix, colon, _ = name.partition(":")
@@ -184,7 +184,7 @@ class Expander:
             self._expand_inside(node, into, scope, macros)
 
     def _expand_inside(self, node: XacroNode, into: XacroNode, scope: Scope, macros: Macros) -> None:
-        """Append what the children of an element become, and the namespaces that it declares."""
+        """Expand and append the children of an element, and the namespaces that it declares."""
         inside = XacroNode(into.tag, {})
         self._expand_children(node, inside, scope, macros)
         into.children += inside.children

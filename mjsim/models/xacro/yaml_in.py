@@ -64,7 +64,7 @@ class _Reader:
                 return [self.value(item) for item in node.value]
             if isinstance(node, yaml.ScalarNode):
                 return self._scalar(node)
-        raise XacroError(f"the YAML tag {node.tag:.60} is not for files of robots; leave it out")
+        raise XacroError(f"the YAML tag {node.tag:.60} is not allowed in robot files; leave it out")
 
     def _entries(self, node: Any) -> Iterable[tuple[Any, Any]]:
         """Yield the entries of a mapping, first those that it takes from others by `<<`."""
@@ -95,7 +95,7 @@ class _Reader:
                 return bool(self._scalars.construct_yaml_bool(node))
             case "null":
                 return None
-        raise XacroError(f"the YAML tag {node.tag:.60} is not for files of robots; leave it out")
+        raise XacroError(f"the YAML tag {node.tag:.60} is not allowed in robot files; leave it out")
 
 
 def _number(construct: Callable[[Any], Any], node: Any) -> Any:

@@ -13,7 +13,7 @@ class ShownOutput:
     """Shows the first lines that a process prints on the terminal."""
 
     def __init__(self, who: str) -> None:
-        """Store who prints, such as 'scout/estimator'."""
+        """Store the name of the module that prints, such as 'scout/estimator'."""
         self._who = who
         self._rest = b""
         self._last = ""

@@ -205,7 +205,7 @@ class Process(Closes):
             self._kill()
 
     def _kill(self) -> None:
-        """Kill the whole group and who left it; its leader is reaped last, so that its id is not reused."""
+        """Kill the group and the processes that left it; its leader is reaped last, so that its id is not reused."""
         if self._open:
             self._open = False
             with suppress(ProcessLookupError, PermissionError):

@@ -48,7 +48,7 @@ def _item(item: Any, number: int, of: str) -> Shown:
         return _made(kinds[0], {"name": kinds[0], **item})
     except (KeyError, TypeError, ValueError) as error:
         problem = f"lacks the key {error}" if isinstance(error, KeyError) else str(error)
-        raise Unfit(f"returned {label} which is not right: {problem}") from None
+        raise Unfit(f"returned {label} that is not valid: {problem}") from None
 
 
 def _made(kind: str, item: Mapping[str, Any]) -> Shown:

@@ -162,7 +162,7 @@ def _unstartable(path: Path, folders: Sequence[Path]) -> str:
     words = os.fsdecode(first[2:]).split()
     if not words or not Path(words[0]).is_file():
         return Sentence(
-            "names the interpreter '{interpreter}' in its first line, which is not there; correct the line",
+            "names the interpreter '{interpreter}' in its first line, which does not exist; correct the line",
             " ".join(words[:1]),
         )
     asked = [word for word in words[1:] if not word.startswith("-") and "=" not in word]

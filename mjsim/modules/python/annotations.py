@@ -87,7 +87,7 @@ def _generic(name: str, inner: ast.expr, names: Mapping[str, ast.expr], count: i
 
 
 def _row(entry: ast.expr, names: Mapping[str, ast.expr], count: int | None, depth: int) -> Schema:
-    """Return the schema of a list: of a number of numbers, or of such rows; {} for any number of numbers."""
+    """Return the schema of a list of a fixed count of numbers, or of such rows; {} for any count."""
     forms = list(_forms(entry, names, count, depth - 1)) if depth else []
     if len(forms) != 1 or not forms[0]:
         return {}

@@ -119,4 +119,4 @@ def _require_keys(use: Use, made: type) -> None:
     try:
         signature.bind(**use.arguments())
     except TypeError as error:
-        raise UsageError(f"{use.use} cannot be made: {error}") from error
+        raise UsageError(f"{use.use} cannot be created: {error}") from error

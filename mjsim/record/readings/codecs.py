@@ -12,7 +12,7 @@ from mjsim.record.readings.scans import SCANS
 from mjsim.record.readings.sightings import SIGHTINGS
 
 _OWN = {codec.field: codec for codec in (SIGHTINGS, CAMERAS, SCANS, IMU, ENCODERS, RANGES, CLOUDS)}
-"""Those with more than is declared: formats of others, tables and arrays."""
+"""Codecs with more than the declarations give: formats of other programs, tables and arrays."""
 _FIELDS = dict.fromkeys((*ORDER, *(part.name for part, _ in form_fields(Observation))))
 CODECS: tuple[Codec, ...] = tuple(_OWN.get(field) or derived(field) for field in _FIELDS)
 """Codecs in the order of the keys in a message of `/R/observation`."""

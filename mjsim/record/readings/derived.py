@@ -214,7 +214,7 @@ def _keys(part: FormField, form: Form) -> list[_Key]:
 
 
 def _taker(part: FormField, form: Form) -> Callable[[Message], Any]:
-    """Return what takes a field from a message."""
+    """Return a function that reads a field from a message."""
     if part.is_mapping:
         return lambda message: dict(zip(message[form.names], message[part.name], strict=True))
     decode = _plain(part, form).decode

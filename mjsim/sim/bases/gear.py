@@ -36,9 +36,9 @@ class RunningGear:
     odometer: WheelOdometer
     motion: WheelMotion
     wanted: Callable[[float], Command] | None = None
-    """Gives the set-points of its controller for a period [s]; None for bases with servos."""
+    """Returns the set-points of its controller for a period [s]; None for bases with servos."""
     goal: Callable[[], Sequence[float]] | None = None
-    """Gives the rotations of the driven wheels from these set-points [rad]."""
+    """Returns the rotations of the driven wheels that follow from these set-points [rad]."""
 
     def twist_from_wheels(self) -> Array:
         """Return the twist (forward, left, turn) of wheel speeds, steering straight ahead, shape (3, wheels)."""

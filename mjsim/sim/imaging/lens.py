@@ -24,7 +24,7 @@ MAX_SIDE = 3072
 TILTS_DEG = (25.0, 30.0, 35.0, 40.0, 45.0, 50.0, 60.0)
 """Angles between the axes of a lens and of a plane that are tried."""
 FIXED_COST_PIXELS = 100_000
-"""Number of pixels that take as long as what a picture takes of any size: a third of 640 x 480."""
+"""Number of pixels that take as long as the constant part of a picture: a third of 640 x 480."""
 RAY_STRIDE = 17
 """Every n-th ray is used to choose the planes."""
 

@@ -36,7 +36,7 @@ MAX_LIFT = 0.4
 CELLS_PER_SIDE, MAX_CORNERS = 10, 200
 """Shapes of more corners than this are simplified to cells, this many along their longest side."""
 MIN_FREE_DOFS = 2
-"""Degrees of freedom from which on a body takes what hangs on it along with its shadow."""
+"""A body with at least this many degrees of freedom shares one shadow with all that is attached to it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,7 +46,7 @@ class Shadow:
     body: int
     """Body that it moves with."""
     geom: int
-    """One of the geoms that cast it; when that is not seen any more, nor is the shadow."""
+    """One of the geoms that cast it; the shadow is drawn only while this one is."""
     low: Array
     """Its corner, relative to the body's origin and heading, shape (2,) [m]."""
     size: Array
@@ -80,7 +80,7 @@ def shadows_of(model: mujoco.MjModel, geoms: NDArray[np.intp]) -> list[Shadow]:
 
 
 class PlacedShadows:
-    """Where shadows are on the floor; what does not change is made once."""
+    """Places shadows on the floor; what does not change is computed once."""
 
     def __init__(self, shadows: Sequence[Shadow]) -> None:
         """Keep the shadows."""

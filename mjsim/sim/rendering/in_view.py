@@ -45,7 +45,7 @@ class Frustum:
     """Columns of the picture [px]."""
 
     def beside(self, offsets: Array, radii: Array) -> NDArray[np.bool_]:
-        """Say of balls whether they lie wholly beside or behind the view; their middles from the eye, shape (n, 3)."""
+        """Return which balls lie wholly beside or behind the view, given their centres from the eye, shape (n, 3)."""
         right, up, ahead = offsets @ self.right, offsets @ self.up, offsets @ self.ahead
         wide, high = self.half_width, self.half_height
         beside = np.abs(right) - wide * ahead > radii * np.hypot(1.0, wide)
@@ -77,7 +77,7 @@ def frustum_of(scene: mujoco.MjvScene, *, width: int, height: int) -> Frustum:
 
 
 class InView:
-    """Tells which geoms a camera may see; what does not change is made once."""
+    """Finds the geoms that a camera may see; what does not change is computed once."""
 
     def __init__(self, model: mujoco.MjModel, drawn: NDArray[np.intp]) -> None:
         """Initialise.

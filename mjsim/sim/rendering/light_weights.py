@@ -51,7 +51,7 @@ class LightWeights:
         return self._weights
 
     def _tell_of_shared(self, brightness: Array) -> None:
-        """Say once that a lamp has changed whose light is in one map with that of others."""
+        """Warn once that a lamp has changed whose light shares a map with others."""
         changed = (brightness != self._start).any(axis=1)
         changed[: len(self._lamps)] = False
         if changed.any():

@@ -159,7 +159,7 @@ def _may_be_listed(model: mujoco.MjModel, geom: int) -> bool:
 
 
 def _own_colors(model: mujoco.MjModel, *, lit: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """Return what multiplies the colour of each geom, shape (ngeom, 3), and its emission, -1 to leave that.
+    """Return the factor on the colour of each geom, shape (ngeom, 3), and its emission, -1 to keep it.
 
     Pictures on beacons glow and reflect little in plain light. With a light map they reflect all; on things that move
     they glow as in full general light.
@@ -201,7 +201,7 @@ class MovingLight:
         self._light = total.reshape(-1, 3) * self._baked.exposure
 
     def factors(self, data: mujoco.MjData, geoms: NDArray[np.intp]) -> Array:
-        """Return what multiplies the colour that geoms have in full even light, shape (n, 3)."""
+        """Return the factor on the colour that geoms have in full even light, shape (n, 3)."""
         probes = self._baked.probes
         where = np.clip((data.geom_xpos[self._points[geoms]] - probes.origin) / probes.spacing, 0.0, self._last)
         low = np.minimum(where.astype(np.intp), np.maximum(self._last - 1, 0))

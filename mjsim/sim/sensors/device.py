@@ -45,7 +45,7 @@ class Mounting:
     streams: Streams
     """Purpose -> random stream of this sensor; the same stream on each call."""
     canvas: Callable[[Quality], Canvas]
-    """Gives the canvas of cameras of a quality; the caller closes it."""
+    """Returns the canvas for cameras of a quality; the caller closes it."""
 
     def mount(self, sensor: sensors.Lidar | sensors.Lidar3d | sensors.Imu) -> CarriedSensor:
         """Return the mount of a sensor with an orientation."""

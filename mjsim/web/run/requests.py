@@ -14,7 +14,7 @@ Drivers = dict[str, dict[Literal["observer", "estimator", "navigator", "avoidanc
 """Robot -> modules that replace those of its world."""
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Moderate = Annotated[float, Field(ge=-1e6, le=1e6)]
-"""Beyond it, what is drawn from there overflows."""
+"""Coordinates beyond it overflow when drawn."""
 
 
 class _Request(BaseModel):

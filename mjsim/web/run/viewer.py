@@ -137,13 +137,13 @@ class Viewer:
                 task.add_done_callback(self._tasks.discard)
 
     def _source(self, name: str, view: _View) -> Source | None:
-        """Return what makes the next picture of a view, if there is anything new in it."""
+        """Return a function that makes the next picture of a view, if there is anything new in it."""
         if name == OUTSIDE:
             return self._outside(view)
         return self._bodies(view) if name == BODIES else self._onboard(name, view)
 
     def _bodies(self, view: _View) -> Source | None:
-        """Return what sends the poses of bodies, if the time has changed and the scene is ready."""
+        """Return a function that returns the poses of bodies, if the time has changed and the scene is ready."""
         tick, solids = self._stage.feed.newest, self._solids.held(self._stage.feed.world)
         if tick is None or solids is None or view.last is tick:
             return None
@@ -155,7 +155,7 @@ class Viewer:
         return {"recognised": []}, partial(self._stage.once, BODIES, tick, make=where)
 
     def _outside(self, view: _View) -> Source | None:
-        """Return what renders the external view, if there is anything new in it."""
+        """Return a function that renders the external view, if there is anything new in it."""
         tick, painter, outside = self._stage.feed.newest, self._stage.painter, self._watch.outside
         if tick is None or painter is None or outside is None or view.last == (tick, outside):
             return None
@@ -173,7 +173,7 @@ class Viewer:
         return {"recognised": []}, partial(painter.outside, newest)
 
     def _onboard(self, name: str, view: _View) -> Source | None:
-        """Return what makes a picture of an onboard camera, if there is a new one."""
+        """Return a function that makes a picture of an onboard camera, if there is a new one."""
         camera, _, kind = name.partition(":")
         shot = self._stage.feed.shots.get(camera)
         if shot is None or view.last is shot:

@@ -21,7 +21,7 @@ class Loaded(NamedTuple):
 
 
 RETRY_SECONDS = 0.2
-"""Time until what could not be loaded, since strangers hold all files, is loaded again [s]."""
+"""Time until routes are loaded again that found no free file descriptor [s]."""
 
 
 class LateRoutes:

@@ -26,7 +26,7 @@ class Folder:
         self.writing = threading.Lock()
         """Held while writing a file after checking its previous content or absence."""
         if not self.root.is_dir():
-            raise UsageError(Sentence("no folder '{root}'; name one that is there", root))
+            raise UsageError(Sentence("no folder '{root}'; name an existing one", root))
 
     def path(self, name: str) -> Path:
         """Return the absolute path of a file, which need not exist, with links resolved.

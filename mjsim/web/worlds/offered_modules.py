@@ -99,7 +99,7 @@ def _own_offers(code: Sequence[tuple[Path, str, object]], file: str, folder: Pat
 
 
 def _stamp(path: Path) -> tuple[int, int] | None:
-    """Return what changes with the content of a file; None if there is no such file."""
+    """Return a value that changes with the content of a file; None if there is no such file."""
     try:
         found = path.stat()
     except OSError:

@@ -52,7 +52,7 @@ class PastAsk(Ask):
                 Sentence("at is {at}; it must be at most {count}, the number of steps", self.at, len(self.steps))
             )
         if sum(len(step.old) + len(step.fresh) for step in self.steps) > MAX_LETTERS:
-            raise ValueError(Sentence("the steps have more than {max_letters} letters", MAX_LETTERS))
+            raise ValueError(Sentence("the steps have more than {max_letters} characters", MAX_LETTERS))
         return self
 
 

@@ -83,7 +83,7 @@ def sentence(error: ErrorDetails, path: Path, model: type[BaseModel]) -> str:
     if kind == "mjsim" or "error" in context:
         return str(context.get("text", context.get("error")))
     if path and path[-1] == KEY:
-        return Sentence("key {value} is not right; it must be {right}", shown(value), _PATTERNS[NAME_PATTERN])
+        return Sentence("key {value} is not valid; it must be {right}", shown(value), _PATTERNS[NAME_PATTERN])
     shape = _shape(model, path) if kind in ("too_short", "too_long", "tuple_type") else ""
     right = Sentence("it must be {right}", shape) if shape else _right(kind, context, value, error["msg"])
     return Sentence("{name} is {value}; {right}", name, shown(value, unit=_unit(model, path)), right)

@@ -132,7 +132,7 @@ class Robot(Model):
         for index, arm in enumerate(self.arms):
             if arm.name == "drive" or arm.name.startswith("wheel_"):
                 raise fault(
-                    Sentence("arm name '{name}' is that of a part of the base; give it another", arm.name),
+                    Sentence("arm name '{name}' is taken by a part of the base; give it another", arm.name),
                     "arms",
                     index,
                     "name",

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 GRID = 1e-6
 """Points closer than this coincide [m]."""
 MIN_AREA = 0.5
-"""Smaller gaps between walls are no rooms [m^2]."""
+"""Smaller gaps between walls are not rooms [m^2]."""
 
 
 def room_polygons(walls: Sequence[Wall]) -> "list[Polygon]":

@@ -47,9 +47,9 @@ def arm_item(name: str | Path, end: str | None = None, arguments: Mapping[str, s
     if str(name).lower().endswith(MODELS):
         return _from_model(Path(name), end, arguments)
     if arguments:
-        raise UsageError(Sentence("--arg is for models in xacro; '{name}' is none", name))
+        raise UsageError(Sentence("--arg is for xacro models; '{name}' is not one", name))
     if end is not None:
-        raise UsageError(Sentence("end is '{end}'; it is for models (.xml, .urdf), '{name}' is none", end, name))
+        raise UsageError(Sentence("end is '{end}'; it is for models (.xml, .urdf), '{name}' is not one", end, name))
     if str(name) in arm_names():
         return RobotArm.model_validate({"preset": str(name), "name": str(name)})
     if not str(name).endswith((".yaml", ".yml")):

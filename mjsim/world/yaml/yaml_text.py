@@ -322,7 +322,7 @@ def _syntax(error: "MarkedYAMLError", file: str, brackets: list[tuple[int, int]]
     mark = error.problem_mark or error.context_mark
     reason = str(error.problem or error.context)
     if "'\\t'" in reason:
-        reason = "a tab stands where YAML wants spaces; indent with spaces"
+        reason = "a tab is where YAML needs spaces; indent with spaces"
     elif brackets and text[mark.index - 1 : mark.index + 1] == "${":
         reason = 'an expression inside brackets has no quotes; write "${...}"'
     elif brackets:

@@ -322,7 +322,7 @@ export const EN = {
   "review.copyAsCsv": "Copy as CSV",
   "review.couldNotBeTakenCopy": "{name} could not be uploaded; copy it into the folder, then open it from the list",
   "review.depth": "Depth",
-  "review.differencesOfPairsMeanInterval": "Differences of pairs: mean [interval]",
+  "review.differencesOfPairsMeanInterval": "Paired differences: mean [interval]",
   "review.dropTheRecording": "Drop the recording here",
   "review.endsEarlyCutOff": "Ends early: cut off",
   "review.events": "Events",
