@@ -90,7 +90,7 @@ class Diagnosis:
     cores: int
     """Number of processors that this process may use."""
     limits: str
-    """Whether the limits of the process that reads files of strangers hold on this system."""
+    """Whether the limits of the process that reads untrusted files hold on this system."""
 
 
 def diagnose(picture: Path | None, *, overwrite: bool = False) -> Diagnosis:
@@ -183,15 +183,15 @@ def _extra_lines(extras: Mapping[str, Sequence[str]]) -> list[str]:
 def limits_held(missing: Sequence[str]) -> str:
     """Return a line about the limits of the guarded reader, given those that this system does not have."""
     if missing:
-        return f"files of strangers are read without limits on {', '.join(missing)}; Linux 5.13 and later have them"
-    return "memory, time, other files, network and programs are limited where files of strangers are read"
+        return f"untrusted files are read without limits on {', '.join(missing)}; Linux 5.13 and later have them"
+    return "memory, time, other files, network and programs are limited where untrusted files are read"
 
 
 def _limits() -> str:
     try:
         return limits_held(guarded("mjsim.guarded:missing_limits", about="doctor"))
     except UsageError as error:
-        return f"no file of strangers can be read: {error}"
+        return f"no untrusted file can be read: {error}"
 
 
 def _try_alone(name: str) -> str:

@@ -20,7 +20,7 @@ def doctor(
     """Report which OpenGL works, how fast, and what is missing.
 
     Render a test picture; list the optional packages and what each is for; look
-    for GNU Octave; check whether files of strangers are read with limits.
+    for GNU Octave; check whether untrusted files are read with limits.
     """
     from mjsim.doctor import diagnose, report_lines
 

@@ -1,4 +1,4 @@
-"""Importers of strangers' files: the guarded reader reads them, and these make values of what it hands back."""
+"""Importers of untrusted files: the guarded reader reads them, and these make values of what it hands back."""
 
 import os
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""The guarded reader: files of strangers are decoded in a child process with limits, which hands back plain values.
+"""The guarded reader: untrusted files are decoded in a child process with limits, which hands back plain values.
 
 A file that crashes its decoder, never ends, or unpacks to gigabytes becomes one line and exit code 2, whatever library
 reads it; a hole in such a library reaches neither the network nor other files. One call:

@@ -1,4 +1,4 @@
-"""The child process that decodes files of strangers; `mjsim.guarded.guarded_reader` starts it.
+"""The child process that decodes untrusted files; `mjsim.guarded.guarded_reader` starts it.
 
 Its standard input brings requests, pickled by the parent; its standard output takes back values in the form of
 `mjsim.guarded.plain_values`.

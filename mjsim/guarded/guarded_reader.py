@@ -1,4 +1,4 @@
-"""Runs functions that decode files of strangers in a child process with limits."""
+"""Runs functions that decode untrusted files in a child process with limits."""
 
 import contextlib
 import os

@@ -1,4 +1,4 @@
-"""Limits of the child process that decodes a file of a stranger."""
+"""Limits of the child process that decodes an untrusted file."""
 
 from dataclasses import dataclass
 

@@ -64,7 +64,7 @@ READ = (
     " a bag of ROS 1 or ROS 2, a CARMEN log, a rawlog of MRPT, a YAML file that describes tables (log: tables)"
 )
 MAX_LINES = 1000
-"""Number of lines of a file that is not a supported log, to detect whether it was cut."""
+"""Number of lines of a file that is not a supported log, to detect whether it is truncated."""
 MAX_EXAMINED = 100
 """Maximum number of files to examine in a folder that is not a log itself."""
 TABLE_SUFFIXES = (".csv", ".tsv", ".dat")

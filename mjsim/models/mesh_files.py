@@ -1,6 +1,6 @@
 """Meshes of Collada, glTF, OBJ and STL, read by trimesh, as parts of one colour or texture that MuJoCo reads.
 
-Lengths become metres and z points up, as stated in each file. Whoever reads files of strangers does it in the
+Lengths become metres and z points up, as stated in each file. Whoever reads untrusted files does it in the
 guarded reader.
 """
 

@@ -213,7 +213,7 @@ class _Run:
         """
         self._left -= size
         if self._left < 0:
-            raise ValueError(f"it would take far more memory than its size; its ticks are {len(self.time)}")
+            raise ValueError(f"with {len(self.time)} ticks it would take far more memory than its size")
 
     def check(self) -> None:
         """Check the complete data.

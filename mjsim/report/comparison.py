@@ -262,7 +262,7 @@ def _group(label: str, robot: str, runs: Sequence[RunFigures]) -> Group:
 
 
 def _no_nees(robots: Sequence[Mapping[str, Any]]) -> str:
-    """Return the reason for which robots have no NEES; '' if there are none, or several reasons."""
+    """Return why robots have no NEES; '' if all have one, or for several reasons."""
     reasons = {(robot.get("nees") or {}).get("reason") or "" for robot in robots}
     return str(reasons.pop()) if len(reasons) == 1 else ""
 

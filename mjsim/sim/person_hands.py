@@ -86,7 +86,7 @@ class LedPeople:
         return far if far > ARRIVAL_DISTANCE else 0.0
 
     def computed(self, reached: Mapping[str, tuple[HandLed, ...]]) -> dict[str, tuple[HandLed, ...]]:
-        """Return motions with how the figures move, so that others who show them need not compute it again."""
+        """Return motions with computed joint values, so that other viewers need not compute them again."""
         found = {}
         for name, turns in reached.items():
             course = self._course(name, turns)

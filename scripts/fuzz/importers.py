@@ -1,4 +1,4 @@
-"""Read broken files of strangers by the thousand in the guarded reader: each must come in, or be refused in one line.
+"""Read broken files by the thousand in the guarded reader: each must come in, or be refused in one line.
 
 python scripts/fuzz/importers.py [--inputs 1000] [--commands 0] [--seed 1] [IMPORTER ...]
 

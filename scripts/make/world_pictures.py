@@ -19,7 +19,7 @@ from mjsim.world import Camera, World, load_checked
 FOOT = """
 ## The control laboratory
 
-The worlds of `worlds/lab` belong to [the lesson](control-lab.md), which shows each step of it.
+The worlds of `worlds/lab` belong to [the lessons](tutorials/control-lessons.md), which show how to use them.
 """
 ROOT = Path(__file__).resolve().parents[2]
 WORLDS, PAGE, PICTURES = ROOT / "worlds", ROOT / "docs" / "worlds.md", ROOT / "docs" / "images" / "worlds"

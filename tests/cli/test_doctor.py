@@ -69,7 +69,7 @@ def test_the_doctor_draws_a_room_and_names_what_it_tried(tmp_path):
 def test_limits_that_a_system_lacks_are_named():
     assert "without" not in limits_held([])
     assert limits_held(["memory", "other files"]).startswith(
-        "files of strangers are read without limits on memory, other files;"
+        "untrusted files are read without limits on memory, other files;"
     )
 
 

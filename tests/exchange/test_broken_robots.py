@@ -99,7 +99,7 @@ XACRO = '<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:arg name
             (),
             "joints 'l0_hinge' and 'r0_hinge' both carry link 'l0'",
         ),
-        (TWO.replace("0.0 0.2 -0.05", "inf 0.2 0"), (), r"urdf:2:105: the place of 'l0' is not finite; correct its"),
+        (TWO.replace("0.0 0.2 -0.05", "inf 0.2 0"), (), r"urdf:2:105: the position of 'l0' is not finite; correct it"),
         (TWO.replace('radius="0.1"', 'radius="0"'), (), "size 0 must be positive"),
         ('<svg xmlns="http://www.w3.org/2000/svg"/>', (), "begins with <svg>; a model begins with <mujoco>"),
         (XACRO.format("<wheel/>"), (), "<wheel> is not a URDF element; if it calls a macro, write <xacro:wheel>"),
@@ -130,7 +130,7 @@ XACRO = '<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:arg name
         (SLIDING, (), r"no wheels can be found: it moves by slides \('go'\)"),
         (ALONG_Y, (), r"does not define its front; give --forward \+y or --forward -y"),
         (ALONG_Y, ("--forward", "+x"), r"--forward \+x is along the axles"),
-        (TWO, ("--forward", "up"), r"--forward is 'up'; it is \+x, -x, \+y or -y"),
+        (TWO, ("--forward", "up"), r"--forward is 'up'; it must be \+x, -x, \+y or -y"),
         (TWO, ("--left-wheel", "l0_hing"), "no hinge 'l0_hing' in .*; did you mean 'l0_hinge'"),
         (TWO, ("--drive", "skid_steer"), "has one axle that drives; skid steering needs two or more"),
         (

@@ -156,7 +156,7 @@ def _moving_groups(parts: Sequence[_Part]) -> list[list[_Part]]:
     return [group for group in groups.values() if len(group) >= MIN_MOVING or group[0].look[0] != "matte"]
 
 
-@np.errstate(all="ignore")  # numbers of strangers may overflow
+@np.errstate(all="ignore")  # numbers of untrusted files may overflow
 def _part(spec: mujoco.MjSpec, geom: mujoco.MjsGeom, finishes: Finishes | None) -> _Part | None:
     """Return a geom to be merged; None for one that is invisible, large, transparent, or textured by its size."""
     if geom.group > VISUAL or geom.rgba[3] < 1.0 or not _owner(geom).startswith("obstacle/"):

@@ -33,7 +33,7 @@ class _Edge(NamedTuple):
     end: bool
     """Whether it is where a wall ends: one of them is thin, and they meet at a sharp angle."""
     step: float
-    """Position of the second sheet on the texture relative to that of the first, for a texture that runs on [m]."""
+    """Position of the second sheet on the texture relative to that of the first, for a continuous texture [m]."""
 
 
 def metric_places(points: Array, normals: Array) -> Array:

@@ -118,7 +118,7 @@ def imu_of(data: bytes, *, is_ros2: bool) -> tuple[float, ...]:
         Acceleration x, y, z [m/s^2] and turn rate x, y, z [rad/s].
 
     Raises:
-        ValueError: It was cut, or a number is not finite.
+        ValueError: It is truncated, or a number is not finite.
 
     References:
         ROS REP 145, Conventions for IMU sensor drivers: a first element of -1 in a covariance.

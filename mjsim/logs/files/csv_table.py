@@ -144,7 +144,7 @@ def read_csv(path: Path, *, skip: int = 0, notes: dict[str, str] | None = None) 
     Args:
         path: The file.
         skip: Number of lines to skip at the beginning.
-        notes: Metadata of the log. With it, a file that was cut is read up to there, which is noted.
+        notes: Metadata of the log. With it, a truncated file is read up to its end, which is noted.
 
     Raises:
         UsageError: It cannot be read, has no rows, or rows of different lengths (the message has file and line).

@@ -34,7 +34,7 @@ def read_table(
         columns: Name of each column, such as 'range'.
         positive: Columns whose values must be above 0.
         gaps: Whether lines with NaN are left out, as of a tracker that lost its target.
-        notes: Metadata of the log. With it, a file that was cut is read up to there, which is noted, as gaps are.
+        notes: Metadata of the log. With it, a truncated file is read up to its end, which is noted, as gaps are.
 
     Raises:
         UsageError: The file cannot be read, is empty, or a line is invalid (the message has file and line).

@@ -35,11 +35,11 @@ def lines_of(path: Path, notes: dict[str, str] | None = None) -> Iterator[str]:
 
     Args:
         path: The file.
-        notes: Metadata of the log. With it, a compressed file that was cut is read up to its last whole line, which
+        notes: Metadata of the log. With it, a truncated compressed file is read up to its last whole line, which
             is noted.
 
     Raises:
-        UsageError: It cannot be read, is not compressed as its name says, unpacks to too much, or was cut.
+        UsageError: It cannot be read, is not compressed as its name says, unpacks to too much, or is truncated.
     """
     is_first = True
     try:
@@ -86,7 +86,7 @@ def _called(path: Path) -> str:
 
 
 def _broken(path: Path) -> str:
-    """Return the key of the note about a compressed file that was cut."""
+    """Return the key of the note about a truncated compressed file."""
     return f"{_called(path)} breaks off"
 
 

@@ -170,7 +170,7 @@ def _read_robot(
     deviations: tuple[float, float],
     cuts: dict[str, str],
 ) -> _Files:
-    """Return the files of a robot; the ends of files that were cut are noted."""
+    """Return the files of a robot; truncated ends of files are noted."""
     path = folder / f"Robot{number}_Measurement.dat"
     seen = read_table(path, (TIME, "barcode", "range", "bearing"), positive={"range"}, notes=cuts)
     codes = whole_numbers(path, seen[:, 1], "barcode")

@@ -42,7 +42,7 @@ class SentFile(Destination):
         return len(data)
 
     def seek(self, offset: int, whence: int) -> int:
-        """Go to a place from the beginning, from here or from the end; return it."""
+        """Move to a position given from the beginning, from here or from the end; return it."""
         self._at = offset + (0, self._at, self._end)[whence]
         return self._at
 

@@ -289,7 +289,7 @@ def _check_finite(model: mujoco.MjModel, path: str) -> None:
     """Raise ValueError if a part has a position that is not finite."""
     bad = np.flatnonzero(~np.isfinite(model.body_pos).all(axis=1))
     if len(bad):
-        raise ValueError(f"'{path}': the place of '{model.body(int(bad[0])).name}' is not finite; correct its origin")
+        raise ValueError(f"'{path}': the position of '{model.body(int(bad[0])).name}' is not finite; correct it")
 
 
 def _servo_speeds(model: mujoco.MjModel) -> Iterator[tuple[str, float]]:

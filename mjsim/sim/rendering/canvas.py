@@ -186,7 +186,7 @@ SCENE = f"""
 LIGHT = np.array([[1.0, 0.5, 0.25], [0.125, 0.75, 0.5]])
 """Values of the light on the first two, red, green, blue."""
 SAME_COLOR, SAME_DEPTH = 2, 1e-5
-"""Tolerances of a value of a pixel, because light is kept in half precision, and of MuJoCo's depth."""
+"""Tolerances of a pixel value, as light has half precision, and of MuJoCo's depth."""
 
 
 @functools.cache  # Constant in a process: it draws by one OpenGL library.
