@@ -33,9 +33,11 @@ with socket.socket(socket.AF_UNIX) as wire:
 """The program `mjsim` of a notebook: has the command run where everything is imported, with its own streams."""
 NOTEBOOKS = """
 import json, os, socket, sys
-import IPython.terminal.ipapp, matplotlib.pyplot, mjsim.algorithms.ekf_slam.ekf_slam
+import IPython.terminal.ipapp, matplotlib.pyplot, nbformat.v4, pandas, scipy.stats
+import mjsim.algorithms.beacon_vision.picture_beacons, mjsim.algorithms.ekf_slam.ekf_slam
 import mjsim.cli.program, mjsim.cli.reports, mjsim.cli.run_commands, mjsim.cli.worlds
-import mjsim.record.recording_reader, mjsim.report.plots, mjsim.run.loop, mjsim.sim.simulation
+import mjsim.output.sets, mjsim.record.recording_reader, mjsim.record.recording_writer, mjsim.report.report_page
+import mjsim.run.loop, mjsim.sim.simulation, mjsim.world.edit.snippet
 
 def fork(folder, streams, run):
     if (process := os.fork()) == 0:

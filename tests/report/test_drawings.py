@@ -3,8 +3,6 @@
 import re
 import shutil
 
-import cv2
-import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
@@ -64,25 +62,21 @@ def test_formats_are_a_list_of_words_and_a_misspelt_one_is_told():
 
 
 @pytest.mark.slow
-def test_a_report_has_each_plot_in_each_format_and_its_page_has_them_all(recording, tmp_path):
+def test_a_report_of_vector_plots_alone_has_each_in_each_format_no_png_and_a_page_with_them_all(recording, tmp_path):
     with pytest.raises(SystemExit) as ended:
-        main(["report", str(recording[1]), "-o", str(tmp_path), "--formats", "pdf,png"])
+        main(["report", str(recording[1]), "-o", str(tmp_path), "--formats", "pdf,svg"])
     assert ended.value.code == 0
     stems = {path.stem for path in tmp_path.glob("scout_*")}
-    assert {path.name for path in tmp_path.glob("scout_*")} == {
-        f"{stem}.{form}" for stem in stems for form in ("pdf", "png")
-    }
-    page = (tmp_path / "report.html").read_text()
-    assert page.count("data:image/png") == len(stems) > 2
-    assert np.ptp(cv2.imread(str(tmp_path / "scout_path.png"))) > 100
+    files = {f"{stem}.{form}" for stem in stems for form in ("pdf", "svg")}
+    assert {path.name for path in tmp_path.glob("scout_*")} == files
+    assert (tmp_path / "report.html").read_text().count("data:image/png") == len(stems) > 2
 
 
 @pytest.mark.slow
-def test_a_report_of_vector_plots_alone_has_no_files_of_png(recording, tmp_path):
-    write_report(recording[0], tmp_path / "report", formats=["svg"])
+def test_a_comparison_of_vector_plots_alone_has_no_files_of_png(recording, tmp_path):
     odd = shutil.copy(recording[1], tmp_path / r"cost $\frac{a$.mcap")
     write_comparison(mjsim.compare([recording[1], odd]), tmp_path / "comparison", formats=["pdf"])
-    assert {path.suffix for path in (tmp_path / "report").glob("scout_*")} == {".svg"}
+    assert {path.suffix for path in (tmp_path / "comparison").iterdir()} >= {".pdf"}
     assert not list((tmp_path / "comparison").glob("*.png"))
 
 
