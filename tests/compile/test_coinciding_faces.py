@@ -1,6 +1,5 @@
 """No two faces that are seen from the same side coincide: which of them a picture shows would change with its place."""
 
-from collections import defaultdict
 from pathlib import Path
 
 import mujoco
@@ -50,46 +49,56 @@ def coinciding(model):
     # What stands on the floor shows it no face.
     below = (normals[:, 2] < -0.99) & (points[..., 2].max(axis=1) < NEAR)
     points, geoms, normals = (each[~below] for each in (points, geoms, normals))
-    parallel = defaultdict(list)
-    for face, key in enumerate(np.round(normals * 200).astype(int).tolist()):
-        parallel[tuple(key)].append(face)
+    looks = looks_of(model, geoms)
+    _, direction = np.unique(np.round(normals * 200).astype(int), axis=0, return_inverse=True)
     return {
         pair
-        for together in parallel.values()
-        for plane in in_one_plane(np.array(together), points, normals)
-        for pair in overlapping(model, points[plane], geoms[plane], normals[plane[0]])
+        for together in of_several_looks(np.argsort(direction, kind="stable"), direction, looks, 0.5)
+        for plane in in_one_plane(together, points, normals, looks)
+        for pair in overlapping(model, points[plane], geoms[plane], looks[plane], normals[plane[0]])
     }
 
 
-def in_one_plane(together, points, normals):
+def looks_of(model, geoms):
+    """Return a number for the look of each face: plain ones of one colour are alike, each textured geom is not."""
+    numbers = {geom: (geom,) if texture_of(model, geom) >= 0 else rgba_of(model, geom) for geom in set(geoms.tolist())}
+    known = {look: number for number, look in enumerate(dict.fromkeys(map(tuple, numbers.values())))}
+    return np.array([known[tuple(numbers[geom])] for geom in geoms.tolist()], dtype=int)
+
+
+def of_several_looks(faces, values, looks, apart):
+    """Return sets of faces, sorted by their values, that lie no farther apart and do not all look alike."""
+    if not len(faces):
+        return []
+    starts = np.append(0, np.flatnonzero(np.diff(values[faces]) > apart) + 1)
+    several = np.minimum.reduceat(looks[faces], starts) < np.maximum.reduceat(looks[faces], starts)
+    ends = np.append(starts[1:], len(faces))
+    return [faces[a:b] for a, b in zip(starts[several].tolist(), ends[several].tolist(), strict=True)]
+
+
+def in_one_plane(together, points, normals, looks):
     """Return sets of parallel faces whose planes are the same."""
     normal = normals[together[0]]
     together = together[normals[together] @ normal > 1.0 - 1e-6]
     far = points[together].mean(axis=1) @ normal
     order = np.argsort(far)
-    return np.split(together[order], np.flatnonzero(np.diff(far[order]) > NEAR) + 1)
+    return [
+        together[order[k]] for k in of_several_looks(np.arange(len(order)), far[order], looks[together][order], NEAR)
+    ]
 
 
-def overlapping(model, points, geoms, normal):
+def overlapping(model, points, geoms, looks, normal):
     """Return pairs of names of geoms whose faces in a plane overlap."""
-    if len(np.unique(geoms)) < 2:
-        return
     right = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
     right /= np.linalg.norm(right)
     flat = polygons(points @ np.stack([right, np.cross(normal, right)], axis=1))
     pairs = STRtree(flat).query(flat, predicate="intersects").T
-    pairs = pairs[geoms[pairs[:, 0]] < geoms[pairs[:, 1]]]
-    for pair in np.unique(geoms[pairs], axis=0):
-        if not same_look(model, *pair):
-            one, other = flat[pairs[(geoms[pairs] == pair).all(axis=1)].T]
-            both = intersection(one, other)
-            if ((area(both) > MIN_AREA) & (area(both) > MIN_WIDTH * length(both))).any():
-                yield tuple(label(model, int(geom)) for geom in pair)
-
-
-def same_look(model, one, other):
-    plain = texture_of(model, one) < 0 and texture_of(model, other) < 0
-    return plain and np.array_equal(rgba_of(model, one), rgba_of(model, other))
+    pairs = pairs[(geoms[pairs[:, 0]] < geoms[pairs[:, 1]]) & (looks[pairs[:, 0]] != looks[pairs[:, 1]])]
+    one, other = flat[pairs.T]
+    both = intersection(one, other)
+    seen = (area(both) > MIN_AREA) & (area(both) > MIN_WIDTH * length(both))
+    for pair in np.unique(geoms[pairs[seen]], axis=0):
+        yield tuple(label(model, int(geom)) for geom in pair)
 
 
 def label(model, geom):
