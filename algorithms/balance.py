@@ -44,9 +44,9 @@ class Lqr:
         """Set the weights of the quadratic cost.
 
         Args:
-            weights: Of squared errors of the distance [m], the pitch [rad], and their rates.
-            effort: Of the squared torque of both motors together [N m].
-            turn_weights: Of squared errors of the heading [rad] and its rate.
+            weights: Weights of squared errors of the distance [m], the pitch [rad], and their rates.
+            effort: Weight of the squared torque of both motors together [N m].
+            turn_weights: Weights of squared errors of the heading [rad] and its rate.
         """
         if len(weights) != 4 or len(turn_weights) != 2:
             raise ValueError("weights has four numbers, turn_weights two")
@@ -141,7 +141,7 @@ class Lean:
         """Take a reading; those of other sensors are ignored.
 
         Args:
-            reading: Of an inertial sensor.
+            reading: Reading of an inertial sensor.
             spin: Mean speed of the wheels relative to the body, times their radius [m/s].
         """
         if reading.name != self._name:
@@ -199,7 +199,7 @@ def plant(masses: BalancingInfo, *, wheel_radius: float) -> tuple[np.ndarray, np
     """Return the linear model of a balancing base about the upright position: x' = A x + B u.
 
     Args:
-        masses: Of the robot.
+        masses: Masses of the robot.
         wheel_radius: [m]
 
     Returns:
@@ -231,7 +231,7 @@ def regulator(A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray, *, dt:
     """Return the feedback K of u = -K x that minimises the sum of x' Q x + u' R u, held between samples.
 
     Args:
-        A: Of the continuous model, shape (n, n).
+        A: Matrix of the continuous model, shape (n, n).
         B: Shape (n, 1).
         Q: Weights of the state, shape (n, n).
         R: Weight of the input, shape (1, 1).

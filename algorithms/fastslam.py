@@ -195,7 +195,7 @@ class FastSlam:
 
         Args:
             off: Sampled minus expected steps in the robot's frame, shape (n, 3).
-            covariance: Of the steps by odometry, with that of the errors, shape (3, 3).
+            covariance: Covariance of the steps by odometry, with that of the errors, shape (3, 3).
             slopes: Derivative of the step by the errors, shape (3, 4).
         """
         off[:, 2] = wrap_angles(off[:, 2])

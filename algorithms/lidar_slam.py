@@ -192,7 +192,7 @@ class LidarSlam:
         Args:
             last: Pose of the previous scan, world frame, shape (3,).
             step: Motion by odometry since then, shape (3,).
-            number: Of the previous scan; -1 for none.
+            number: Number of the previous scan; -1 for none.
             corrections: Difference of each next scan from odometry, world frame, shape (3,) each.
         """
         pose = compose(last, step)

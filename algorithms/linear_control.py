@@ -100,7 +100,7 @@ class JointLoop(PdGravity):
             num: Numerator of the torque's transfer function from the error, the highest power of s first.
             den: Its denominator.
             gain: Instead of these, state feedback of the value and the rate, two numbers.
-            frequency: Of the errors of the other joints [rad/s].
+            frequency: Frequency of the errors of the other joints [rad/s].
         """
         super().__init__(frequency=frequency)
         if (gain is None) == (num is None or den is None):

@@ -318,7 +318,7 @@ def systematic_resample_with(weights: Array, rng: Generator) -> Array:
     """Return which particle each of the new ones is a copy of, by systematic resampling, shape (n,).
 
     Args:
-        weights: Of the particles, shape (n,); their sum is 1.
+        weights: Weights of the particles, shape (n,); their sum is 1.
         rng: Draws one number.
 
     References:

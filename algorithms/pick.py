@@ -62,13 +62,13 @@ class PickUp:
         Args:
             picture: Name of the beacon on the front of the box, at the centre of that side.
             box: Depth behind the picture, width and height of the box [m].
-            width: Of the picture, which is square [m].
+            width: Width of the picture, which is square [m].
             search: Places to search, [x, y] each, in the frame of the estimate [m]; the robot turns around at each.
             camera: The camera of the observer.
             arm: Its name; the last two joints are its fingers.
-            force: Of each finger [N].
+            force: Force of each finger [N].
             lift: Height by which the box is lifted [m].
-            speed: Of driving [m/s].
+            speed: Speed of driving [m/s].
 
         Raises:
             ValueError: A size is not above 0.

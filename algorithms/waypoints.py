@@ -107,7 +107,7 @@ def look_ahead(leg: Array, position: Array, along: float, lookahead: float) -> t
 
     Args:
         leg: Corners of a path, shape (n, 2) [m].
-        position: Of the robot, shape (2,) [m].
+        position: Position of the robot, shape (2,) [m].
         along: Previous distance along the leg [m]; it never decreases.
         lookahead: Lookahead distance [m].
 

@@ -215,7 +215,7 @@ def ellipse_magnification(covariance: ArrayLike, radius: float) -> int:
 
     Args:
         covariance: Shape (2, 2) [m^2].
-        radius: Of the circle [m].
+        radius: Radius of the circle [m].
     """
     reach = float(np.linalg.norm(ellipse_points((0.0, 0.0), covariance), axis=-1).max())
     return max((each for each in MAGNIFICATIONS if each * reach <= radius), default=1)

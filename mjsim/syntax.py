@@ -15,7 +15,7 @@ def parse_python(source: str | bytes, *, file: str = "<unknown>") -> ast.Module:
     collides with one elsewhere, such as in NumPy, is repeated.
 
     Args:
-        source: Of the file.
+        source: Source of the file.
         file: Its name, for error messages.
 
     Raises:

@@ -41,7 +41,7 @@ class MarkerBeacons:
 
         Args:
             dictionary: '4x4_50', 'apriltag_36h11' and so on.
-            width: Of the black square [m].
+            width: Width of the black square [m].
             names: Name by number; only these are reported. None for all markers, named by their numbers.
 
         Raises:
@@ -84,7 +84,7 @@ class MarkerBeacons:
         """Return a marker, seen before, near a predicted pose in the camera's frame, or None.
 
         Args:
-            name: Of the marker.
+            name: Name of the marker.
             rotation: camera_from_picture as predicted, shape (3, 3).
             position: Its centre as predicted, shape (3,) [m].
             view: The image.

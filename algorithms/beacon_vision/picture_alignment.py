@@ -112,8 +112,8 @@ def align(
     """Return the refined alignment of a picture near an initial guess, or None if it is not visible.
 
     Args:
-        templates: Of the picture.
-        image: Of the camera.
+        templates: Templates of the picture.
+        image: Image of the camera.
         homography: Initial guess, from the plane of the picture [m] to the image [px], shape (3, 3).
         whole: Require all of it to be visible.
     """

@@ -90,7 +90,7 @@ class PictureBeacons:
         """Return a picture near a predicted pose in the camera's frame, or None if it is not visible.
 
         Args:
-            name: Of the picture.
+            name: Name of the picture.
             rotation: camera_from_picture as predicted, shape (3, 3).
             position: Its centre as predicted, shape (3,) [m].
             view: The image.

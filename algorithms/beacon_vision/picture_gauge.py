@@ -51,7 +51,7 @@ class PictureGauge:
         Args:
             name: Name in its detections.
             gray: Shape (height, width).
-            width: Of the printed picture [m].
+            width: Width of the printed picture [m].
             floor: Error that does not average out over pixels, standard deviation of a corner [pixels compared].
         """
         self.name = name

@@ -76,7 +76,7 @@ class PictureTemplate:
         """Return whether noise of a camera leaves the corners accurate: not those of a plain or striped picture.
 
         Args:
-            inverse: Of the normal matrix of the pixels used, shape (12, 12).
+            inverse: Inverse of the normal matrix of the pixels used, shape (12, 12).
         """
         slopes = corners_by_correction(self, self.pixel_from_plane)
         variances = np.einsum("ij,jk,ik->i", slopes, inverse[:8, :8], slopes)

@@ -89,9 +89,9 @@ def fit_pose(
 
     Args:
         corners: Image of the corners from the picture's top left clockwise, shape (4, 2) [px].
-        covariance: Of (u, v) of the corners in turn, shape (8, 8) [px^2].
+        covariance: Covariance of (u, v) of the corners in turn, shape (8, 8) [px^2].
         size: Width and height of the picture [m].
-        intrinsics: Of the camera.
+        intrinsics: Intrinsics of the camera.
         guess: Rotation (3, 3) and position (3,) [m] near the pose.
 
     References:
@@ -180,9 +180,9 @@ def corner_error(turned: Array, position: Array, corners: Array, intrinsics: Int
 
     Args:
         turned: Corners relative to the picture's center, in the camera's frame, shape (4, 3) [m].
-        position: Of the center, shape (3,) [m].
+        position: Position of the center, shape (3,) [m].
         corners: As measured, shape (4, 2) [px].
-        intrinsics: Of the camera.
+        intrinsics: Intrinsics of the camera.
     """
     fx, fy = intrinsics.fx, intrinsics.fy
     left, rows = [], []

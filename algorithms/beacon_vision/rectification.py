@@ -15,7 +15,7 @@ class Rectifier:
         """Compute the lookup table, as OpenCV does from a calibration.
 
         Args:
-            intrinsics: Of the camera.
+            intrinsics: Intrinsics of the camera.
 
         Raises:
             ValueError: The lens model is unknown.

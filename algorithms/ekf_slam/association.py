@@ -40,7 +40,7 @@ def nearest_neighbour(
     Args:
         slam: The belief.
         measurements: Range [m] and bearing [rad, left positive], shape (k, 2).
-        measurement_covariance: Of each (k, 2, 2), or one for all (2, 2).
+        measurement_covariance: Covariance of each (k, 2, 2), or one for all (2, 2).
         among: Candidate landmarks; all by default.
         confidence: Probability that the gate accepts a correct pair.
 
@@ -79,7 +79,7 @@ def joint_compatibility(
     Args:
         slam: The belief.
         measurements: Range [m] and bearing [rad, left positive], shape (k, 2).
-        measurement_covariance: Of each (k, 2, 2), or one for all (2, 2).
+        measurement_covariance: Covariance of each (k, 2, 2), or one for all (2, 2).
         among: Candidate landmarks; all by default.
         confidence: Probability that the joint gate accepts a correct pairing.
 

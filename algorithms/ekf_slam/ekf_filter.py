@@ -154,7 +154,7 @@ class EkfSlamFilter(SlamState):
         Args:
             names: k landmarks that are in the map.
             measurements: Range [m] and bearing [rad, left positive], shape (k, 2).
-            measurement_covariance: Of each (k, 2, 2), or one for all (2, 2).
+            measurement_covariance: Covariance of each (k, 2, 2), or one for all (2, 2).
 
         Returns:
             nu: Innovations, shape (k, 2) [m, rad].
@@ -214,7 +214,7 @@ class EkfSlamFilter(SlamState):
 
         Args:
             pose: Mean of (x, y, heading), shape (3,) [m, m, rad].
-            covariance: Of the pose, shape (3, 3); it is independent of the map.
+            covariance: Covariance of the pose, shape (3, 3); it is independent of the map.
         """
         size = self._size
         if self._first:

@@ -18,9 +18,9 @@ def moved_along(mean: Array, step: Array, rows: Rows) -> Array:
     """Return the mean after a step along the exponential, shape (m,).
 
     Args:
-        mean: Of x, y, heading and more, shape (m,).
+        mean: Mean of x, y, heading and more, shape (m,).
         step: In the errors of the textbook, shape (m,).
-        rows: Of the position and of the landmarks.
+        rows: Rows of the position and of the landmarks.
     """
     turn, new = float(step[2]), mean + step
     old = mean[rows]
@@ -51,8 +51,8 @@ def shear(P: Array, moved: Array, rows: Rows, W: Array, spare: Array) -> None:
 
     Args:
         P: Shape (m, m), changed in place.
-        moved: Of each point, shape (n, 2) [m/rad].
-        rows: Of the points.
+        moved: Motion of each point, shape (n, 2) [m/rad].
+        rows: Rows of the points.
         W: Shape (k, m).
         spare: Room for at least m m numbers.
     """

@@ -18,7 +18,7 @@ class SlamState:
 
         Args:
             pose: Mean of (x, y, heading), shape (3,) [m, m, rad].
-            covariance: Of the pose, shape (3, 3); None for zeros.
+            covariance: Covariance of the pose, shape (3, 3); None for zeros.
             parameters: Number p of constant errors of the motion, initially 0 and certain.
             sensor: Number s of constant errors of the sensor, initially 0 and certain.
         """

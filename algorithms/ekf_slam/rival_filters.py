@@ -117,9 +117,9 @@ class RivalFilters:
         """Move the pose.
 
         Args:
-            motion: As in `EkfSlamFilter.predict`.
+            motion: Motion as in `EkfSlamFilter.predict`.
             moved: (forward, left, turn) by odometry, shape (3,).
-            covariance: Of that, shape (3, 3).
+            covariance: Covariance of that, shape (3, 3).
             errors: Result of `OdometryErrors.step`: control, slopes and increase of the variances.
             seconds: Period [s].
         """

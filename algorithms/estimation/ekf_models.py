@@ -200,7 +200,7 @@ def couple(P: Array, B: Array) -> None:
     """Add the effect of errors of p parameters, times B (3, p), on the pose to P, whose rows already have F P.
 
     Args:
-        P: Of pose, parameters and landmarks, changed in place; the columns of the pose are left to the caller.
+        P: Covariance of pose, parameters and landmarks, changed in place; columns of the pose are left to the caller.
         B: Derivative of the pose by the parameters, shape (3, p).
     """
     base = 3 + B.shape[1]
@@ -213,7 +213,7 @@ def projected(P: Array, places: Places, H: Slopes, sensor: slice) -> tuple[Array
     """Return H P, shape (2 k, m), and H P H^T, shape (2 k, 2 k).
 
     Args:
-        P: Of pose, parameters and landmarks, shape (m, m).
+        P: Covariance of pose, parameters and landmarks, shape (m, m).
         places: Indices of x of k landmarks in it, shape (k,).
         H: Derivatives of each measurement.
         sensor: Where the errors of the sensor are in P.

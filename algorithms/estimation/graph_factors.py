@@ -22,7 +22,7 @@ def leg_factor(gtsam: Any, keys: tuple[int, int, int], step: Array, covariance: 
         gtsam: The module.
         keys: Keys of the first pose, the second pose, and the systematic errors (4,).
         step: Second pose in the frame of the first if there are no such errors, shape (3,) [m, m, rad].
-        covariance: Of the step, in the frame of the first pose, shape (3, 3).
+        covariance: Covariance of the step, in the frame of the first pose, shape (3, 3).
         slopes: Jacobian of the step by the errors, shape (3, 4).
     """
     one, other, common = keys
@@ -44,7 +44,7 @@ def sighting_factor(gtsam: Any, keys: tuple[int, int], sighting: Sighting, covar
         gtsam: The module.
         keys: Keys of the pose and the landmark.
         sighting: The measurement.
-        covariance: Of range and bearing, shape (2, 2).
+        covariance: Covariance of range and bearing, shape (2, 2).
         loss: A robust loss of gtsam's `noiseModel.mEstimator`.
     """
     noise = gtsam.noiseModel
@@ -62,7 +62,7 @@ def shared_sighting_factor(
         gtsam: The module.
         keys: Keys of the pose, the landmark, and the errors of ranges (2,): offset [m] and relative error.
         sighting: The measurement.
-        covariance: Of range and bearing, shape (2, 2).
+        covariance: Covariance of range and bearing, shape (2, 2).
         loss: A robust loss of gtsam's `noiseModel.mEstimator`.
     """
     at, place, common = keys
@@ -185,7 +185,7 @@ class SharedPrior:
 
         Args:
             gtsam: The module.
-            key: Of the errors.
+            key: Key of the errors.
             changed: The factor by which a variance has to change.
         """
         self._gtsam, self._key, self._changed = gtsam, key, changed

@@ -71,7 +71,7 @@ def refined_poses(gtsam: Any, drive: MeasuredGraph) -> tuple[Array, Array]:
 
     Returns:
         poses: World frame, shape (n, 3) [m, m, rad].
-        errors: As in `OdometryErrors`, shape (4,).
+        errors: Errors as in `OdometryErrors`, shape (4,).
 
     References:
         Zhang, Parameter Estimation Techniques, Image and Vision Computing 15(1), 1997, table 1: Cauchy's loss.
@@ -93,7 +93,7 @@ def systematic_errors(drive: MeasuredGraph, poses: Array, known: Array) -> Array
 
     Args:
         drive: With its legs.
-        poses: Of the graph, shape (n, 3).
+        poses: Poses of the graph, shape (n, 3).
         known: The errors so far, used to identify outliers among the legs, shape (4,).
     """
     if not drive.legs:

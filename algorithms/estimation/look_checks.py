@@ -57,7 +57,7 @@ class LookChecks:
         """Return whether a sighting agrees with the map; if so, reduce the uncertainty of the pose.
 
         Args:
-            pose: Of the robot at the sighting, map frame, shape (3,).
+            pose: Pose of the robot at the sighting, map frame, shape (3,).
             landmark: Its position in the map, shape (2,) [m].
             sighting: The sighting of this landmark.
         """
@@ -75,7 +75,7 @@ class LookChecks:
         """Return the squared Mahalanobis distance of a sighting from what the map and the motion predict.
 
         Args:
-            pose: Of the robot at the sighting, map frame, shape (3,).
+            pose: Pose of the robot at the sighting, map frame, shape (3,).
             landmark: Its position in the map, shape (2,) [m].
             sighting: The sighting of this landmark.
             moved: Covariance of the motion since the last call of `move`, map frame, shape (3, 3).

@@ -56,7 +56,7 @@ class OdometryErrors:
 
         Args:
             moved: The motion of the tick by odometry.
-            covariance: Of (forward, left, turn), shape (3, 3).
+            covariance: Covariance of (forward, left, turn), shape (3, 3).
             seconds: Period of the tick [s].
             delay: Estimated delay of the motion [s].
 

@@ -73,7 +73,7 @@ class ParameterLearner:
             W: The regressor of the motion, shape (n, 10 n).
             qd: Rates of the joints, shape (n,).
             qdd: Their accelerations, shape (n,).
-            torques: Of the motors at the joints, shape (n,).
+            torques: Torques of the motors at the joints, shape (n,).
             dt: Since the last one [s].
         """
         y = torques - self._armature * qdd - self._arm.friction(qd)

@@ -99,7 +99,7 @@ def carried(sighting: Sighting, step: Array, covariance: Array) -> Sighting:
     Args:
         sighting: Taken before the step.
         step: (forward, left, turn) in the robot's frame before it, shape (3,) [m, m, rad].
-        covariance: Of the step, shape (3, 3).
+        covariance: Covariance of the step, shape (3, 3).
     """
     place, J = landmark_from(np.zeros(3), np.array([sighting.range, sighting.bearing]))
     Z, H_step, H_place = range_bearing(step, place[None])

@@ -111,7 +111,7 @@ class Relocation:
         """Record a sighting of a landmark of the map.
 
         Args:
-            name: Of the landmark.
+            name: Name of the landmark.
             sighting: As it came.
             distance: Its squared Mahalanobis distance from what was expected.
             gate: The distance above which it fails.
@@ -161,7 +161,7 @@ class Relocation:
         slipped; it is no evidence of where the robot is now.
 
         Args:
-            motion: Of the last seconds.
+            motion: Motion of the last seconds.
             time: Current time [s].
             places: Positions of the landmarks of the map, shape (2,) each [m].
             corrected: Takes errors that are known from a sighting; those that are returned still have them.

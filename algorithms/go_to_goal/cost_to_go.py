@@ -202,7 +202,7 @@ def time_per_metre(
 
     Args:
         clearance: Distance to the nearest obstacle, shape (rows, columns) [m].
-        half_width: Of the robot [m].
+        half_width: Half width of the robot [m].
         gap: Preferred distance between rim and obstacles [m].
         top: Maximum speed [m/s].
         doubt: Unseen cells: they take longer, since the path may end there.

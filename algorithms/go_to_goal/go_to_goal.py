@@ -40,7 +40,7 @@ the third [m, s, s]."""
 SHOW = 0.2
 """Time between two changes of what is shown [s]."""
 SOON = 1.5
-"""Nearer to the goal than this, motions are chosen with each scan [s]."""
+"""With less time to the goal than this, motions are chosen with each scan [s]."""
 BACKWARDS = 0.4
 """Maximum speed while it backs out or looks round [m/s]."""
 SETTLED = 0.6
@@ -202,8 +202,8 @@ class GoToGoal:
         """Drive to another goal in place of all others.
 
         Args:
-            x: In the frame of the estimate [m].
-            y: In the frame of the estimate [m].
+            x: x in the frame of the estimate [m].
+            y: y in the frame of the estimate [m].
             heading: Heading at the goal [rad]; None for any.
         """
         self._goals = np.array([[x, y, math.nan if heading is None else heading]])

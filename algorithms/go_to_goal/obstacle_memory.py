@@ -67,7 +67,7 @@ class ObstacleMemory:
         """Add a scan.
 
         Args:
-            pose: Of the robot.
+            pose: Pose of the robot.
             views: What it sees through is dropped.
             points: Its hits, in the frame of the estimate, shape (n, 2) [m].
             now: [s]

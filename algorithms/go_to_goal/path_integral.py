@@ -133,7 +133,7 @@ class PathIntegral:
         """Return the next twist, shape (3,) [m/s, m/s, rad/s]; None if every motion collides.
 
         Args:
-            pose: Of the robot.
+            pose: Pose of the robot.
             speed: Its current twist, shape (3,).
             map: Obstacles.
             field: Times to the goal.

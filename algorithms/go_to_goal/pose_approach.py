@@ -69,7 +69,7 @@ class PoseSearch:
         Args:
             start: [m, rad]
             goal: [m, rad]
-            radius: Of the turns [m].
+            radius: Radius of the turns [m].
             clearance: Tells that of poses.
         """
         self._start, self._radius, self._clearance = start, radius, clearance
@@ -167,7 +167,7 @@ class PoseApproach:
         """Return the next twist.
 
         Args:
-            pose: Of the robot.
+            pose: Pose of the robot.
             speed: Its current speed [m/s].
             goal: x, y [m] and heading [rad].
             map: Obstacles.

@@ -135,7 +135,7 @@ class Views:
         """Return the view of points in space: the shortest distance of an obstacle in each bearing.
 
         Args:
-            name: Of the sensor.
+            name: Name of the sensor.
             points: In its frame, shape (n, 3) [m].
             heading: Direction in which it looks, in the robot frame [rad].
             fov: Its field of view [rad].

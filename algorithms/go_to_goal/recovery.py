@@ -102,7 +102,7 @@ class Recovery:
         """Follow the robot; return whether it begins something new.
 
         Args:
-            pose: Of the robot.
+            pose: Pose of the robot.
             seconds: Time to the goal from here [s].
             now: [s]
             area: Area seen so far that was unknown [m^2].

@@ -90,7 +90,7 @@ def _step(
         points: Robot frame, shape (n, 2) [m].
         distance: From obstacles, shape (n,) [m].
         slope: Its derivatives by x and y, shape (n, 2).
-        heading: Of the robot [rad].
+        heading: Heading of the robot [rad].
         weight: Information of odometry, shape (3, 3).
         moved: Correction so far, shape (3,).
     """

@@ -26,7 +26,7 @@ def shown_plan(way: WayPlan, local: PathIntegral, goals: Sequence[Array], place:
         way: Its costs.
         local: Its sampled motions.
         goals: Those left, rows of x, y [m] and heading [rad], NaN for any.
-        place: Of the robot, shape (2,) [m].
+        place: Place of the robot, shape (2,) [m].
     """
     costs, (x, y) = way.costs(place, half=AROUND)
     left = np.array(goals)

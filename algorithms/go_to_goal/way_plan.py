@@ -43,7 +43,7 @@ class WayPlan:
         Args:
             walls: Points on the walls of the map, shape (n, 2) [m].
             known: Distances to these walls; None without a map.
-            half_width: Of the robot [m].
+            half_width: Half width of the robot [m].
             gap: Preferred distance between rim and obstacles [m].
             top: Maximum speed [m/s].
             cell: Side of a cell [m].
@@ -124,7 +124,7 @@ class WayPlan:
 
         Args:
             goal: Shape (2,) [m].
-            place: Of the robot, shape (2,) [m].
+            place: Place of the robot, shape (2,) [m].
             now: [s]
             points: Obstacles seen, shape (n, 2) [m].
             stuck: Places to avoid [m].

@@ -44,7 +44,7 @@ class WheelSlip:
         """Add the motion of a tick, and its scan if there is one.
 
         Args:
-            pose: Of the robot, as estimated.
+            pose: Pose of the robot, as estimated.
             odometry: Motion of the tick.
             views: What it sees.
             now: [s]

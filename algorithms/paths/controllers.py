@@ -62,7 +62,7 @@ def feedback_linearisation(pose: Pose, velocity: Array, *, ahead: float) -> Comm
     velocity.
 
     Args:
-        pose: Of the robot.
+        pose: Pose of the robot.
         velocity: Wanted velocity of the point, world frame, shape (2,) [m/s].
         ahead: How far the point lies ahead of the robot's origin [m], above 0.
 
@@ -104,9 +104,9 @@ def path_errors(pose: Pose, point: Array, direction: float) -> Array:
     """Return the lateral and the heading error of a pose, left positive, shape (2,) [m, rad].
 
     Args:
-        pose: Of the robot.
+        pose: Pose of the robot.
         point: The nearest point of the path, shape (2,) [m].
-        direction: Of the path there [rad].
+        direction: Direction of the path there [rad].
     """
     x, y = pose.x - float(point[0]), pose.y - float(point[1])
     return np.array([y * math.cos(direction) - x * math.sin(direction), wrap_angle(pose.heading - direction)])

@@ -20,7 +20,7 @@ def curves(start: Pose, end: Pose, *, radius: float) -> Iterator[Curve]:
     Args:
         start: [m, rad]
         end: [m, rad]
-        radius: Of the tightest turn [m].
+        radius: Radius of the tightest turn [m].
 
     References:
         Reeds, Shepp, Optimal Paths for a Car That Goes Both Forwards and Backwards, Pacific Journal of Mathematics

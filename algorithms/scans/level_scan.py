@@ -41,7 +41,7 @@ class LevelLidar:
 
         Args:
             robot: Data sheet of the robot.
-            name: Of the lidar; None for its first.
+            name: Name of the lidar; None for its first.
             deskew: Whether to undo the motion of the robot in scans of a lidar that measures while it rotates.
 
         Raises:
@@ -82,7 +82,7 @@ def level_scan(scan: Scan, level_from_lidar: Array) -> LevelScan:
     / 4, 0.04 degrees at a tilt of 3 degrees.
 
     Args:
-        scan: In the frame of the lidar.
+        scan: Scan in the frame of the lidar.
         level_from_lidar: Its pose in the level frame of the robot, shape (4, 4).
     """
     angles, away = scan.angles(), scan.ranges

@@ -73,10 +73,10 @@ def find_loop(
     Args:
         old: Number of the old part.
         new: Number of the new one.
-        walls: Of the old part and its neighbours, in the frame of the old part.
+        walls: Walls of the old part and its neighbours, in the frame of the old part.
         scan: Walls of the new part, in its own frame.
-        guess: Of the step between them, shape (3,).
-        covariance: Of the guess, shape (3, 3).
+        guess: Guess of the step between them, shape (3,).
+        covariance: Covariance of the guess, shape (3, 3).
         share: Minimum ratio of elements on old walls to elements near them.
         through: Returns for a step the share of walls of one part that scans of the other have seen through.
     """
@@ -156,7 +156,7 @@ def confirmed_by(loop: Loop, others: Sequence[Loop], poses: Array) -> list[Loop]
     Args:
         loop: A loop.
         others: Loops that need confirmation.
-        poses: Of all parts of the map, shape (n, 3); right for neighbours.
+        poses: Poses of all parts of the map, shape (n, 3); right for neighbours.
     """
     compared = [(other, *_difference(loop, other, poses)) for other in others if _are_neighbours(loop, other)]
     agreeing = [other for other, squared, telling in compared if telling and squared < CONTRARY]

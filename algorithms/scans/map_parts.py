@@ -86,7 +86,7 @@ class PartsMap:
 
         Args:
             prior: Start of the robot, world frame, shape (3,) [m, m, rad].
-            prior_covariance: Of it, shape (3, 3).
+            prior_covariance: Prior covariance of it, shape (3, 3).
             bias: Estimated systematic errors of odometry, updated by the caller.
             loop_distance: Maximum distance of an old part to be tried for a loop [m].
             loop_share: Minimum ratio of wall elements on old walls to those near them for a loop.

@@ -98,8 +98,8 @@ class MapSearch:
 
         Args:
             fragment: The last scans.
-            poses: Of the old parts, world frame, shape (n, 3).
-            walls: Of each part, in its frame.
+            poses: Poses of the old parts, world frame, shape (n, 3).
+            walls: Walls of each part, in its frame.
             views: Returns some scans of some parts, with the poses of the robot in a frame.
         """
         if not self._regions:

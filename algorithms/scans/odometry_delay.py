@@ -89,7 +89,7 @@ class OdometryDelay:
             stamp: Its time [s].
             turn: By scans since the scan that was added before [rad]; NaN if unknown.
             seconds: How long the robot moved since then [s].
-            variance: Of the difference of turns by scans and by odometry [rad^2].
+            variance: Variance of the difference of turns by scans and by odometry [rad^2].
         """
         self._waiting.append((stamp, turn, seconds, variance))
 
@@ -189,7 +189,7 @@ def retimed(times: Array, true: Array, poses: Sequence[Array]) -> Array:
 
     Args:
         times: Wanted, ascending, shape (n,) [s].
-        true: Of the poses, shape (n,) [s].
+        true: Times of the poses, shape (n,) [s].
         poses: n of shape (3,).
     """
     found = np.array(poses).reshape(-1, 3)

@@ -109,7 +109,7 @@ def _averaged(points: Array, surface: Surface, label: NDArray[np.int32]) -> Arra
     errors even out.
 
     Args:
-        points: Of the elements of several scans, relative to some origin, shape (2, n) [m].
+        points: Points of the elements of several scans, relative to some origin, shape (2, n) [m].
         surface: The elements.
         label: Number of the occupied cell of each, from 1, shape (n,).
 
@@ -156,9 +156,9 @@ def align(field: WallField, scan: Surface, guess: Array, information: Array, sta
     side. The guess counts as a measurement, so that it decides along a bare corridor, where walls give no information.
 
     Args:
-        field: Of the walls seen before.
+        field: Field of the walls seen before.
         scan: In its own frame.
-        guess: Of the pose, shape (3,).
+        guess: Guess of the pose, shape (3,).
         information: Inverse of the guess's covariance, shape (3, 3).
         starts: Initial poses, shape (k, 3).
 
@@ -216,10 +216,10 @@ def _compared(field: WallField, both: Array, noise: Array, poses: Array) -> _Com
     """Return how a scan lies on a surface.
 
     Args:
-        field: Of the surface.
+        field: Field of the surface.
         both: Points of the elements of the scan, and their normals, in its frame, shape (2, 2 n).
-        noise: Of the elements, shape (n,) [m].
-        poses: Of the scan, shape (k, 3).
+        noise: Noise of the elements, shape (n,) [m].
+        poses: Poses of the scan, shape (k, 3).
     """
     turns = [(math.cos(heading), math.sin(heading)) for heading in poses[:, 2].tolist()]
     R = np.array([[c, -s] for c, s in turns] + [[s, c] for c, s in turns])
@@ -274,7 +274,7 @@ def _system(K: Array, robust: Array, weight: Array) -> tuple[Array, Array]:
     """Return the normal equations of a step.
 
     Args:
-        K: As in `_Compared`.
+        K: K as in `_Compared`.
         robust: Weight of each element among the normals, shape (k, n).
         weight: Weight of each element's distance, shape (k, n).
 

@@ -73,7 +73,7 @@ class ScanOdometry:
         """Return the motion since the last tick; call it at every tick.
 
         Args:
-            seen: Of this tick; of its odometry, nothing is used.
+            seen: Observation of this tick; of its odometry, nothing is used.
             level_scan: The scan of this tick, if there is one.
             walls: Its walls, in the robot's frame (`walls_of`).
         """

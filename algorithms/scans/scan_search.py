@@ -120,7 +120,7 @@ def match_pose(
         noise: Covariance of its errors that are independent at each step, shape (3, 3).
         systematic: Covariance of its systematic errors, shape (3, 3); by default zero.
         through: Tells what scans of either side have seen through.
-        field: Of the walls, if it is known already.
+        field: Field of the walls, if it is known already.
     """
     covariance = noise if systematic is None else noise + systematic
     if len(walls.points) < FEWEST or len(scan.points) < FEWEST:
@@ -182,9 +182,9 @@ def hypotheses(
     """Return the best alignments of a scan within a window around a guess, distinct ones, the best first.
 
     Args:
-        field: Of the walls seen before.
+        field: Field of the walls seen before.
         scan: In its own frame; at least one element.
-        guess: Of its pose, shape (3,).
+        guess: Guess of its pose, shape (3,).
         information: Inverse of the guess's covariance, shape (3, 3).
         window: Half extents of the search in x, y and heading, shape (3,) [m, m, rad].
         limit: Maximum number of alignments to try.
@@ -218,7 +218,7 @@ def search(
     """Return the poses within a window at which most of a scan is near walls, the best first, (k, 3); their scores.
 
     Args:
-        field: Of the walls seen before.
+        field: Field of the walls seen before.
         scan: In its own frame.
         guess: Middle of the window, shape (3,).
         window: Its half extents, shape (3,) [m, m, rad].
@@ -315,7 +315,7 @@ def _lattice_scores(
     Steps are whole cells: the cells of a scan are found once for each heading, and shifted.
 
     Args:
-        field: Of the walls.
+        field: Field of the walls.
         scan: In its own frame.
         guess: Middle of the window, shape (3,).
         window: Its half extents, shape (3,) [m, m, rad].

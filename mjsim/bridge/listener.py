@@ -22,8 +22,8 @@ class Listener:
         """Start without topics.
 
         Args:
-            participant: Of the bus.
-            name: Of the thread.
+            participant: Participant of the bus.
+            name: Name of the thread.
         """
         from cyclonedds.core import WaitSet
 
@@ -38,7 +38,7 @@ class Listener:
         """Call a function with each message of a reader; to be used before `start`.
 
         Args:
-            reader: Of the bus.
+            reader: Reader of the bus.
             kind: Type of its messages.
             take: Called in the listener's thread.
         """

@@ -41,7 +41,7 @@ def add_arms(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, originals:
     Args:
         spec: The scene.
         base: The body of the robot.
-        robot: From the world file.
+        robot: Robot of the world file.
         originals: Files of arms already in the scene, by path; new ones are added.
     """
     for item in robot.arms:

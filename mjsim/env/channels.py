@@ -43,8 +43,8 @@ class Channel:
             read: Returns a reading, or None if there is none at this tick.
             low: Lower bound, to which values are clipped; broadcast to the shape.
             high: Upper bound, to which values are clipped.
-            shape: Of the array.
-            dtype: Of the array.
+            shape: Shape of the array.
+            dtype: Type of the array.
             first: Value before the first reading.
         """
         self._read, self._first = read, first
@@ -72,7 +72,7 @@ def channels_of(robot: Robot, info: RobotInfo, world: World, chosen: Sequence[st
     """Return the observations of a robot.
 
     Args:
-        robot: From the world file.
+        robot: Robot of the world file.
         info: Its data sheet.
         world: Its world.
         chosen: Names of the observations; by default all except its estimate.

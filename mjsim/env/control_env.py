@@ -26,7 +26,7 @@ class DmEnvironment(control.Environment):
 
         Args:
             task: The learning task.
-            seed: Of the first episode; those of the others are drawn from it. By default that of the world.
+            seed: Seed of the first episode; those of the others are drawn from it. By default that of the world.
 
         Raises:
             MjsimError: The world cannot be read, or the task names something that does not exist.

@@ -51,8 +51,8 @@ class TakesGoals(Protocol):
         """Take a goal in place of all others, before the command of the tick.
 
         Args:
-            x: In the frame of the estimate [m].
-            y: In the frame of the estimate [m].
+            x: x in the frame of the estimate [m].
+            y: y in the frame of the estimate [m].
             heading: Heading at the goal [rad]; None for any.
         """
 

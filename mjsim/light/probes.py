@@ -40,7 +40,7 @@ class ProbeGrid:
         """Return values of probes; those in solids get that of the nearest outside.
 
         Args:
-            values: Of each probe, shape (n, ...).
+            values: Values of each probe, shape (n, ...).
             behind: Share of its rays that hit surfaces from behind, shape (n,).
         """
         from scipy.ndimage import distance_transform_edt

@@ -34,7 +34,7 @@ def finer(values: Light, cells: Cells, texels: Texels, links: Links, side: int) 
     """Return values of cells at texels: linear between cells that links join.
 
     Args:
-        values: Of each cell, shape (cells, k).
+        values: Values of each cell, shape (cells, k).
         cells: Cells of the texels.
         texels: All texels.
         links: Links between them.

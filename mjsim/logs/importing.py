@@ -150,7 +150,7 @@ def _checked(part: Any) -> tuple[float, list[Any]]:
     match part:
         case (float(done), list(pieces)) if 0.0 <= done <= 100.0:
             return done, pieces
-    raise ValueError("no part of a recording")
+    raise ValueError("not a part of a recording")
 
 
 def _written(file: IO[bytes], piece: Any, end: int) -> int:
@@ -166,7 +166,7 @@ def _written(file: IO[bytes], piece: Any, end: int) -> int:
             while rest:
                 rest = rest[file.write(rest) :]
             return place + len(data)
-    raise ValueError("no piece of a recording")
+    raise ValueError("not a piece of a recording")
 
 
 def limits_of(path: Path) -> Allowance:

@@ -85,7 +85,7 @@ class Arm:
                 `range_deg` or `range` [rad], `mass`, `center`, `inertia` and so on. Or four numbers: theta [rad], d, a,
                 alpha [rad]. Missing numbers are 0; without `mass` a link has that of a capsule of 1000 kg/m^3.
             convention: 'standard' (A = Rz Tz Tx Rx) or 'modified' (A = Rx Tx Rz Tz).
-            unit: Of lengths in the rows, 'm' or 'mm'. Poses of the arm are always in metres.
+            unit: Unit of lengths in the rows, 'm' or 'mm'. Poses of the arm are always in metres.
             name: Its name.
             base: world_from_base, shape (4, 4) [m].
             tool: flange_from_tool, shape (4, 4) [m].

@@ -23,7 +23,7 @@ def drawing(name: str, links: tuple[Link, ...], chain: Chain, posture: Posture) 
     """Return a picture of an arm at k postures, the last one drawn strongest, with the tool's way between them.
 
     Args:
-        name: Of the arm.
+        name: Name of the arm.
         links: From the base outwards.
         chain: The same as arrays.
         posture: Where the parts are, arrays with one leading axis of k.
@@ -45,7 +45,7 @@ def draw_arm(
     """Draw an arm at k postures into 3-D axes, the last one strongest.
 
     Args:
-        axes: Of matplotlib, with a 3-D projection.
+        axes: Axes of matplotlib, with a 3-D projection.
         links: From the base outwards.
         chain: The same as arrays.
         posture: Where the parts are, arrays with one leading axis of k.

@@ -141,7 +141,7 @@ def jacobian(chain: Chain, posture: Posture, points: Array) -> tuple[Array, Arra
 
     Returns:
         linear: Derivatives of the points by the joints, shape (..., 3, n) [m/rad, 1].
-        angular: Of their frames' rotation, shape (..., 3, n) [1, rad/m].
+        angular: Derivatives of their frames' rotation, shape (..., 3, n) [1, rad/m].
     """
     axes = posture.axes * chain.carried[chain.end][:, None]
     angular = chain.turns[:, None] * axes

@@ -192,7 +192,7 @@ class Linkage:
         Args:
             placed: Poses of all bodies.
             body: Number of the body.
-            point: In the frame of the ground, shape (3,) [m].
+            point: Point in the frame of the ground, shape (3,) [m].
         """
         turning = cross(placed.axes, point - placed.anchors)
         columns = np.where(placed.slides[:, None], placed.axes, turning)

@@ -84,7 +84,7 @@ class SpaceCurve:
 
         Returns:
             place: Shape (3,) [m].
-            slope: Of length 1, as nearly as possible for the spline, shape (3,).
+            slope: Slope of length 1, as nearly as possible for the spline, shape (3,).
             bend: 0 beyond the ends, shape (3,) [1/m].
         """
         inner = along % self.length if self.closed else min(max(along, 0.0), self.length)

@@ -59,7 +59,7 @@ class Boundary:
         """Call a method of a module.
 
         Args:
-            role: Of the module.
+            role: Role of the module.
             module: Whose method it is.
             now: Simulated time [s].
             method: Its name; the lookup may also run the module's code.

@@ -70,7 +70,7 @@ def pdf_plan(
         words: Names to write.
         bounds: Bounds of the page, minimum and maximum of (x, y), shape (2, 2) [m].
         ratio: Scale denominator.
-        theme: Of the paper.
+        theme: Theme of the paper.
     """
     from matplotlib import rc_context
     from matplotlib.figure import Figure

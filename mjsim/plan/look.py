@@ -149,7 +149,7 @@ def paint_of(role: str, *, tint: str = "", level: float = 1.0, theme: Theme = "l
         role: One of `ROLES`.
         tint: Own colour of the thing, '#rrggbb'.
         level: Strength of its fill, from 0, that of paper, to 1.
-        theme: Of the paper.
+        theme: Theme of the paper.
     """
     style = ROLES[role]
     fill, line = (None if mix is None else _mixed(mix, tint, theme) for mix in (style.fill, style.line))

@@ -25,7 +25,7 @@ class SvgPlan:
         Args:
             bounds: Minimum and maximum of (x, y), shape (2, 2) [m].
             ratio: Scale denominator: one metre is 1000 / ratio millimetres on paper.
-            theme: Of the paper.
+            theme: Theme of the paper.
         """
         self.metres, self._theme, self._groups = ratio / 1000.0, theme, Counter[str]()
         left, top = bounds[0, 0], -bounds[1, 1]

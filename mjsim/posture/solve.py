@@ -158,7 +158,7 @@ def stretch_posture(
     """Return the posture that comes as close to an aim as contacts and limits allow.
 
     Args:
-        model: As in `solve_posture`.
+        model: Model as in `solve_posture`.
         contacts: Contacts that must hold.
         aim: The aim.
         preference: Determines the posture where these leave a choice.

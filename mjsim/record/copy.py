@@ -137,9 +137,9 @@ def with_frame(data: bytes, name: str, time: float, pose: Pose) -> bytes:
 
     Args:
         data: A `foxglove.FrameTransforms`.
-        name: Of the frame; it is not added if it is missing from the message.
+        name: Name of the frame; it is not added if it is missing from the message.
         time: Simulated [s].
-        pose: Of the frame, in the world frame.
+        pose: Pose of the frame, in the world frame.
 
     Raises:
         RecordingError: The message is not valid.

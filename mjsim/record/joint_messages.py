@@ -78,7 +78,7 @@ class JointRows:
         """Start with no rows.
 
         Args:
-            names: Of its joints.
+            names: Names of its joints.
         """
         self._names, self._rows = names, list[list[float]]()
         self._nothing = [np.nan] * (len(names) * len(KEYS) + 7)

@@ -59,9 +59,9 @@ def pose_message(
     """Return a pose in the world frame, both in Foxglove's format and exactly.
 
     Args:
-        time: Of the tick [s].
+        time: Time of the tick [s].
         pose: The pose.
-        covariance: Of it, shape (3, 3).
+        covariance: Covariance of it, shape (3, 3).
         moment: When the robot is there [s]; by default at the tick.
     """
     half = pose.heading / 2
@@ -84,7 +84,7 @@ def truth_message(time: float, planar: Pose, pose: Pose3, *, moment: float | Non
     """Return the exact 3-D pose of a base in the world frame, and its heading seen from above.
 
     Args:
-        time: Of the tick [s].
+        time: Time of the tick [s].
         planar: The pose seen from above.
         pose: The pose.
         moment: When the robot is there [s]; by default at the tick.

@@ -108,7 +108,7 @@ class LoggedPictures:
         """Return a function that gives the pictures of a tick by camera and stamp; ticks must ascend.
 
         Args:
-            time: Of the tick's messages [ns].
+            time: Time of the tick's messages [ns].
         """
         found: dict[str, dict[str, RawMessage]] = defaultdict(dict)
         while self._next is not None and self._next.time <= time:

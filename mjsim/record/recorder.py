@@ -50,7 +50,7 @@ class Recorder:
         path: The MCAP file, or its reserved name; it appears with the first complete tick. Folders are created if
             necessary.
         world: The world of the run; its text and pictures go into the file.
-        seed: Of the run.
+        seed: Seed of the run.
         robots: Data sheet of each robot.
         metadata: Versions, command line and the like.
         pictures: Whether to write camera pictures and the map as a grid; both can be rendered again from the rest.
@@ -163,7 +163,7 @@ class Recorder:
 
         Args:
             robot: Its name.
-            time: Of the last tick [s].
+            time: Time of the last tick [s].
             path: Rows of time [s], x, y [m] and heading [rad], shape (M, 4).
         """
         self._put(Batch(time=time, messages=[(f"/{robot}/path", path_message(time, path))]))

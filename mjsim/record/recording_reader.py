@@ -373,7 +373,7 @@ def checked_metadata(metadata: Mapping[str, str]) -> tuple[int, dict[str, str]]:
     if not 0 <= seed <= MAX_SEED:
         raise ValueError(f"its seed is {seed:.3g}; it must be between 0 and {MAX_SEED}")
     if not math.isfinite(float(others.get("seconds", "0"))):
-        raise ValueError("its seconds are not finite")
+        raise ValueError("its duration is not finite")
     # Its exceptions are ValueErrors as well.
     _MODULES.validate_json(others.get("modules", "{}"))
     _USES.validate_json(others.get("replayed modules", "{}"))

@@ -100,7 +100,7 @@ class Writer:
         Args:
             place: The reserved file; closed with this writer, also if this fails.
             world: The world of the run.
-            seed: Of the run.
+            seed: Seed of the run.
             robots: Data sheet of each robot.
             metadata: Versions, command line and the like.
         """

@@ -18,7 +18,7 @@ def arm_plots(time: Array, track: JointTrack, slides: Array) -> dict[str, Figure
     """Return the plots of an arm by name.
 
     Args:
-        time: Of the ticks, shape (N,) [s].
+        time: Time of the ticks, shape (N,) [s].
         track: What was recorded.
         slides: Which joints slide, shape (joints,).
     """
@@ -33,7 +33,7 @@ def drive_plots(time: Array, track: JointTrack) -> dict[str, Figure]:
     """Return the plots of the wheels of a balancing base, by name.
 
     Args:
-        time: Of the ticks, shape (N,) [s].
+        time: Time of the ticks, shape (N,) [s].
         track: What was recorded.
     """
     known = np.isfinite(track.positions).all(axis=1)

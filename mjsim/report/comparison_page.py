@@ -32,7 +32,7 @@ def write_comparison(
     Args:
         comparison: The comparison.
         folder: Destination; created if necessary.
-        formats: Of the plots: 'png', 'pdf', 'svg'; the page has them in any case.
+        formats: Formats of the plots: 'png', 'pdf', 'svg'; the page has them in any case.
         overwrite: Whether to replace an earlier comparison, and remove its files that this one does not have; all
             others in the folder stay.
 

@@ -40,7 +40,7 @@ def settings_of(world: World, metadata: Mapping[str, str]) -> dict[str, str]:
 
     Args:
         world: Its world.
-        metadata: Of its recording, which gives the modules if they are not those of the world.
+        metadata: Metadata of its recording, which gives the modules if they are not those of the world.
     """
     leaves = dict(_leaves(world.model_dump(mode="json"), ""))
     if "modules" in metadata:

@@ -16,7 +16,7 @@ def mechanism_plots(time: Array, joints: JointTrack, slides: Array, sensors: Sen
     """Return the plots of a mechanism by name.
 
     Args:
-        time: Of the ticks, shape (N,) [s].
+        time: Time of the ticks, shape (N,) [s].
         joints: Their motion.
         slides: Which values are lengths, shape (values,).
         sensors: Their readings.

@@ -178,9 +178,9 @@ def joint_sheet(
 
     Args:
         time: Shape (N,) [s].
-        names: Of the joints drawn, the first ones of each row.
+        names: Names of the joints drawn, the first ones of each row.
         rows: Values, shape (N, joints), and label of each panel.
-        title: Of the sheet.
+        title: Title of the sheet.
         height: [in]
     """
     figure, panels = sheet(len(rows), height=height)

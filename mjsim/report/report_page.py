@@ -33,7 +33,7 @@ def write_report(
     Args:
         recording: The recording.
         folder: Destination of the files.
-        formats: Of the plots: 'png', 'pdf', 'svg'; the page has them in any case.
+        formats: Formats of the plots: 'png', 'pdf', 'svg'; the page has them in any case.
         overwrite: Whether to replace an earlier report, and remove its files that this one does not have; all others in
             the folder stay.
 

@@ -22,6 +22,6 @@ RELIABLE = Qos(reliable=True)
 LATCHED = Qos(reliable=True, transient_local=True, depth=1)
 """Quality of service of `/tf_static` and maps."""
 COMMANDS = Qos(reliable=False, depth=1)
-"""For received commands: matches senders of both kinds, and keeps only the newest."""
+"""For received commands: matches reliable and best-effort senders, and keeps only the newest."""
 SERVICES = Qos(reliable=True)
 """`rmw_qos_profile_services_default`."""

@@ -51,7 +51,7 @@ class RosRobot:
         Args:
             robot: The robot, as in the world.
             info: As known to its modules.
-            namespace: Of its topics: '/NAME' or ''.
+            namespace: Namespace of its topics: '/NAME' or ''.
             prefix: Prefix of its frames: '' or 'NAME/'.
 
         Raises:

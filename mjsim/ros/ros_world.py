@@ -59,7 +59,7 @@ class RosWorld:
         """Yield all messages of a tick; the clock comes first.
 
         Args:
-            time: Of the tick [s].
+            time: Time of the tick [s].
             ticks: By the name of the robot in the world.
             joints: Names and true states of joints, by the name of the mechanism; others are ignored.
         """

@@ -21,7 +21,7 @@ def react_to_bump(
     into a contact, turning is removed as well.
 
     Args:
-        command: Of the navigator, or of the avoidance.
+        command: Command of the navigator, or of the avoidance.
         bump: Bearings of current contacts [rad].
         robot: Whose command it is; by default a round one with two driven wheels.
     """

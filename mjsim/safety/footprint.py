@@ -91,7 +91,7 @@ class Footprint:
         Args:
             points: Obstacles, robot's frame, shape (n, 2) [m].
             speed: [m/s]
-            bearings: Of the lines, shape (k,) [rad].
+            bearings: Bearings of the lines, shape (k,) [rad].
             seconds: Time horizon [s].
             turned: Whether the robot turns to the direction of the line first; otherwise it keeps its heading.
         """

@@ -351,8 +351,8 @@ class Trail:
         """Return how often it has been in each direction from a place, weighted by proximity, shape (k,), in [0, 1].
 
         Args:
-            x: Of the place, frame of odometry [m].
-            y: Of the place [m].
+            x: x of the place, frame of odometry [m].
+            y: y of the place [m].
             headings: Directions, frame of odometry, shape (k,) [rad].
         """
         places = self._places[: self._count]

@@ -31,7 +31,7 @@ class ArmAtWork:
             model: The compiled world.
             data: Its state.
             robot: Whose arm it is.
-            item: From the world file.
+            item: Item of the world file.
             tick: Period of the loop [s].
         """
         self._model, self._data, self._tick, self.name = model, data, tick, item.name

@@ -42,12 +42,12 @@ class Controls:
         Args:
             model: The compiled world.
             data: Its state.
-            robot: From the world file.
+            robot: Robot of the world file.
             gear: Its running gear, which may need a controller.
             arms: Its arms, each of which has one.
             imus: Its inertial sensors.
             world: Location for the search of controllers.
-            seed: Of the run.
+            seed: Seed of the run.
         """
         self._model, self._data, self._robot, self._world, self._seed = model, data, robot, world, seed
         self._feed, self._arms = ImuFeed(imus), arms

@@ -19,7 +19,7 @@ class Tuning:
         """Change one noise parameter from now on.
 
         Args:
-            key: As for `--set`: 'robots.scout.odometry.noise.turn'.
+            key: Key as for `--set`: 'robots.scout.odometry.noise.turn'.
             value: New value.
 
         Raises:

@@ -136,7 +136,7 @@ class WheelOdometer:
         """Return the odometry for wheel rotations since the last tick.
 
         Args:
-            rotations: Of each driven wheel, relative to the body [rad].
+            rotations: Rotations of each driven wheel, relative to the body [rad].
             steering: Steering angles before and after.
             pitched: Forward pitch of the body since then, which is added to the rotations [rad].
         """

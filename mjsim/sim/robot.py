@@ -56,9 +56,9 @@ class SimulatedRobot:
         Args:
             model: The compiled world.
             data: Its state, shared by all robots.
-            robot: From the world file.
+            robot: Robot of the world file.
             world: For the rates of the loop.
-            seed: Of the run.
+            seed: Seed of the run.
             canvas: Gives the canvas of cameras of a quality.
             received: Gives the messages received by radio until a tick.
         """

@@ -272,7 +272,7 @@ class Simulation(Viewed, Closes):
         """Start to push a robot or a movable obstacle at its centre of mass.
 
         Args:
-            name: Of the robot or the obstacle.
+            name: Name of the robot or the obstacle.
             impulse: Total impulse in x, y and z, world frame [N s].
             seconds: Duration [s].
 

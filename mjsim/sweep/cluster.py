@@ -30,7 +30,7 @@ def run_on_cluster(
     """Yield each job with its outcome on completion. If a worker dies, Dask gives its job to another.
 
     Args:
-        address: Of the scheduler, such as tcp://10.0.0.5:8786.
+        address: Address of the scheduler, such as tcp://10.0.0.5:8786.
         bundle: Files for the runs.
         jobs: Jobs to run.
         store: Destination of recordings.

@@ -33,7 +33,7 @@ def run_on_processes(
     """Yield each job with its outcome on completion.
 
     Args:
-        world_file: Of the unpacked bundle.
+        world_file: World of the unpacked bundle.
         jobs: Jobs to run.
         store: Destination of recordings.
         workers: Number of processes.

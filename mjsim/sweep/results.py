@@ -48,10 +48,10 @@ def write_results(
 
     Args:
         store: Destination.
-        plan: Of the sweep.
+        plan: Plan of the sweep.
         outcomes: One per job, in the order of the jobs.
         robots: Robots in the table.
-        formats: Of the plots.
+        formats: Formats of the plots.
 
     Raises:
         UsageError: A file cannot be written.

@@ -65,7 +65,7 @@ def summary_of(
     """Return the content of summary.json: for each case and robot the spread of each statistic over the seeds.
 
     Args:
-        plan: Of the sweep.
+        plan: Plan of the sweep.
         rows: Its table.
         no_nees: By case and robot: the reason why no run has a NEES.
     """

@@ -49,7 +49,7 @@ def sweep(
         workers: Processes of this machine; by default one per core.
         dask: Address of the scheduler of a Dask cluster that runs it instead.
         keep: Whether to keep recordings, beside the results of each run.
-        formats: Of the plots: 'png', 'pdf', 'svg'.
+        formats: Formats of the plots: 'png', 'pdf', 'svg'.
         progress: Called with the number of finished runs, at the start and after each.
 
     Raises:

@@ -61,7 +61,7 @@ def settings_plot(plan: SweepPlan, rows: Sequence[Row]) -> Figure:
     """Draw the position error of each run, and the means with their intervals, against the setting that varies most.
 
     Args:
-        plan: Of the sweep.
+        plan: Plan of the sweep.
         rows: Rows of one robot, for successful runs.
     """
     figure, (above, below) = sheet(2, height=6.4)

@@ -23,7 +23,7 @@ def rows_of(plan: SweepPlan, outcomes: Sequence[Outcome], robots: Sequence[str])
     """Return the rows of a table, by case, seed and robot; all have the same keys in the same order.
 
     Args:
-        plan: Of the sweep.
+        plan: Plan of the sweep.
         outcomes: One per job, in the order of the jobs.
         robots: Robots in the table.
     """

@@ -26,7 +26,7 @@ def run_job(world_file: Path, job: Job, *, record: Path, pictures: bool) -> Outc
     """Run a job and return its outcome; failures of modules or physics are outcomes, too.
 
     Args:
-        world_file: Of the unpacked bundle.
+        world_file: World of the unpacked bundle.
         job: The job.
         record: Path of the recording.
         pictures: Whether to record camera pictures; the results do not need them.

@@ -34,7 +34,7 @@ def add_robot(spec: mujoco.MjSpec, robot: Robot, originals: dict[str, LoadedFile
 
     Args:
         spec: The scene.
-        robot: From the world file.
+        robot: Robot of the world file.
         originals: Files of robots already in the scene, by path; new ones are added.
 
     Raises:

@@ -31,7 +31,7 @@ def add_sensor(base: mujoco.MjsBody, robot: Robot, sensor: Sensor, boxes: Boxes 
 
     Args:
         base: Body that carries it.
-        robot: From the world file.
+        robot: Robot of the world file.
         sensor: One of its sensors.
         boxes: Boxes of the robot's small visual geoms; a sensor inside one of these has a visual shape already.
     """

@@ -29,7 +29,7 @@ def barn_world(
     """Return a world of the benchmark, with a robot that drives to the goal without a map.
 
     Args:
-        number: Of the world, 0 to 299, but no multiple of 6.
+        number: Number of the world, 0 to 299, but no multiple of 6.
         name: Name of the world; None for 'barn-NUMBER'.
         preset: Preset of the robot; None for no robot.
         folder: Folder in which the world will be saved; the preset may be a file in it.
@@ -64,7 +64,7 @@ def barn_score(arrival: float | None, length: float) -> float:
 
     Args:
         arrival: Time from the first 0.1 m of motion to the goal [s]; None if the robot touched something, or was late.
-        length: Of the reference path [m].
+        length: Length of the reference path [m].
     """
     optimal = length / 2.0
     return 0.0 if arrival is None else optimal / min(max(arrival, 2.0 * optimal), 8.0 * optimal)

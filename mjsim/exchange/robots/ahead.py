@@ -26,7 +26,7 @@ def forward_of(
             raise UsageError(f"--forward is '{options.forward}'; it must be +x, -x, +y or -y")
         requested = np.array(ALONG[options.forward])
         if abs(float(requested @ ahead)) < math.cos(math.radians(45.0)):
-            raise UsageError(f"--forward {options.forward} is along the axles of {file}, whose wheels roll across that")
+            raise UsageError(f"--forward {options.forward} is along the axles of {file}; wheels roll across them")
         return ahead * np.sign(requested @ ahead), ()
     if urdf and abs(ahead[0]) > PARALLEL:
         return ahead * np.sign(ahead[0]), ()

@@ -77,7 +77,7 @@ def urdf_of_sdf(root: Element, where: str, opened: Opened, *, model: str = "") -
     """Return the URDF of the robot in an SDF file, and what was guessed or left out.
 
     Args:
-        root: Of the file.
+        root: Root of the file.
         where: Its path, for messages.
         opened: Returns included models.
         model: Name of the robot, if there are several.

@@ -48,10 +48,10 @@ class _Model:
 
         Args:
             body: The body.
-            solids: In the frame of the model.
+            solids: Solids in the frame of the model.
             skins: What is seen instead of them, in the same frame.
             shell: Whether meshes may enclose no volume.
-            mass: Of all together [kg]; None for that of their volumes.
+            mass: Mass of all together [kg]; None for that of their volumes.
         """
         hidden = {"group": "3"} if skins else {}
         for skin in skins:
@@ -123,7 +123,7 @@ def model_files(thing: SceneThing, *, moves: bool) -> tuple[str, dict[str, bytes
     """Return the text of an MJCF model, and its meshes and pictures by file name.
 
     Args:
-        thing: In the frame of the model.
+        thing: Thing in the frame of the model.
         moves: Whether the model can be pushed: then its solids are one body with a mass.
     """
     model = _Model()

@@ -59,7 +59,7 @@ class MeshFiles:
         Args:
             mesh: The file, and what of it is meant.
             scale: Along x, y and z.
-            pose: Of the mesh in the world, shape (4, 4) [m].
+            pose: Pose of the mesh in the world, shape (4, 4) [m].
             color: '#rrggbb'.
         """
         if mesh not in self._parts:
@@ -80,7 +80,7 @@ class MeshFiles:
         Args:
             mesh: The file, and what of it is meant.
             scale: Along x, y and z.
-            pose: Of the mesh in the world, shape (4, 4) [m].
+            pose: Pose of the mesh in the world, shape (4, 4) [m].
             read: Returns a file that the mesh names.
         """
         if mesh not in self._looks:

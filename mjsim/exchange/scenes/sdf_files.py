@@ -47,7 +47,7 @@ class Folders:
         """Return the path of a file or folder; None if it is not there.
 
         Args:
-            uri: As written.
+            uri: URI as written.
             beside: Folder of the file that names it.
         """
         kind, sign, rest = uri.strip().partition("://")

@@ -71,7 +71,7 @@ class FrameTree:
         """Add each `geometry_msgs/TransformStamped` of a message.
 
         Args:
-            transforms: Of the message.
+            transforms: Transforms of the message.
             fixed: Whether frames do not move, so that a later pose is a correction.
         """
         for each in transforms:

@@ -99,7 +99,7 @@ def gps_poses(fixes: Sequence[Fix], track: Array, antenna: tuple[float, float]) 
     """Return the poses of a robot at fixes of its antenna, with headings by odometry as in `car_poses`.
 
     Args:
-        fixes: Of one receiver, in order of time.
+        fixes: Fixes of one receiver, in order of time.
         track: Odometry, rows of time [s], x, y [m] and heading [rad], shape (K, 4).
         antenna: Position of the antenna, ahead of the robot's origin and to its left [m].
     """

@@ -173,7 +173,7 @@ def intrinsics_of(message: Any, *, width: int, height: int, rectified: bool) -> 
 
     Args:
         message: As ROS defines it.
-        width: Of the pictures, which may be smaller than those of the calibration [px].
+        width: Width of the pictures, which may be smaller than those of the calibration [px].
         height: [px]
         rectified: Whether the pictures are rectified.
     """
@@ -221,7 +221,7 @@ def _sides(message: Any, width: int, height: int) -> tuple[tuple[int, int], tupl
 
     Args:
         message: A `sensor_msgs/CameraInfo`.
-        width: Of the pictures [px].
+        width: Width of the pictures [px].
         height: [px]
     """
     part, whole = message.roi, ((0, int(message.width)), (0, int(message.height)))

@@ -138,7 +138,7 @@ class InFileOrder:
         """Take an open reader.
 
         Args:
-            reader: Of rosbags, or one like it.
+            reader: Reader of rosbags, or one like it.
             files: In order of time.
             rows: Messages before which the clock was set, counted over all files, shape (N,).
             shifts: What is added to times before the first of these and from each on, shape (N + 1,) [ns].
@@ -167,7 +167,7 @@ def going_on(reader: Any, files: Sequence[Any]) -> tuple[Any, list[tuple[float, 
     """Return a reader whose times continue where the clock of its recorder was set back.
 
     Args:
-        reader: Of a bag.
+        reader: Reader of a bag.
         files: Readers of its files.
 
     Returns:
@@ -217,7 +217,7 @@ def set_backs(topics: NDArray[np.intp], times: Array) -> list[tuple[int, float]]
     """Return the messages before which the clock of a recorder was set back, and by how much [s].
 
     Args:
-        topics: Of each message in the order of the file, shape (N,).
+        topics: Topics of each message in the order of the file, shape (N,).
         times: When each was recorded, shape (N,) [s].
     """
     rows_of = [np.flatnonzero(topics == topic) for topic in range(int(topics.max()) + 1)]

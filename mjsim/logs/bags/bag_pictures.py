@@ -93,7 +93,7 @@ def frame_of(message: Any, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
     Args:
         message: As ROS defines it.
         stamp: When it was taken [s].
-        intrinsics: Of the camera; pictures have its size.
+        intrinsics: Intrinsics of the camera; pictures have its size.
 
     Raises:
         ValueError: It is broken, of an unknown encoding or of another size.

@@ -35,7 +35,7 @@ def open_reader(files: Mapping[Path, str], *, described: Path | None) -> tuple[A
     """Return an open reader of a bag, the reason if the bag is truncated, and that if its metadata is wrong, else ''.
 
     Args:
-        files: Of the bag, with the type of each: '.bag', '.db3' or '.mcap', whatever its name.
+        files: Files of the bag, with the type of each: '.bag', '.db3' or '.mcap', whatever its name.
         described: The folder of the bag if it has metadata; if that is wrong, the files are read without it.
 
     Raises:

@@ -45,8 +45,8 @@ class CsvTable:
         """Return the times of a column, shape (N,) [s].
 
         Args:
-            name: Of the column.
-            unit: Of numbers; dates with times, as ISO 8601 writes them, count from 1970 [s].
+            name: Name of the column.
+            unit: Unit of numbers; dates with times, as ISO 8601 writes them, count from 1970 [s].
 
         Raises:
             UsageError: A value is neither (the message has file and line).

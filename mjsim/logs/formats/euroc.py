@@ -93,7 +93,7 @@ def _camera(
     """Return the data sheet and the pictures of a camera.
 
     Args:
-        folder: Of the camera.
+        folder: Folder of the camera.
         sheet: The file with its calibration, and its content; None if there is none.
         notes: Facts about the log.
     """

@@ -119,7 +119,7 @@ def sighting_of(row: Array, covariance: Array) -> Sighting:
 
     Args:
         row: Time [s], range [m] and bearing [rad] from the scanner, diameter [m].
-        covariance: Of range and bearing from the scanner, shape (2, 2).
+        covariance: Covariance of range and bearing from the scanner, shape (2, 2).
     """
     stamp, distance, bearing = row[:3].tolist()
     c, s = math.cos(bearing - math.pi / 2), math.sin(bearing - math.pi / 2)

@@ -183,7 +183,7 @@ def world_of(
 
     Args:
         logs: One per robot.
-        name: Of the world.
+        name: Name of the world.
         span: First and last time of the log's clock [s].
         rate_hz: Ticks per second.
         wishes: Options of the user.

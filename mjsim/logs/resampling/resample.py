@@ -100,7 +100,7 @@ def track_of(twists: Array) -> Array:
     """Integrate twists from the origin: rows of time [s], x, y [m] and heading [rad], shape (N, 4).
 
     Args:
-        twists: As in `motions`, shape (N, 3 or 4).
+        twists: Twists as in `motions`, shape (N, 3 or 4).
     """
     place, rows = Pose(0.0, 0.0, 0.0), []
     exact = MotionNoise(distance=0.0, turn=0.0, veer=0.0, aside=0.0)
@@ -179,7 +179,7 @@ def joined(track: Array, restarts: NDArray[np.intp]) -> Array:
     """Return odometry that continues where it was before each restart, shape (K, 4).
 
     Args:
-        track: As in `restarts_of`.
+        track: Track as in `restarts_of`.
         restarts: Rows at which it starts again.
     """
     whole = track.copy()

@@ -86,7 +86,7 @@ def write_robot_logs(
         world: With the robots at their starts; its rate is that of the ticks.
         logs: By the name of the robot.
         span: First and last time of the log's clock; the first is 0 in the recording [s].
-        noise: Of the motion.
+        noise: Noise of the motion.
         bias: Subtracted from odometry and sightings.
         metadata: Origin of the log.
         cameras: Data sheets of cameras whose pictures are stored, by robot and camera.
@@ -117,7 +117,7 @@ def _readings_at(stamps: Array, edges: Array) -> dict[int, int]:
     """Return tick -> index of its reading: each reading waits for the first tick without one.
 
     Args:
-        stamps: Of the readings of one sensor, shape (N,), ascending [s].
+        stamps: Stamps of the readings of one sensor, shape (N,), ascending [s].
         edges: Times of the ticks, shape (K,), ascending [s].
     """
     arrived = np.searchsorted(stamps, edges + SAME_TIME, side="right").tolist()

@@ -25,7 +25,7 @@ class ForwardClock:
         """Find where it was set.
 
         Args:
-            stamps: Of all messages in the order of the file [s].
+            stamps: Stamps of all messages in the order of the file [s].
         """
         times, rows = np.array(stamps), []
         steps = np.diff(times)

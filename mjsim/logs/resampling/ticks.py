@@ -132,7 +132,7 @@ def generated_world(text: str, source: str) -> World:
     """Return the world of a text that was made from a log.
 
     Args:
-        text: Of a world file.
+        text: Text of a world file.
         source: Where its numbers are from, for error messages.
 
     Raises:

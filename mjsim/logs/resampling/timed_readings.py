@@ -136,8 +136,8 @@ def partners(stamps: Array, others: Array, *, tolerance: float) -> NDArray[np.in
     Pairs within the tolerance are formed in order of their time difference; each reading is in one pair.
 
     Args:
-        stamps: Of one sensor, ascending, shape (N,) [s].
-        others: Of the other, ascending, shape (M,) [s].
+        stamps: Stamps of one sensor, ascending, shape (N,) [s].
+        others: Stamps of the other, ascending, shape (M,) [s].
         tolerance: [s]
 
     References:

@@ -15,7 +15,7 @@ def last_beam(message: Any, stamps: Array) -> float:
 
     Args:
         message: The first `sensor_msgs/LaserScan` of a lidar.
-        stamps: Of all of its scans, ascending, shape (N,) [s].
+        stamps: Stamps of all of its scans, ascending, shape (N,) [s].
     """
     last = float(beam_times(message, len(message.ranges), reverse=False)[-1])
     longest = (

@@ -24,7 +24,7 @@ def axis_of(axis: Element, frames: SdfFrames, pose: Array, where: str, *, in_joi
     Args:
         axis: The `<axis>`.
         frames: The frames of the model.
-        pose: Of the joint in the model, shape (4, 4) [m].
+        pose: Pose of the joint in the model, shape (4, 4) [m].
         where: For errors.
         in_joint: Whether it is in the frame of its joint unless it says otherwise.
     """

@@ -88,7 +88,7 @@ def _require_characters(text: str) -> None:
     try:
         text.encode()
     except UnicodeEncodeError:
-        raise XacroError("a text has half a character (\\ud800 to \\udfff); leave it out") from None
+        raise XacroError("a text has a lone surrogate (\\ud800 to \\udfff); leave it out") from None
 
 
 def weight_of(value: object) -> int:

@@ -25,7 +25,7 @@ def evaluated(text: str, lookup: Callable[[str], Known], budget: XacroBudget) ->
     """Return the value of an expression.
 
     Args:
-        text: Of the expression.
+        text: Text of the expression.
         lookup: Returns what a name stands for; raises XacroError.
         budget: Counts steps and sizes.
 

@@ -43,7 +43,7 @@ def resolved(text: str, path: Path, *, shown: Path, given: Given, files: Files) 
     The text of other files stays as it is.
 
     Args:
-        text: Of the file, as `parsed` returns it.
+        text: Text of the file, as `parsed` returns it.
         path: Absolute path of the file.
         shown: Path for messages.
         given: Arguments and variables.

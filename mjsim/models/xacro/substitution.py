@@ -48,8 +48,8 @@ def is_true(value: Value, text: str) -> bool:
     """Return whether a condition holds.
 
     Args:
-        value: Of the condition.
-        text: As written, for the message.
+        value: Value of the condition.
+        text: Text as written, for the message.
 
     Raises:
         XacroError: It is neither true nor false.

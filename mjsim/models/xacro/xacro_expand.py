@@ -41,7 +41,7 @@ class Expander:
         """Prepare.
 
         Args:
-            path: Of the description.
+            path: Path of the description.
             given: Arguments and variables.
             files: Reads other files.
         """

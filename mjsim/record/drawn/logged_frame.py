@@ -53,7 +53,7 @@ def filed_frame(data: bytes, stamp: float, intrinsics: Intrinsics) -> LoggedFram
     Args:
         data: Contents of the file.
         stamp: When it was taken [s].
-        intrinsics: Of the camera; pictures have its size.
+        intrinsics: Intrinsics of the camera; pictures have its size.
 
     Raises:
         ValueError: It is broken, or has another size.
@@ -78,7 +78,7 @@ def require_size(size: tuple[int, int], intrinsics: Intrinsics) -> None:
 
     Args:
         size: Width and height [px].
-        intrinsics: Of the camera.
+        intrinsics: Intrinsics of the camera.
 
     Raises:
         ValueError: It has another.

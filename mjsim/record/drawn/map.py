@@ -54,7 +54,7 @@ def map_update(world: World, files: Mapping[str, bytes]) -> SceneUpdate:
     Moving things are drawn in frames of their own: `obstacle/NAME` and `door/NAME`.
 
     Args:
-        world: Of the recording.
+        world: World of the recording.
         files: The pictures that it names.
     """
     walls = [
@@ -224,7 +224,7 @@ def prism(outline: Array, low: float, high: float) -> tuple[Array, NDArray[np.in
     Args:
         outline: Convex, counter-clockwise, shape (n, 2) [m].
         low: Height of its lower face [m].
-        high: Of its upper face [m].
+        high: Height of its upper face [m].
 
     Returns:
         corners: Shape (2 n, 3) [m], the lower ones first.

@@ -96,7 +96,7 @@ def frames_message(
     """Return all frames: those with a pose in the world, and those fixed in them.
 
     Args:
-        time: Of the poses, simulated [s].
+        time: Time of the poses, simulated [s].
         poses: By the name of the frame.
         mounts: Frames fixed in these.
         moments: Time of the frames 'ROBOT/...' by robot, if it is not that of the others [s].

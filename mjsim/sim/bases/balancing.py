@@ -26,7 +26,7 @@ class SetPointProfile:
 
         Args:
             drive: Limits and noise.
-            kinematics: Of its wheels, for commands in wheel speeds.
+            kinematics: Kinematics of its wheels, for commands in wheel speeds.
             dt: Period of the loop [s].
             stream: Random stream; two numbers are drawn per tick.
         """

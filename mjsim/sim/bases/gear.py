@@ -61,11 +61,11 @@ def running_gear(
     """Return the running gear of a robot.
 
     Args:
-        robot: From the world file.
-        profile: Of its servos.
+        robot: Robot of the world file.
+        profile: Profile of its servos.
         motion: Motion for rotations of the wheels.
         dt: Period of the loop [s].
-        seed: Of the run.
+        seed: Seed of the run.
         wheels: Driven ones; by default those of the drive.
         wanted: Gives the set-points of its controller, if it has one.
         goal: Gives the wheel rotations from these set-points.

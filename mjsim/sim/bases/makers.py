@@ -44,9 +44,9 @@ def gear_of(robot: Robot, *, dt: float, seed: int, source: Source, clock: Callab
     """Return the running gear of a robot.
 
     Args:
-        robot: From the world file.
+        robot: Robot of the world file.
         dt: Period of the loop [s].
-        seed: Of the run.
+        seed: Seed of the run.
         source: Location of the world file, for a user-defined drive.
         clock: Gives the simulated time, for errors of such a drive [s].
 

@@ -30,7 +30,7 @@ class TwistProfile:
 
         Args:
             drive: Limits and noise; sideways commands are ignored if its maximum sideways speed is 0.
-            kinematics: Of its wheels.
+            kinematics: Kinematics of its wheels.
             dt: Period of the loop [s].
             stream: Random stream; two numbers are drawn per tick, three if it moves sideways.
             lag: Time constant of the servos of its wheels [s]; None if unknown.

@@ -126,7 +126,7 @@ class PlainImager:
         """Initialise.
 
         Args:
-            camera: From the world file, with a constant noise.
+            camera: Camera of the world file, with a constant noise.
             pixels: Random stream of the noise.
         """
         self._camera = camera
@@ -178,7 +178,7 @@ class Imager:
         """Make all tables.
 
         Args:
-            camera: From the world file.
+            camera: Camera of the world file.
             pixels: Random stream of the noise.
             dirt: Random stream of the specks on the lens.
         """

@@ -35,7 +35,7 @@ class Shutter:
         Args:
             model: The compiled world.
             robot: Name of the robot.
-            camera: From the world file.
+            camera: Camera of the world file.
             focal: Its focal length [px].
         """
         self._camera, self._focal = camera, focal

@@ -36,8 +36,8 @@ class StereoDepth:
         """Make the tables.
 
         Args:
-            stereo: From the world file.
-            intrinsics: Of the camera, without a lens.
+            stereo: Stereo depth of the world file.
+            intrinsics: Intrinsics of the camera, without a lens.
             stream: Random stream.
         """
         self._stereo, self._shape = stereo, (intrinsics.height, intrinsics.width)

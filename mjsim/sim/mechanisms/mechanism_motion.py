@@ -66,7 +66,7 @@ class MechanismAtWork:
         Args:
             model: The compiled world.
             data: Its state at the start.
-            mechanism: From the world file.
+            mechanism: Mechanism of the world file.
             seed: Seed of the run.
             read: Returns the content of a file named in the world.
         """

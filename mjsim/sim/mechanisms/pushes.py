@@ -18,7 +18,7 @@ def effort_signal(
     Args:
         assembly: Assembly of the mechanism.
         number: Number of the actuator.
-        actuator: From the world file.
+        actuator: Actuator of the world file.
         read: Returns the content of a file named in the world.
         rng: Generator of a random signal.
     """
@@ -56,7 +56,7 @@ class Push:
         Args:
             model: The compiled world.
             mechanism: Mechanism of the body.
-            actuator: From the world file.
+            actuator: Actuator of the world file.
             signal: The torque or force [N m, N].
         """
         points = {GROUND: dict[str, tuple[float, ...]](), **{body.name: body.points() for body in mechanism.bodies}}

@@ -26,7 +26,7 @@ class BeaconDevice:
         """Initialise.
 
         Args:
-            sensor: From the world file.
+            sensor: Sensor of the world file.
             mounting: Its mounting; each option has its own random stream.
         """
         model, data, streams = mounting.model, mounting.data, mounting.streams

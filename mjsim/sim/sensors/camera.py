@@ -40,7 +40,7 @@ class OnboardCamera:
         Args:
             model: The compiled world.
             robot: Whose camera it is.
-            camera: From the world file.
+            camera: Camera of the world file.
             streams: Purpose -> random stream of this camera.
             canvas: Shared by all cameras of one quality; the caller closes it.
         """
@@ -199,7 +199,7 @@ class CameraDevice:
         """Initialise.
 
         Args:
-            camera: From the world file.
+            camera: Camera of the world file.
             mounting: Its mounting.
         """
         canvas = mounting.canvas(camera.quality)

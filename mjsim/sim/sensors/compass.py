@@ -27,7 +27,7 @@ class SmoothField:
         """Draw the waves.
 
         Args:
-            seed: Of the field.
+            seed: Seed of the field.
             length: Correlation length: exp(-d^2 / (2 length^2)) at the distance d [m].
         """
         rng = np.random.default_rng([seed, *b"compass/field"])
@@ -48,7 +48,7 @@ class CompassDevice:
         """Draw the field of its bias.
 
         Args:
-            compass: From the world file.
+            compass: Compass of the world file.
             mounting: Its mounting.
         """
         self._base, self._white = mounting.data.body(f"{mounting.robot.name}/base"), mounting.streams("heading")

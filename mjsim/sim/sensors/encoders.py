@@ -17,7 +17,7 @@ class EncoderDevice:
         """Start at zero.
 
         Args:
-            encoders: From the world file.
+            encoders: Encoders of the world file.
             mounting: Where they sit; the robot's odometry counts in steps.
         """
         ticks = mounting.robot.odometry.ticks

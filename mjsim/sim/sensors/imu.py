@@ -32,7 +32,7 @@ class ImuDevice:
         """Start at rest.
 
         Args:
-            imu: From the world file.
+            imu: Inertial sensor of the world file.
             mounting: Its mounting.
         """
         model, streams = mounting.model, mounting.streams

@@ -30,7 +30,7 @@ class LidarDevice:
         """Initialise.
 
         Args:
-            lidar: From the world file.
+            lidar: Lidar of the world file.
             mounting: Its mounting; each option has its own random stream.
         """
         self._mounting = mounting
@@ -144,9 +144,9 @@ def _mix(ranges: Array, right: Array, left: Array, chance: Array, lidar: sensors
     """Move readings whose spot is on an edge to random ranges between both surfaces.
 
     Args:
-        ranges: Of the centres of the spots, changed in place, shape (n,) [m].
-        right: Of their right edges, shape (n,) [m].
-        left: Of their left edges, shape (n,) [m].
+        ranges: Ranges of the centres of the spots, changed in place, shape (n,) [m].
+        right: Ranges of their right edges, shape (n,) [m].
+        left: Ranges of their left edges, shape (n,) [m].
         chance: Two uniform random numbers per beam, shape (2, n).
         lidar: Gives the probability.
     """

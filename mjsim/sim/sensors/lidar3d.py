@@ -30,7 +30,7 @@ class Lidar3dDevice:
         """Initialise.
 
         Args:
-            lidar: From the world file.
+            lidar: Lidar of the world file.
             mounting: Its mounting; each option has its own random stream.
         """
         model = mounting.model

@@ -24,7 +24,7 @@ class RotatingLidarDevice(LidarDevice):
         """Initialise.
 
         Args:
-            lidar: From the world file.
+            lidar: Lidar of the world file.
             mounting: Its mounting; each option has its own random stream.
         """
         self._count = 0

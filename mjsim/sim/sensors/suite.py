@@ -17,7 +17,7 @@ class Timed:
         """Initialise.
 
         Args:
-            sensor: From the world file.
+            sensor: Sensor of the world file.
             device: The sensor in the simulation.
             period: Ticks between two readings.
             latency: Ticks from taking a reading to its delivery.
@@ -53,10 +53,10 @@ class Sensors:
         """Create the sensors.
 
         Args:
-            robot: From the world file.
+            robot: Robot of the world file.
             makers: Model of a sensor -> factory.
             mounting: Gives the mounting of a sensor.
-            rate_hz: Of the loop.
+            rate_hz: Rate of the loop.
 
         Raises:
             UsageError: A sensor's rate does not divide the loop's.

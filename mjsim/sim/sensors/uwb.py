@@ -33,7 +33,7 @@ class UwbDevice:
         """Draw the constant errors of the run.
 
         Args:
-            uwb: From the world file.
+            uwb: Tag of the world file.
             mounting: Its mounting; each option has its own random stream.
         """
         model, robot = mounting.model, mounting.robot.name

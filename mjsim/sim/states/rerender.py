@@ -112,7 +112,7 @@ class _Again:
             camera: The camera.
             state: Returns the recorded state at a tick.
             ticks: Ticks between two pictures.
-            period: Of a tick [s].
+            period: Period of a tick [s].
         """
         self._camera, self._state_at, self._ticks, self._period = camera, state, ticks, period
         self._states: list[tuple[Sequence[Any], Any]] = [self._state()]

@@ -42,7 +42,7 @@ def place_in(folder: Path, name: str) -> Path:
     try:
         resolved = path.resolve()
     except (OSError, RuntimeError):
-        raise ValueError(Sentence("path '{name:.60}' leads nowhere; name another", name)) from None
+        raise ValueError(Sentence("path '{name:.60}' cannot be resolved; name another", name)) from None
     if not resolved.is_relative_to(home):
         raise OutsideError(Sentence("path '{name}' leaves its folder", name))
     return path if path.is_relative_to(home) else resolved

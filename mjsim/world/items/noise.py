@@ -66,7 +66,7 @@ def with_noise(world: World, key: str, value: object) -> World:
 
     Args:
         world: Not modified.
-        key: As for `--set`: 'robots.scout.odometry.noise.turn'.
+        key: Key as for `--set`: 'robots.scout.odometry.noise.turn'.
         value: New value.
 
     Raises:

@@ -21,7 +21,7 @@ def over_preset(name: str, keys: Mapping[str, Any], source: Source) -> dict[str,
     """Return the keys of a robot merged with those of its preset.
 
     Args:
-        name: Of a robot that comes with mjsim, or the path of a file relative to the world's folder.
+        name: Name of a robot that comes with mjsim, or the path of a file relative to the world's folder.
         keys: The user's own.
         source: Source of the world, to locate the file.
 

@@ -44,7 +44,7 @@ def assemble(mechanism: MechanismParts, read: Read) -> Assembly:
     """Return the assembly of a mechanism.
 
     Args:
-        mechanism: As written.
+        mechanism: Mechanism as written.
         read: Returns the file of a table of a signal.
 
     Raises:
@@ -279,7 +279,7 @@ def tracks_of(
     """Return the points on curves, each with the joint that positions its ghost on the curve.
 
     Args:
-        mechanism: As written.
+        mechanism: Mechanism as written.
         bodies: By number, as in an `Assembly`; those of the ghosts follow.
         points: By body, its named points.
         axis: Default normal of circles and ellipses.
@@ -334,7 +334,7 @@ def begin_tracks(mechanism: MechanismParts, found: Assembly, begin: Array, held:
     """Write the initial guess of the positions along curves: as given, or nearest to their points.
 
     Args:
-        mechanism: As written.
+        mechanism: Mechanism as written.
         found: Its assembly.
         begin: Initial guess, shape (values,); modified.
         held: Columns that are given; modified.

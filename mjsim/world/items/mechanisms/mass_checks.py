@@ -19,7 +19,7 @@ def check_inertias(mechanism: MechanismParts, found: Assembly, values: Array) ->
     """Raise a fault for a joint that moves no mass and no inertia.
 
     Args:
-        mechanism: As written.
+        mechanism: Mechanism as written.
         found: Its assembly.
         values: At the start, shape (values,).
     """

@@ -71,7 +71,7 @@ def refuse(keys: Any) -> None:
     """Raise a fault for keys of a mechanism that cannot be simulated.
 
     Args:
-        keys: Of the mechanism, as written.
+        keys: Keys of the mechanism, as written.
     """
     for (part, key), line in INSTEAD.items():
         items = keys.get(part) if isinstance(keys, Mapping) else None

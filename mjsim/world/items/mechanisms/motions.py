@@ -123,7 +123,7 @@ def spots_of(
     """Return points of two different bodies.
 
     Args:
-        ends: As written.
+        ends: Ends as written.
         found: The mechanism.
         points: By body, its named points.
         path: Their path in the file, for errors.

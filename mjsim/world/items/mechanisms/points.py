@@ -58,7 +58,7 @@ def place_of(
     """Return the point that an end refers to.
 
     Args:
-        end: As written.
+        end: End as written.
         points: By body, its named points.
 
     Raises:

@@ -26,7 +26,7 @@ def trimmed(mechanism: MechanismParts, found: Assembly, values: Array, held: set
     """Return the assembly in equilibrium: joints with a given start stay, all other values are found.
 
     Args:
-        mechanism: As written.
+        mechanism: Mechanism as written.
         found: With all rows that hold.
         values: Initial guess, shape (values,).
         held: Columns that stay.

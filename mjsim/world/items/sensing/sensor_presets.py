@@ -13,7 +13,7 @@ def over_sensor(kind: str, name: str, keys: Mapping[str, Any]) -> dict[str, Any]
 
     Args:
         kind: 'lidar' or 'camera'.
-        name: Of the preset.
+        name: Name of the preset.
         keys: The user's own.
 
     Raises:
