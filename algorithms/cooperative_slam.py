@@ -175,7 +175,7 @@ def map_of(belief: Estimate) -> Map:
 
 
 def belief_of(merged: Map, own: Estimate, *, report: Any) -> TeamEstimate:
-    """Return a merged map as an estimate, with the innovations of the own filter at this tick."""
+    """Return a merged map as an estimate, with the innovations of this robot's filter at this tick."""
     P = merged.covariance
     places = merged.mean[3:].reshape(-1, 2)
     landmarks = {

@@ -3,9 +3,9 @@
 Given the trajectory, landmarks are independent; so each particle has a pose and a small Gaussian per landmark, and the
 cost of a sighting does not grow with the map. All particles are moved and corrected in one vectorized step.
 
-After many resamplings all particles descend from one, and no longer differ in what cannot be observed, as the heading
-of the map. So the particles are divided into islands, each resampled by itself: what the particles of an island no
-longer show, the difference between islands does.
+After many resamplings all particles descend from one, and no longer differ in what cannot be observed, such as the
+heading of the map. So the particles are divided into islands, each resampled by itself: what the particles of an island
+no longer show, the difference between islands does.
 """
 
 import math

@@ -126,7 +126,7 @@ def _mirrored(rotation: Array, position: Array) -> Array | None:
 def homography_between(source: Array, target: Array) -> Array | None:
     """Return the homography that maps four points to four points, shape (3, 3), last element 1.
 
-    None where three points of one side are on a line, which no homography brings off it.
+    None where three points of one side are on a line: then there is no homography.
     """
     x, y, u, v = source[:, 0], source[:, 1], target[:, 0], target[:, 1]
     one, zero = np.ones(4), np.zeros(4)

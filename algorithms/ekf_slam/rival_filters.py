@@ -1,12 +1,12 @@
 """The same filter under several assumptions on odometry and sensor: which of them the sightings support.
 
-Estimating errors that are none costs accuracy, and assuming none where there are some costs more. All filters get the
-same data, and the belief is their average. The one without errors counts only once the data have spoken for it: with
-little evidence an average would be no better than its worse half.
+Estimating errors that do not exist costs accuracy, and ignoring existing ones costs more. All filters get the same
+data, and the belief is their average. The one without errors counts only once the data have spoken for it: with little
+evidence an average would be no better than its worse half.
 
 Two filters assume errors in proportion to the stated noise, or none. Another assumes that odometry is rougher than
-stated, as of wheels that spin now and then, and another that odometry and sensor err by far more than stated, each in
-one way or in all at once (`LargeErrors`). With usual sensors their probabilities remain too small to count.
+stated, such as with wheels that spin now and then, and another that odometry and sensor err by far more than stated,
+each in one way or in all at once (`LargeErrors`). With usual sensors their probabilities remain too small to count.
 """
 
 import copy

@@ -226,7 +226,7 @@ class GraphSolution:
 
     @classmethod
     def of(cls, factors: SuperLU, across: Array, common: Array) -> "GraphSolution":
-        """Return the solution, given factors of the poses' part of H, the mixed part (3 n, 6) and the errors' part (6, 6).
+        """Return the solution, given factors of the poses' part of H, its mixed part (3 n, 6) and errors' part (6, 6).
 
         References:
             Golub, Van Loan, Matrix Computations (2013), section 3.2.11: the Schur complement.

@@ -1,6 +1,6 @@
 """Systematic errors of ranges, which a filter estimates along with the map.
 
-A data sheet gives one standard deviation. If sightings of a landmark one after the other scatter by that much, their
+A data sheet gives one standard deviation. If successive sightings of a landmark scatter by that much, their
 errors are noise, which averages out. If they scatter by far less, the rest of it is an error that all have in common:
 a camera overestimates distances by 5 %, or a pole is measured at its front. A filter that treats this as noise believes
 in a map that is 5 % too large, with a covariance that shrinks with every sighting.

@@ -25,7 +25,7 @@ CHANGED = 0.05
 class WheelSlip:
     """Compares scans before and after the wheels turn.
 
-    The wheels slip if a scan fits to one from before as it is, and does not fit if moved as the wheels say. Where it
+    The wheels slip if a scan fits an earlier one unmoved, and does not fit if moved by odometry. Where it
     fits both ways, as in a long corridor, nothing is known.
     """
 

@@ -78,7 +78,8 @@ class Candidate(NamedTuple):
 class MapSearch:
     """Goes through the map of a lost robot, one region at each call, the nearest first.
 
-    A place is believed after all regions were searched, if scans fit it from two places on the way, and none as well.
+    A place is believed after all regions were searched, if scans fit it from two places on the way, and no other place
+    as well.
 
     References:
         Olson, Real-Time Correlative Scan Matching, ICRA 2009, over all headings.

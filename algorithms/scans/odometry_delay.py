@@ -188,7 +188,7 @@ def retimed(times: Array, true: Array, poses: Sequence[Array]) -> Array:
     """Return the poses at other times, interpolated, shape (n, 3).
 
     Args:
-        times: Wanted, ascending, shape (n,) [s].
+        times: Times, ascending, shape (n,) [s].
         true: Times of the poses, shape (n,) [s].
         poses: n of shape (3,).
     """

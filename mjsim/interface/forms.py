@@ -1,6 +1,6 @@
 """How readings are written: declared once, beside each of their fields.
 
-The type of a field has most; `Annotated[TYPE, Form(...)]` adds what it cannot. Recordings, tables, trees for programs
+The type of a field says most; `Annotated[TYPE, Form(...)]` adds what it cannot. Recordings, tables, trees for programs
 and Octave, logs on another clock and arrays for learning follow from these declarations. A field without a `Form` is in
 no file, such as the pixels of a picture.
 """

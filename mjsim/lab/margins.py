@@ -73,8 +73,8 @@ def _is_real(loop: Any, omega: float, delay: float) -> bool:
 def _crosses(loop: Any, omega: float, delay: float) -> bool:
     """Whether the curve meets the unit circle at a frequency, other than by rounding.
 
-    A real response, as that of 1 / s^2, meets it at -1: its margin is 0 if the closed loop swings there and does not
-    grow elsewhere, else there is none.
+    A real response, as that of 1 / s^2, meets it at -1: its margin is 0 if the closed loop oscillates there and does
+    not grow elsewhere, else there is none.
     """
     below, above = np.abs(loop(on_axis(omega * np.array([0.99, 1.01]), loop.dt)))
     if abs(above - below) < REAL_TOLERANCE:

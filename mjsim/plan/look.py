@@ -49,7 +49,7 @@ GROUPS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#8c6d1f", "#33
 
 @dataclass(frozen=True, slots=True)
 class Mix:
-    """A colour made of two inks; 'tint' stands for the own colour of a thing."""
+    """A colour made of two inks; 'tint' stands for a thing's own colour."""
 
     ink: str
     other: str = "paper"

@@ -75,7 +75,7 @@ def lacks_estimator(robot: Mapping[str, Any]) -> bool:
 def figure_value(robot: Mapping[str, Any], key: str) -> float | None:
     """Return the number under a key such as 'nees.mean' of a robot's statistics; None if there is none to show.
 
-    The NEES of dead reckoning is not shown: nobody claims its covariance.
+    The NEES of dead reckoning is not shown: no estimator claims its covariance.
     """
     if key.startswith("nees.") and lacks_estimator(robot):
         return None

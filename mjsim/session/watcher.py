@@ -14,8 +14,7 @@ class Watcher:
         """Watch.
 
         Args:
-            newer: Waits for a tick after one of a number, at most so long [s]; its number and itself, None when there
-                will be no more.
+            newer: Waits at most a time [s] for a tick after a number; returns its number and itself, None at the end.
         """
         self._newer = newer
         self._seen = 0

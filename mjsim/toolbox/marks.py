@@ -104,7 +104,7 @@ def _value(key: str, value: Any) -> Any:
 def math_text(text: str) -> str:
     """Return text of MATLAB's TeX in matplotlib's: symbols, subscripts and superscripts.
 
-    Beside letters such as those of Chinese, which mathtext has not, they are letters of Unicode.
+    Beside characters that mathtext lacks, such as Chinese ones, they are Unicode characters.
     """
     if any(letter > LAST_OF_MATHTEXT for letter in text):
         return SYMBOL.sub(_letters, text.replace("$", "").replace("\\circ", "\N{DEGREE SIGN}"))

@@ -27,7 +27,7 @@ class ErrorChart:
         Args:
             width: [px]
             height: [px]
-            letters: The font.
+            letters: Font.
             seconds: Time at the right edge [s].
         """
         self._page = np.empty((height, width, 3), np.uint8)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Time a MATLAB user's walk: a script of two arms with films, a configuration, a run, a report, an own estimator.
+"""Time a MATLAB user's walk: a script of two arms with films, a configuration, a run, a report, the user's estimator.
 
     .venv/bin/python scripts/measure/matlab_walk.py -o DIR
 

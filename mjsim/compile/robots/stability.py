@@ -52,7 +52,7 @@ def drives(model: mujoco.MjModel, *, speed: float) -> bool:
 def _orders(model: mujoco.MjModel, data: mujoco.MjData, left: float, right: float) -> Array:
     """Return the commands of all servos for a speed of the wheels on each side [rad/s], shape (nu,).
 
-    Position servos get the middle of their range; so do torque motors, whose command is no speed.
+    Position servos get the middle of their range; so do torque motors, whose command is not a speed.
     """
     order = np.zeros(model.nu)
     for number in range(model.nu):

@@ -1,9 +1,10 @@
 """Positions on a texture of the corners of flat faces: metric, and continuous round upright edges.
 
 A texture runs to the right along a wall and downwards. Faces of one plane that touch (beside, above and below a
-doorway) are a sheet, on which it runs on. Sheets that meet in an upright edge are moved along the texture until it runs
-round that edge: the longest ones first, since not all edges of a room can have it. The end of a wall and the sides of a
-doorway move, but do not join both sides of the wall. The longest of joined sheets is counted from the origin.
+doorway) are a sheet, on which it is continuous. Sheets that meet in an upright edge are moved along the texture until
+it runs round that edge: the longest ones first, since not all edges of a room can have it. The end of a wall and the
+sides of a doorway move, but do not join both sides of the wall. The longest of joined sheets is counted from the
+origin.
 """
 
 from typing import NamedTuple

@@ -23,7 +23,7 @@ def size_of(size: tuple[Any, ...]) -> tuple[int, int]:
     """Return rows and columns from arguments such as 2, 3 or [2 3].
 
     Raises:
-        NotLiteralError: They are too many elements, or not whole numbers.
+        NotLiteralError: There are too many elements, or they are not whole numbers.
     """
     numbers = [float(each) for part in size for each in np.ravel(part)]
     numbers = numbers * 2 if len(numbers) == 1 else numbers

@@ -83,7 +83,7 @@ def urdf_of_sdf(root: Element, where: str, opened: Opened, *, model: str = "") -
         model: Name of the robot, if there are several.
 
     Raises:
-        UsageError: The file has no such robot or several, or something that is not as SDF demands.
+        UsageError: The file has no such robot or several, or something that is not valid SDF.
     """
     maker = _Maker(where, opened, has_joint_frames(root))
     robot, folder = maker.robot_in(root, model)

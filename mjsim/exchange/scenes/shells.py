@@ -137,7 +137,7 @@ def _grid(segments: Array) -> Grid:
 def _inside(segments: Array, corner: Array, cell: float, shape: tuple[int, int]) -> Any:
     """Return which cells are inside of the solid, 0 or 1; 0 in rows where its outlines are open.
 
-    A room whose walls have only inner faces is no solid: its outline has the solid outside.
+    A room whose walls have only inner faces is not a solid: its outline has the solid outside.
 
     Args:
         segments: The outlines, solid to the left, shape (n, 2, 2) [m].

@@ -37,7 +37,7 @@ if sys.platform != "win32":
     os.register_at_fork(after_in_child=_idle.clear)  # A child has none of the threads that draw.
 _left: list[tuple[GLContext, mujoco.MjrContext]] = []
 """Resources of canvases that were never closed. MuJoCo frees by numbers in the context that is current: if the garbage
-collector did that, a canvas at work could lose its own resources, and its pictures would stand still."""
+collector did that, a canvas at work could lose its own resources, and its pictures would freeze."""
 
 
 class Canvas:

@@ -30,7 +30,7 @@ class Recorded:
     def cards(self) -> list[dict[str, Any]]:
         """Return path, `when` it was written [s since 1970], `bytes`, world, robots and seconds, the newest first.
 
-        What is no recording of mjsim has no world, no robots and no length.
+        A file that is not a recording of mjsim has no world, no robots and no length.
         """
         found = []
         for path in recordings_below(self._folder.root):

@@ -1,7 +1,7 @@
 """Bounds connections in number and duration, so that unauthenticated clients never lock out authenticated ones.
 
 The classes extend uvicorn's protocols, which its settings `http` and `ws` take: its own `limit_concurrency` counts all
-connections alike, so that one stranger could fill it, and it closes no peer that does not read.
+connections alike, so that one unauthenticated client could fill it, and it closes no peer that does not read.
 """
 
 import asyncio

@@ -49,7 +49,7 @@ def setting_texts(values: Mapping[str, Any]) -> tuple[str, ...]:
     """Return values by key as texts of `with_settings`; JSON is valid YAML.
 
     Raises:
-        UsageError: A value is none that a world file can hold.
+        UsageError: A world file cannot hold one of the values.
     """
     texts = []
     for key, value in values.items():
