@@ -182,12 +182,13 @@ def test_a_thread_that_does_not_end_is_named(tmp_path):
     assert done.stderr.splitlines()[-1] == "mjsim: waiting for thread 'mapper' of a module; end it, or make it a daemon"
 
 
-@pytest.mark.slow
-def test_keyboard_interrupt_means_ctrl_c_whoever_raises_it(tmp_path):
-    done = shell(tmp_path, "raise KeyboardInterrupt")
-    assert done.returncode == 130
-    assert done.stderr.splitlines()[-1] == "mjsim: interrupted; what was recorded up to here is closed and readable"
-    assert len(mjsim.read_recording(tmp_path / "run.mcap").time) == TICKS
+def test_keyboard_interrupt_means_ctrl_c_whoever_raises_it(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("bad.py").write_text(written("navigator", "raise KeyboardInterrupt"))
+    Path("room.yaml").write_text(ROOM.replace("ROLE", "navigator"))
+    code, (*_, line) = typed(capsys, "run", "room.yaml", "-o", "run.mcap")
+    assert (code, line) == (130, "mjsim: interrupted; what was recorded up to here is closed and readable")
+    assert len(mjsim.read_recording("run.mcap").time) == TICKS
 
 
 @pytest.mark.slow

@@ -44,9 +44,10 @@ def ran(folder, do):
 
 
 GOES_ON = {
-    "another working directory, and no standard output": "os.chdir('/'); os.close(1); sys.stdout = 'text'",
+    "another working directory, no standard output, and copies that return and exit": (
+        "os.chdir('/'); os.close(1); sys.stdout = 'text'; os.fork(); os.fork() or sys.exit(0)"
+    ),
     "a working directory that is gone": "os.mkdir('gone'); os.chdir('gone'); os.rmdir('../gone'); sys.stdout.close()",
-    "copies that return and exit": "os.fork(); os.fork() or sys.exit(0)",
 }
 
 
