@@ -59,7 +59,7 @@ def test_the_robot_drives_the_way_and_maps_the_landmarks(tmp_path):
     savemat(tmp_path / "map.mat", {"lm": LM, "wp": WP})
     assert new(tmp_path, "--scale", "0.05") == 0
     with mjsim.Simulation(load_runnable(tmp_path / "room.yaml")) as sim:
-        track = mjsim.run(sim).robots["scout"]
+        track = mjsim.run(sim, seconds=26.0).robots["scout"]
     assert np.hypot(*(track.truth[-1, :2] - 0.05 * WP[:, -1])) < 0.25
     assert len(track.landmarks.names) >= 4
 
