@@ -77,7 +77,7 @@ class Relocation:
     """Records which sightings of the map failed, and whether the robot is lost, and gives its covariance then."""
 
     def __init__(self) -> None:
-        """Start with nothing seen."""
+        """Start without sightings."""
         self._records: deque[tuple[Hashable, Sighting]] = deque(maxlen=MAX_SIGHTINGS)
         self._failed: deque[bool] = deque(maxlen=COUNTED)
         self._row: deque[float] = deque(maxlen=MAX_SIGHTINGS)

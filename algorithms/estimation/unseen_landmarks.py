@@ -27,7 +27,7 @@ class UnseenLandmarks:
     """Measures the time for which landmarks should have been in view but none was seen."""
 
     def __init__(self) -> None:
-        """Start with nothing seen."""
+        """Start without sightings."""
         self._seen_from: set[tuple[Hashable, int, int]] = set()
         self._right, self._left = math.inf, -math.inf
         self._nearest, self._farthest = math.inf, 0.0

@@ -182,7 +182,7 @@ class Trajectory:
             if not begins - MAX_LATE_SECONDS <= seen.time < ends:
                 raise ValueError(
                     f"'{self._file}' has poses from {begins - self._offset:.3f} to {ends - self._offset:.3f} s; with"
-                    f" {self._offset:.3f} s added, none is at the run's {seen.time:.3f} s: give another offset"
+                    f" {self._offset:.3f} s added, no pose is at {seen.time:.3f} s of the run: give another offset"
                 )
             first = self._at(seen.time)
             self._world_from_file = self._prior @ first.inverse() if self._anchored else Pose(0.0, 0.0, 0.0)

@@ -207,7 +207,7 @@ def _require_once(runs: Sequence[RunFigures]) -> None:
         if (run.label, run.seed) in seen:
             raise UsageError(
                 Sentence(
-                    "'{label}' has seed {seed} twice; name each run once, and give different variants own labels",
+                    "'{label}' has seed {seed} twice; name each run once, and give different variants their own labels",
                     run.label,
                     run.seed,
                 )

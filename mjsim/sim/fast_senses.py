@@ -61,7 +61,7 @@ class ImuFeed:
         return self._takers[-1]
 
     def pull(self, stamp: float) -> None:
-        """Bring all lists up to a time [s]; the first readings are of the robot held at rest."""
+        """Extend all lists to a time [s]; the first readings are of the robot held at rest."""
         if stamp <= self._until:
             return
         began, self._until = stamp == 0.0, stamp

@@ -40,7 +40,7 @@ def newest() -> tuple[dict[str, CameraFrame], Scan, Pose, mjsim.Simulation]:
 
 
 def depth_picture(frame: CameraFrame) -> Picture:
-    """Return depths as greys, near ones bright, what is not measured black."""
+    """Return depths as grey values, near ones bright, unmeasured ones black."""
     assert frame.depth is not None
     known = np.isfinite(frame.depth)
     bright = np.where(known, np.clip(255 - 220 * np.where(known, frame.depth, 0.0) / FAR, 35, 255), 0).astype(np.uint8)

@@ -201,7 +201,7 @@ def test_with_several_robots_each_is_compared_with_itself():
 
 def test_a_label_with_a_seed_twice_and_no_runs_are_refused_in_a_line():
     with pytest.raises(
-        UsageError, match=r"^'a' has seed 1 twice; name each run once, and give different variants own labels$"
+        UsageError, match=r"^'a' has seed 1 twice; name each run once, and give different variants their own labels$"
     ):
         compare_tables([*runs("a", [1.0]), *runs("a", [2.0])])
     with pytest.raises(UsageError, match="nothing to compare"):

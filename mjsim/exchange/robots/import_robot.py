@@ -147,7 +147,7 @@ def _check_size(path: Path, stand: Stand) -> None:
     if not MIN_DIAMETER <= across <= MAX_DIAMETER:
         allowed = f"{MIN_DIAMETER} to {MAX_DIAMETER:g} m"
         raise UsageError(
-            f"{path}: the robot is {across:.3g} m across; it must be {allowed}, and lengths of a robot's file in metres"
+            f"{path}: the robot is {across:.3g} m across; it must be {allowed}, with lengths in metres in its file"
         )
 
 
