@@ -17,7 +17,7 @@ class Actions:
         """Compute the maxima.
 
         Args:
-            robot: Whose drive it is.
+            robot: Robot with the drive.
             kind: A twist in the robot's frame, or the speeds of its wheels.
         """
         self._robot, self._kind = robot.name, kind

@@ -60,7 +60,7 @@ class Boundary:
 
         Args:
             role: Role of the module.
-            module: Whose method it is.
+            module: Module with the method.
             now: Simulated time [s].
             method: Its name; the lookup may also run the module's code.
             *arguments: Of the method.

@@ -26,7 +26,7 @@ class BeliefMessages:
     A map is repeated only when it has changed, and so are shown items.
 
     Args:
-        robot: Whose they are.
+        robot: Robot that they belong to.
     """
 
     def __init__(self, robot: str) -> None:

@@ -62,7 +62,7 @@ def replay(
 
     Args:
         recording: A run, or its file.
-        robot: Whose observations are replayed; by default those of the only robot that has some.
+        robot: Robot whose observations are replayed; by default the only one that has some.
         estimator: Processes all observations once, from first to last.
         observer: Replaces that of the run; by default the estimator gets all sightings of the run.
         record: The MCAP file to write; by default a temporary file, deleted with the recording.

@@ -23,7 +23,7 @@ def react_to_bump(
     Args:
         command: Command of the navigator, or of the avoidance.
         bump: Bearings of current contacts [rad].
-        robot: Whose command it is; by default a round one with two driven wheels.
+        robot: Robot that gets the command; by default a round one with two driven wheels.
     """
     if not bump:
         return command

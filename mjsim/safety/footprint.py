@@ -40,7 +40,7 @@ class Footprint:
         """Take the shape from the data sheet.
 
         Args:
-            robot: Whose body it is.
+            robot: Robot with this body.
             clearance: Minimum distance between its rim and obstacles on a free path [m]; a long body keeps more.
             swing: Use the circle in which it turns on the spot, whatever its shape.
         """

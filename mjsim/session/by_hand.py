@@ -33,7 +33,7 @@ class ByHand(ABC):
         """Move the tool of an arm manually to a pose in the robot frame.
 
         Args:
-            robot: Whose arm it is.
+            robot: Robot with the arm.
             arm: Its name.
             at: x, y, z in the robot frame [m].
             rpy: Roll, pitch, yaw about fixed axes, right-handed [rad]; only used for arms with six joints or more.
@@ -47,7 +47,7 @@ class ByHand(ABC):
         """Move a hand of a person, at up to 1 m/s; None releases it.
 
         Args:
-            person: Whose hand.
+            person: Person with the hand.
             hand: 'left' or 'right'.
             at: Target of its grip: x, y, z in the world frame [m].
 

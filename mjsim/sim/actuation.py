@@ -30,7 +30,7 @@ class ServoActuation:
 
         Args:
             data: State of the simulation.
-            gear: Whose profile gives the set-points.
+            gear: Running gear whose profile gives the set-points.
             servos: Numbers of its actuators, in the order of those set-points.
             every: Physics steps in a tick.
         """

@@ -30,7 +30,7 @@ class ArmAtWork:
         Args:
             model: The compiled world.
             data: Its state.
-            robot: Whose arm it is.
+            robot: Robot with the arm.
             item: Item of the world file.
             tick: Period of the loop [s].
         """

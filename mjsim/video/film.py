@@ -93,7 +93,7 @@ def require_film_name(path: Path) -> None:
 
 
 def _av() -> Any:
-    """Return PyAV, which videos alone need."""
+    """Return PyAV, which only videos need."""
     try:
         import av
     except ImportError:

@@ -23,7 +23,7 @@ from mjsim.world import World
 SUFFIXES = (".svg", ".pdf", ".png", ".jpg", ".jpeg")
 """Suffixes of files of an instant."""
 RATIOS = (10, 15, 20, 25, 30, 40, 50, 75, 100, 150, 200, 250, 500, 750, 1000, 2000, 5000, 10000)
-"""Scale denominators; the first is taken for which the plan fits on `WIDTH`."""
+"""Scale denominators; the first with which the plan fits on `WIDTH` is used."""
 WIDTH = 250.0
 """Maximum side of a plan [mm]."""
 COLUMN, CLOSE_UP = 85.0, "close-up"

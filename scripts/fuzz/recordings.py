@@ -60,7 +60,7 @@ def run_messages(inputs: int, seed: int) -> int:
 
 
 def serve_atheris(arguments: list[str]) -> None:
-    """Be the process in which atheris works."""
+    """Run atheris in this process."""
     import atheris
 
     for module in [name for name in sys.modules if name.startswith(("mjsim.record", "mjsim.report"))]:

@@ -272,7 +272,7 @@ def run_bytes(inputs: int, seed: int) -> int:
 
 
 def serve_atheris(arguments: list[str]) -> None:
-    """Be the process in which atheris works."""
+    """Run atheris in this process."""
     import atheris
 
     with atheris.instrument_imports(include=["mjsim.world", "ruamel.yaml"], enable_loader_override=False):

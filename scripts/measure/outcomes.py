@@ -24,7 +24,7 @@ class Outcome:
     """Number of quick tests that call the function."""
 
     def json(self) -> dict[str, Any]:
-        """Return it for a file."""
+        """Return the outcome as JSON values."""
         path = str(self.fault.path.relative_to(ROOT))
         said = {key: getattr(self.fault, key) for key in ("line", "kind", "before", "after")}
         return {"path": path, **said, "caught": self.caught, "slow": self.slow, "tests": self.tests}

@@ -362,7 +362,7 @@ def _color(node: WbtNode) -> str | None:
 
 
 def _is_flat(node: WbtNode) -> bool:
-    """Return whether all that is visible of a solid is planes, as of a floor."""
+    """Return whether all visible shapes of a solid are planes, as for a floor."""
     seen = [child for child in node.nodes("children") if child.kind in SEEN]
     shapes = [child.node("geometry") for child in seen if child.kind == "Shape"]
     return len(shapes) == len(seen) and all(shape is None or shape.kind == "Plane" for shape in shapes)

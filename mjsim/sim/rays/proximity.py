@@ -28,7 +28,7 @@ class ProximityRing:
         Args:
             model: The compiled world.
             data: Its state.
-            robot: Whose ring it is.
+            robot: Robot with the ring.
             sought: Geoms detected anywhere in the cone of a sensor; all others are only detected by the rays.
         """
         self._data, self._fan = data, Fan(model, data, capacity=RAYS)
@@ -70,7 +70,7 @@ class Cones:
         Args:
             model: The compiled world.
             data: Its state.
-            robot: Whose ring it is.
+            robot: Robot with the ring.
             sought: Geoms to detect.
         """
         self._data, self._base = data, model.body(f"{robot.name}/base").id

@@ -39,7 +39,7 @@ class OnboardCamera:
 
         Args:
             model: The compiled world.
-            robot: Whose camera it is.
+            robot: Robot with the camera.
             camera: Camera of the world file.
             streams: Purpose -> random stream of this camera.
             canvas: Shared by all cameras of one quality; the caller closes it.

@@ -24,7 +24,7 @@ export const EN = {
   "charts.kindOfChart": "Kind of chart {number}",
   "charts.layout": "Layout",
   "charts.layoutsAreKeptRemove": "At most {layouts} layouts can be kept; remove one first",
-  "charts.binary": "{bytes} bytes, not as text",
+  "charts.binary": "{bytes} bytes of binary data",
   "charts.message": "Message",
   "charts.messageAt": "at {time} s",
   "charts.noMessageYet": "No message until this time.",
