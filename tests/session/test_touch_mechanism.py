@@ -107,7 +107,7 @@ def ticks(sim, count):
 
 @pytest.mark.slow
 def test_a_released_joint_returns_smoothly_to_its_signal_modulo_whole_turns():
-    with mjsim.Simulation(mjsim.parse_world(bars("kinematics"))) as sim:
+    with mjsim.Simulation(mjsim.parse_world(bars())) as sim:
         ticks(sim, 12)
         sim.lead("bars", "q2", 140)
         held = ticks(sim, 200)

@@ -6,8 +6,8 @@ import pytest
 import mjsim
 from mjsim.world import parse_world, worlds_folder
 
-START = "at: [2.6, 2.7]\n    heading_deg: -10"
-"""Nearer than in the world as it is shipped, to be short."""
+START = "at: [2.9, 2.35]\n    heading_deg: -5"
+"""Nearer than in the world as it is shipped, to be short; so are fewer pictures."""
 TABLE = 0.5
 """Height of its top [m]."""
 
@@ -19,8 +19,8 @@ def shipped():
 @pytest.mark.slow
 def test_the_parcel_is_more_than_5_cm_above_the_table_at_the_end():
     text = (worlds_folder() / "manipulator.yaml").read_text()
-    moved = text.replace("at: [1.2, 1.0]\n    heading_deg: 20", START)
-    assert moved != text
+    moved = text.replace("at: [1.2, 1.0]\n    heading_deg: 20", START).replace("rate_hz: 5", "rate_hz: 2.5")
+    assert START in moved
     world = parse_world(moved, source=shipped().source)
     heights, held = [], []
     with mjsim.Simulation(world, seed=2) as sim:
@@ -32,7 +32,7 @@ def test_the_parcel_is_more_than_5_cm_above_the_table_at_the_end():
             touching = set(pairs[(pairs == parcel).any(axis=1)].ravel().tolist()) - {parcel}
             held.append({sim.model.body(body).name for body in touching})
 
-        mjsim.run(sim, seconds=36.0, watch=look)
+        mjsim.run(sim, seconds=28.0, watch=look)
     assert heights[0] == pytest.approx(TABLE, abs=1e-3)
     assert min(heights[-25:]) > TABLE + 0.05
     # Nothing but the fingers touches it at the end, and it was never pushed off the table before.
