@@ -135,8 +135,10 @@ def pairings_without_names(run, association, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize(("number", "association"), [(1, "joint"), (3, "nearest")])
 def test_a_building_is_mapped_without_a_single_name(number, association, monkeypatch):
+    run = golden(f"atrium_{number}")
+    run["control"] = run["control"][:3700]  # half of it: each beacon is seen at least three times
     with threadpool_limits(1, user_api="blas"):
-        belief, pairs = pairings_without_names(golden(f"atrium_{number}"), association, monkeypatch)
+        belief, pairs = pairings_without_names(run, association, monkeypatch)
     votes = defaultdict(Counter)
     for identity, name in pairs:
         votes[name][identity] += 1
@@ -144,5 +146,5 @@ def test_a_building_is_mapped_without_a_single_name(number, association, monkeyp
     # Each landmark is one of the 48 beacons, and each beacon has one landmark.
     assert sorted(meant) == sorted(belief.landmarks)
     assert sorted(meant.values()) == list(range(48))
-    # 99.4 to 99.6 %; wrong are neighbours 0.13 to 0.19 m apart, seen from afar.
+    # 99.3 to 99.6 %; wrong are neighbours 0.13 to 0.19 m apart, seen from afar.
     assert sum(votes[name][meant[name]] for name in meant) > 0.99 * len(pairs)

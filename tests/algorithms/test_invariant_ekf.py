@@ -1,6 +1,7 @@
 """The right-invariant filter: it gains nothing where nobody looks, and mends the loops that bend the standard one."""
 
 import json
+from functools import partial
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from mjsim.algorithms.ekf_slam.ekf_slam import (
     odometry_motion,
 )
 from mjsim.bench.consistency import ring_nees
-from mjsim.geometry import Array, wrap_angles
+from mjsim.geometry import Array
 from tests.algorithms.golden import DATA, golden, mean_error
 
 R = np.diag([0.1**2, np.radians(3.0) ** 2])
@@ -95,32 +96,24 @@ def drive(slam: EkfSlamFilter, run: dict[str, Array]) -> Array:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("place", ["atrium", "cloister"])
-def test_both_mended_filters_hold_what_they_promise_on_golden_runs(place):
-    errors: dict[str, list[float]] = {"standard": [], "first-estimates": [], "invariant": []}
+def test_both_mended_filters_hold_what_they_promise_on_a_golden_run():
+    run = golden("cloister_1")
+    ticks = 10_000  # of 13,946: by then the large loop is closed
+    run["control"], run["truth"] = run["control"][:ticks], run["truth"][:ticks]
+    standard = mean_error(run["estimate"][:ticks], run["truth"])
     with threadpool_limits(1, user_api="blas"):
-        for number in (1, 2) if place == "atrium" else (1,):
-            run = golden(f"{place}_{number}")
-            if (place, number) == ("atrium", 1):
-                standard = drive(EkfSlamFilter(), run)
-                assert np.abs(standard - run["estimate"])[:, :2].max() < 1e-8
-                assert np.abs(wrap_angles(standard[:, 2] - run["estimate"][:, 2])).max() < 1e-8
-            errors["standard"].append(mean_error(run["estimate"], run["truth"]))
-            first = drive(EkfSlamFilter(jacobians="first-estimates"), run)
-            errors["first-estimates"].append(mean_error(first, run["truth"]))
-            errors["invariant"].append(mean_error(drive(InvariantEkfSlamFilter(), run), run["truth"]))
-    means = {name: float(np.mean(values)) for name, values in errors.items()}
-    most = {"atrium": 1.1, "cloister": 0.45}[place] * means["standard"]
-    assert max(means["first-estimates"], means["invariant"]) < most, errors
-    # The standard filter fails on the large loop.
-    assert place == "atrium" or means["standard"] > 2.0, errors
+        for slam in (EkfSlamFilter(jacobians="first-estimates"), InvariantEkfSlamFilter()):
+            assert mean_error(drive(slam, run), run["truth"]) < 0.7 * standard
+    # The standard filter fails.
+    assert standard > 2.0
 
 
 @pytest.mark.slow
-def test_the_invariant_filter_is_consistent_on_a_loop():
+@pytest.mark.parametrize("make", [partial(EkfSlamFilter, jacobians="first-estimates"), InvariantEkfSlamFilter])
+def test_it_is_consistent_on_a_loop(make):
     runs = 10
     low, high = chi2.ppf([0.025, 0.975], 3 * runs) / runs
-    average = np.mean([ring_nees(InvariantEkfSlamFilter(pose=(10.0, 0.0, np.pi / 2)), seed) for seed in range(runs)], 0)
+    average = np.mean([ring_nees(make(pose=(10.0, 0.0, np.pi / 2)), seed) for seed in range(runs)], 0)
     assert np.mean((average > low) & (average < high)) > 0.8
 
 

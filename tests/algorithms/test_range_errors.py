@@ -109,7 +109,7 @@ def estimator(kind: str, **options: float) -> Any:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["standard", "first-estimates", "invariant", "graph"])
+@pytest.mark.parametrize("kind", ["invariant", "graph"])
 @pytest.mark.parametrize(("scatter", "errors"), [(0.02, ERRORS), (STATED, np.zeros(2))])
 def test_errors_in_common_are_learnt_and_noise_is_not_taken_for_one(kind, scatter, errors):
     """The robot drives a circle of 1 m with odometry that is good enough to tell how large the map is."""
