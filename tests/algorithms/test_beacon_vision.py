@@ -101,8 +101,7 @@ def test_a_picture_is_found_where_it_hangs(studio: Studio, beacons: PictureBeaco
 def test_pictures_that_do_not_hang_here_are_never_reported(studio: Studio):
     absent = PictureBeacons({name: (picture, WIDTH) for name, picture in read_posters(ABSENT).items()})
     for name in KNOWN:
-        for distance, yaw in ((1.2, 0.0), (3.0, 30.0)):
-            assert absent.detect(studio.before(name, distance, yaw).image, INTRINSICS) == []
+        assert absent.detect(studio.before(name, 1.2, 15.0).image, INTRINSICS) == []
 
 
 @pytest.mark.slow
@@ -206,15 +205,15 @@ def test_a_tick_without_an_image_gives_nothing_and_a_wrong_camera_is_named():
 @pytest.mark.slow
 def test_pictures_are_found_and_measured_from_1_to_4_metres_and_45_degrees(studio: Studio, beacons: PictureBeacons):
     rng, tally = np.random.default_rng(4), Tally()
-    for k in range(72):
+    for k in range(36):
         name, yaw = KNOWN[k % len(KNOWN)], float(rng.uniform(-45.0, 45.0))
         shot = studio.before(name, float(rng.uniform(1.3, 4.0)), yaw, aside_deg=float(rng.uniform(-12, 12)), rng=rng)
         found = beacons.detect(shot.image, INTRINSICS)
         assert {each.name for each in found} <= set(KNOWN)
         tally.add(name, yaw, shot, found)
     assert tally.gross == 0
-    assert tally.found[30][0] >= 0.95 * tally.found[30][1] > 25
-    assert tally.found[45][0] >= 0.85 * tally.found[45][1] > 8
+    assert tally.found[30][0] >= 0.95 * tally.found[30][1] > 12
+    assert tally.found[45][0] >= 0.85 * tally.found[45][1] > 4
     median = np.median(tally.errors, axis=0)
     assert median[0] < 0.002
     assert median[1] < 0.01

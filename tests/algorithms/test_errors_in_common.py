@@ -139,12 +139,12 @@ def test_along_a_bare_corridor_the_robot_knows_how_far_too_long_its_way_may_be_a
 
 @pytest.mark.slow
 def test_in_a_hall_of_pillars_poor_odometry_leaves_decimetres_and_the_covariance_says_so():
-    way = [(28.0, 2.0), (28.0, 10.0), (15.0, 10.0), (15.0, 18.0), (2.0, 18.0), (2.0, 2.0), (28.0, 2.0)]
+    way = [(10.6, 2.0), (10.6, 10.0), (2.0, 10.0), (2.0, 2.0), (10.6, 2.0), (10.6, 10.0)]
     hall = world(PILLARS, "2, 2", farthest=4.0, noise=0.01)
-    slam, errors, covariances, truth = driven(hall, way, spoilt=turned_and_noisy, seconds=165.0)
+    slam, errors, covariances, truth = driven(hall, way, spoilt=turned_and_noisy, seconds=75.0)
     nees = np.einsum("ni,nij,nj->n", errors, np.linalg.pinv(covariances, hermitian=True), errors)
     path = np.array([pose.as_array() for _, pose in slam.path()])
-    assert slam.loops > 5
-    assert np.hypot(*(path - truth)[:, :2].T).mean() < 1.0
+    assert slam.loops > 2
+    assert np.hypot(*(path - truth)[:, :2].T).mean() < 0.5
     # 3 is meant.
-    assert np.mean(nees) < 10.0
+    assert np.mean(nees) < 5.0

@@ -57,9 +57,9 @@ def test_its_paths_are_as_short_as_those_of_dijkstra():
 
 
 @pytest.mark.slow
-def test_its_paths_are_the_shortest_on_a_thousand_pairs_of_cells():
-    found = np.concatenate([differences(seed, 40, 50) for seed in range(20)])
-    assert len(found) == 1000
+def test_its_paths_are_the_shortest_on_three_hundred_pairs_of_cells():
+    found = np.concatenate([differences(seed, 40, 30) for seed in range(10)])
+    assert len(found) == 300
     np.testing.assert_allclose(found, 0.0, atol=1e-9)
 
 

@@ -2,7 +2,6 @@
 
 import itertools
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +15,6 @@ from mjsim.algorithms.scans.scan_search import hypotheses, match_pose
 from mjsim.algorithms.scans.scan_walls import Surface, joined, surface_of
 from mjsim.algorithms.waypoints import Waypoints
 from mjsim.geometry import Pose, wrap_angle
-from mjsim.world import with_settings
 
 CORNERS = [(0, 0), (6, 0), (6, 3), (4, 3), (4, 5), (0, 5)]
 SPREAD = 1e-4 * np.eye(3)
@@ -287,7 +285,7 @@ robots:
 
 
 @pytest.mark.slow
-def test_two_laps_of_a_ring_are_driven_with_loops_closed_and_centimetres_of_error():
+def test_more_than_a_lap_of_a_ring_is_driven_with_loops_closed_and_centimetres_of_error():
     estimator = LidarSlam()
     corners = [(8, 1), (8, 6), (1.2, 6), (1.2, 1)]
     with mjsim.Simulation(mjsim.parse_world(RING), seed=2) as sim:
@@ -299,33 +297,15 @@ def test_two_laps_of_a_ring_are_driven_with_loops_closed_and_centimetres_of_erro
             truths.append(truth.as_array())
             reckoned = tick.orders["scout"].dead_reckoning
             drift = max(drift, np.hypot(truth.x - reckoned.x, truth.y - reckoned.y))
-            if tick.time > 115:
+            if tick.time > 65:
                 break
     assert estimator.loops > 0
     assert np.mean(errors) < 0.06
     final = np.array([pose.as_array() for _, pose in estimator.path()])
     assert len(final) == len(truths)
     assert np.hypot(*(final - truths)[:, :2].T).mean() < 0.06
-    assert drift > 4 * np.mean(errors)
+    assert drift > 3 * np.max(errors)
     assert (estimator.grid(cell=0.1).log_odds > 0).sum() > 300
-
-
-@pytest.mark.slow
-def test_in_the_office_the_way_into_a_room_and_back_is_known_to_centimetres():
-    lidar = "{lidar: scan, at: [0.12, 0, 0.3], beams: 180, fov_deg: 360, range: [0.05, 10], rate_hz: 5}"
-    settings = [f"robots.post.sensors=[{lidar}]", "run.map=unknown", "robots.post.odometry.noise={turn: 0.06}"]
-    office = with_settings(mjsim.load_world(Path(__file__).parents[2] / "worlds" / "office.yaml"), settings)
-    errors, drift = [], []
-    way = [(4.6, 6.2), (4.6, 3.2), (4.6, 6.2), (1.2, 6.2)]
-    with mjsim.Simulation(office, seed=4) as sim:
-        driver = mjsim.Driver(estimator=LidarSlam(), navigator=Waypoints(way, speed=0.7), avoidance=True)
-        for tick in itertools.takewhile(lambda tick: tick.time < 28, mjsim.ticks(sim, {"post": driver})):
-            truth, order = tick.truth["post"], tick.orders["post"]
-            for told, kept in ((order.estimate.pose, errors), (order.dead_reckoning, drift)):
-                kept.append(np.hypot(truth.x - told.x, truth.y - told.y))
-    assert np.mean(errors) < 0.08
-    assert np.max(drift) > 3 * np.max(errors)
-    assert np.hypot(truth.x - 1.2, truth.y - 6.2) < 0.3
 
 
 @pytest.mark.slow

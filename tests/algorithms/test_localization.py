@@ -81,8 +81,8 @@ def test_a_world_with_unknown_map_gets_an_error_with_a_remedy(kind):
 
 @pytest.mark.slow
 @BOTH
-def test_the_error_of_forty_runs_is_what_the_covariance_says(kind):
-    runs, motion, Q = 40, odometry_motion(), np.diag([0.01, 1e-4, 0.01]) ** 2
+def test_the_error_of_twenty_runs_is_what_the_covariance_says(kind):
+    runs, motion, Q = 20, odometry_motion(), np.diag([0.01, 1e-4, 0.01]) ** 2
     nees = np.zeros((runs, 40))
     for run in range(runs):
         rng = np.random.default_rng(run)

@@ -160,7 +160,7 @@ def test_walls_between_cells_do_not_pull_the_belief_aside():
     )
     errors, nees = [], []
     with mjsim.Simulation(maze, seed=1) as sim:
-        for tick in itertools.takewhile(lambda tick: tick.time < 15, mjsim.ticks(sim, {"theseus": driver})):
+        for tick in itertools.takewhile(lambda tick: tick.time < 9, mjsim.ticks(sim, {"theseus": driver})):
             belief = tick.orders["theseus"].estimate
             off = belief.pose.as_array() - tick.truth["theseus"].as_array()
             off[2] = wrap_angle(float(off[2]))

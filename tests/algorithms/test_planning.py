@@ -90,7 +90,7 @@ def test_rrt_star_comes_near_the_shortest_way(clear):
     lower, upper = np.zeros(2), np.array([8.0, 6.0])
     ways = [
         rrt_star(clear, START, GOAL, lower=lower, upper=upper, rng=np.random.default_rng(0), samples=samples)
-        for samples in (300, 1500)
+        for samples in (300, 900)
     ]
     assert length(ways[1]) < 1.06 * shortest_known()
     assert length(ways[1]) <= length(ways[0])
