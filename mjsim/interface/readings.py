@@ -152,7 +152,7 @@ class PointCloud:
     def __post_init__(self) -> None:
         """Check that all arrays have one row per point."""
         if len({len(part) for part in (self.points, self.times, self.intensities, self.rings)}) > 1:
-            raise ValueError(f"a cloud of {len(self.points)} points with different counts of times, intensities or rings")
+            raise ValueError(f"a cloud of {len(self.points)} points with unequal counts of times, intensities or rings")
 
     def rows(self) -> NDArray[np.void]:
         """Return one record per point with the fields of `CLOUD_FIELDS`, shape (n,)."""

@@ -67,5 +67,5 @@ def test_a_cloud_of_uneven_columns_is_refused(run, column):
     (message,) = CLOUDS.encode({"top": clouds[0]})
     parts = ("points", "times", "intensities", "rings")
     (short,) = CLOUDS.encode({"top": replace(clouds[0], **{name: getattr(clouds[0], name)[:-1] for name in parts})})
-    with pytest.raises(ValueError, match="points with other counts of times, intensities or rings"):
+    with pytest.raises(ValueError, match="points with unequal counts of times, intensities or rings"):
         CLOUDS.decode([{**message, column: short[column]}])
