@@ -119,7 +119,7 @@ def drag(page: Page, begin: tuple[float, float], end: tuple[float, float]) -> No
     """Drag from a place of the world to another one [m]."""
     page.mouse.move(*screen(page, *begin))
     page.mouse.down()
-    page.mouse.move(*screen(page, *end), steps=3)
+    page.mouse.move(*screen(page, *end), steps=2)
     page.mouse.up()
 
 

@@ -37,7 +37,7 @@ class Sheet:
     def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
         self.page.mouse.move(*self.pixel(*start))
         self.page.mouse.down()
-        self.page.mouse.move(*self.pixel(*end), steps=4)
+        self.page.mouse.move(*self.pixel(*end), steps=2)
         self.page.mouse.up()
 
     def press(self, *keys: str) -> None:

@@ -61,6 +61,7 @@ def test_fifteen_clicks_lead_from_an_empty_folder_to_a_run_of_slam_that_is_hones
         WALK["start"](hand)
         assert hand.clicks <= 15
         expect(page.locator("#view-run .run-chart:not(.unknown)").first).to_be_visible()
+        page.get_by_role("button", name="Stop the run").click()
         what_is_set_for_a_run_is_kept_in_the_world_as_one_step(page, tmp_path / "room.yaml")
         maps_grow_by_a_button(page)
     assert len({beacon.image for beacon in world.beacons}) == 4

@@ -42,7 +42,10 @@ def saved(sheet: Sheet, folder) -> str:
 def what_is_typed_comes_onto_the_plan(sheet):
     sheet.text.click()
     sheet.press("Control+End")
-    sheet.type("  - {name: barrel, cylinder: [0.3, 1], at: [4, 3]}")
+    sheet.page.keyboard.insert_text("  - {name: barrel, cylinder: [0.3, 1], at: [4, 2")
+    sheet.type("]}")
+    sheet.press("ArrowLeft", "ArrowLeft", "Backspace")
+    sheet.type("3")
     expect(sheet.title).to_have_text("barrel")  # where the cursor stands
     sheet.click(2, 2)
     expect(sheet.title).to_have_text("crate")

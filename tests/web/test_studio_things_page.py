@@ -4,7 +4,7 @@ import pytest
 from playwright.sync_api import expect
 
 from mjsim.world import check_world, load_world
-from tests.windows import PATIENCE
+from tests.windows import NO_PICTURE, PATIENCE
 
 pytestmark = pytest.mark.slow
 
@@ -15,6 +15,14 @@ name: room
 walls:
   - {points: [[0, 0], [16, 0], [16, 10], [0, 10]], closed: true}
 """
+
+
+def portrait(route):
+    """Answer with a blank one, or none of what is no model: test_studio_pictures looks at those of the server."""
+    if "other.xml" in route.request.url:
+        route.fulfill(status=409, json={"error": "no model"})
+    else:
+        route.fulfill(content_type="image/svg+xml", body=NO_PICTURE)
 
 
 def test_every_kind_of_thing_is_put_down(sheet, tmp_path):
@@ -31,11 +39,12 @@ def test_every_kind_of_thing_is_put_down(sheet, tmp_path):
     (tmp_path / "own").mkdir()
     (tmp_path / "own" / "stool.xml").write_text(STOOL)
     (tmp_path / "own" / "other.xml").write_text("<html/>")
+    sheet.page.route("**/api/portrait?*", portrait)
     sheet.page.get_by_title("Choose a model").click()
     cards = sheet.page.get_by_role("dialog").locator(".card")
     expect(cards).to_have_count(6)
     # Each is drawn, or its place says that it is not; the search leaves what it finds, and arrows go to it.
-    drawn = "() => [...document.querySelectorAll('.gallery img')].every(each => each.naturalWidth === 240)"
+    drawn = "() => [...document.querySelectorAll('.gallery img')].every(each => each.naturalWidth === 4)"
     sheet.page.wait_for_function(drawn, timeout=PATIENCE)
     sheet.page.keyboard.type("own stool")
     expect(cards.locator("visible=true")).to_have_text(["stoolown/stool.xml"])

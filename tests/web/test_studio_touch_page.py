@@ -27,7 +27,6 @@ robots:
   - name: scout
     preset: pioneer3dx
     at: [1, 1.5]
-    drive: {noise: {speed: 0.02, turn: 0.02}}
     odometry: {noise: {distance: 0.01, turn: 0.02}}
     sensors: [{beacons: ring, range: [0.3, 8], fov_deg: 360, rate_hz: 5, noise: {range: 0.05, bearing_deg: 1}}]
 mechanisms:
