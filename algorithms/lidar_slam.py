@@ -32,8 +32,8 @@ FLOOR = np.array([0.01, 0.01, 0.003])
 WITNESSES = 8.0
 """Steps for which the factor on the noise of odometry counts, against those whose errors scans have shown."""
 COMPARED, EXPLAINED = 60, 0.6
-"""Points of a scan that are compared with the last ones between two scans of the map, and the proportion beside walls
-above which they agree."""
+"""Number of points of a scan between two keyframes that are compared with the last scans, and the proportion beside
+walls above which they agree."""
 SHAKEN = np.diag([0.5, 0.5, 0.5]) ** 2
 """Covariance of the pose between scans while wheels slip or something pushes the robot [m^2, rad^2]."""
 STILL = 1e-6

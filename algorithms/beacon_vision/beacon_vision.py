@@ -101,7 +101,7 @@ class BeaconVision:
         return found
 
     def _follow(self, view: PreparedImage) -> list[FoundPicture]:
-        """Return those of the last image's pictures that are still visible."""
+        """Return the pictures of the last image that are still visible."""
         now_from_before = self._camera_motion()
         found = []
         for name, before in self._followed.items():

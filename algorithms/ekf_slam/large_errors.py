@@ -55,7 +55,7 @@ class LargeErrors:
         self._usual[:COUNT] += variances
 
     def expect_ranges(self, variances: Array) -> None:
-        """Set those of usual errors of ranges, shape (2,)."""
+        """Set the prior variances of usual errors of ranges, shape (2,)."""
         self._usual[OFFSET : OFFSET + RANGE_ERRORS] = variances
 
     def compare(self, likelihood: float, usual: float) -> None:

@@ -28,7 +28,7 @@ class SplinePath:
         corners = np.asarray(points, dtype=float)
         steps = np.hypot(*np.diff(corners, axis=0).T)
         if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 2 or (steps == 0.0).any():
-            raise ValueError(f"points has shape {corners.shape}; give two or more [x, y], each unlike the one before")
+            raise ValueError(f"points has shape {corners.shape}; give two or more [x, y], consecutive ones different")
         self._spline = CubicSpline(np.concatenate([[0.0], np.cumsum(steps)]), corners, bc_type="natural")
         knots = self._spline.x
         fine = np.linspace(knots[0], knots[-1], 1 + int(np.ceil(knots[-1] * 10 * SAMPLES_PER_METRE)))

@@ -31,8 +31,8 @@ CLEAR, CHANCE = 20.0, 2.0
 """A delay is believed if it fits better than none by this cost, minus twice the log-likelihood, and this times the root
 of the number of steps, by which sums of squares of different noise differ."""
 STALL, FASTEST = 0.3, np.array([2.0, 2.0, 3.0])
-"""No robot is faster in the first tick after a rest of this time [s, m/s, m/s, rad/s]: its odometry stalled, and came
-late and all at once."""
+"""Minimum rest, and maximum speeds in the first tick after it [s, m/s, m/s, rad/s]: faster odometry had stalled, and
+then arrived all at once."""
 WINDOW = 0.2
 """Late odometry is extrapolated with its mean velocity over this time [s]."""
 UNFORESEEN = np.array([0.2, 0.05, 0.3])

@@ -17,7 +17,7 @@ STEPS = 4_000
 
 
 class FormulaLoop:
-    """A formula in steps: those of its period, or short ones that hold the input."""
+    """A formula simulated in steps: of its own period, or short ones with the input held."""
 
     dry_friction = 0.0
     """None: a formula has no joints."""

@@ -32,7 +32,7 @@ class PlainMeshes:
             read: Returns a file by its name in the description.
             failed: Takes the name of a mesh that cannot be read, and returns what stands for it.
             up_axis: Whether Collada is turned as its `<up_axis>` says.
-            guarded: Whether the guarded reader is to be called, which reads no textures; else this is called in it.
+            guarded: Whether to call the guarded reader, which reads no textures; otherwise this runs in it.
         """
         self._read, self._failed, self._guarded, self._up_axis = read, failed, guarded, up_axis
         self._known: dict[tuple[str, bool], list[MeshPart]] = {}

@@ -68,7 +68,7 @@ def _lacking(named: NamedModule, robot: Robot, world: World) -> str | None:
 
 
 def _needed(used: Set[str]) -> Set[str]:
-    """Return those of the readings that a module uses of which it needs at least one."""
+    """Return the readings that a module uses and of which it needs at least one."""
     return used & _LOOKS or used & _SOURCES.keys()
 
 

@@ -64,7 +64,7 @@ def typestore() -> Any:
         from rosbags.typesys import Stores, get_types_from_msg, get_typestore
     except ModuleNotFoundError:
         raise UsageError(
-            f"rosbags, which knows messages of ROS, is not installed; type: {how_to_install('rosbags')}"
+            f"rosbags, which defines ROS messages, is not installed; type: {how_to_install('rosbags')}"
         ) from None
     store = get_typestore(Stores.ROS2_JAZZY)
     for name, text in SERVICE_TYPES.items():

@@ -65,7 +65,7 @@ def put(page: Path, folder: Path) -> list[str]:
 
 
 def environment() -> dict[str, str]:
-    """Return that of a notebook that runs without a browser."""
+    """Return the environment of a notebook that runs without a browser."""
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     return {**os.environ, "PATH": path, "MPLBACKEND": "agg"}
 

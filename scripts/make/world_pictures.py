@@ -64,7 +64,7 @@ reports errors in it, and `mjsim show WORLD -o plan.png` draws a plan for printi
 
 
 def about(name: str) -> str:
-    """Return what a world says of itself in the comment at its head, wrapped."""
+    """Return the comment at the top of a world, wrapped."""
     lines = (WORLDS / f"{name}.yaml").read_text(encoding="utf-8").splitlines()
     said = []
     for line in lines:

@@ -77,5 +77,5 @@ def test_no_limit_is_broken_on_a_winding_path():
 
 
 def test_repeated_points_are_errors():
-    with pytest.raises(ValueError, match="each unlike the one before"):
+    with pytest.raises(ValueError, match="consecutive ones different"):
         SplinePath([(0, 0), (0, 0)])

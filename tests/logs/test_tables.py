@@ -99,7 +99,7 @@ def test_tables_are_read_by_their_description(tmp_path):
         ("time: 1, x: 2", "time: 1, x: 9", "has 4 columns; there is no column 9"),
         ("range: r,", "range: what,", "what is 'a'; it must be a finite number"),
         ("scan.csv, time: t, ranges: r_", "odd.csv, time: t, ranges: r_", "odd.csv:2: r_1 is 'x'; it must be a number"),
-        ("ranges: r_", "ranges: q_", "0 columns whose names begin with 'q_'; a scan has many"),
+        ("ranges: r_", "ranges: q_", "0 columns whose names begin with 'q_'; a scan needs at least 2"),
         ("time_unit: ms", "time_unit: h", "log.yaml:2:12: "),
         ("file: marks.csv", "file: twice.csv", "has 2 columns 'x'; give its number, from 1"),
     ],

@@ -16,7 +16,7 @@ BLOCK_END = re.compile(r"^[ \t]*[%#]\}[ \t]*$", re.MULTILINE)
 
 @dataclass(frozen=True, slots=True)
 class Token:
-    """A token, with where it stands."""
+    """A token and its position."""
 
     kind: str
     text: str

@@ -105,7 +105,7 @@ class CsvTable:
         indices = [index for index in indices if index != left_out]
         if len(indices) < 2:
             raise UsageError(
-                f"'{self.path}' has {len(indices)} columns whose names begin with '{first}'; a scan has many"
+                f"'{self.path}' has {len(indices)} columns whose names begin with '{first}'; a scan needs at least 2"
             )
         blank = [[word or "nan" for word in row] for row in self.rows]
         return replace(self, rows=blank)._numbers(indices, finite=False)

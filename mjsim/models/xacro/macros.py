@@ -51,7 +51,7 @@ class Macros:
         return next((each.named[name] for each in self._outwards() if name in each.named), None)
 
     def space(self, name: str) -> "Macros | None":
-        """Return those of a namespace."""
+        """Return the macros of a namespace."""
         return next((each.spaces[name] for each in self._outwards() if name in each.spaces), None)
 
     def names(self) -> set[str]:
