@@ -144,6 +144,6 @@ def _visual_of(shape: Element, material: Element | None) -> Element:
     seen.tag = "visual"
     if name := shape.get("name"):
         seen.set("name", f"{name}-seen")
-    if material is not None:
+    if material is not None and seen.find("material") is None:
         seen.append(copy.deepcopy(material))
     return seen

@@ -10,6 +10,7 @@ from scipy.optimize import minimize
 import mjsim
 from mjsim.cli import main
 from mjsim.errors import UsageError, WorldError
+from mjsim.world import world_notes
 
 DATA = Path(__file__).parents[1] / "data" / "arms"
 GRIPPER, LAMP = DATA / "gripper.xml", DATA / "lamp.urdf"
@@ -251,9 +252,13 @@ def test_an_arm_of_urdf_moves_without_its_meshes_and_pictures_and_they_are_told(
     said = capsys.readouterr()
     assert left.value.code == 0
     assert "1 turns" in said.out
-    gone = "left out: 2 files 'package://gone/arm.stl', 'package://gone/skin.png': it is not there; without it"
+    gone = "left out: 2 files 'package://gone/arm.stl', 'package://gone/skin.png': not found; only the appearance suffers"
     assert gone in said.out + said.err
     assert "the inertia of link 'arm' is that of a rod without thickness" in said.out + said.err
+    place = _world(tmp_path, "arms: [{model: a.urdf}]")
+    left_out, inertia = (str(problem) for problem in world_notes(mjsim.load_world(place)))
+    assert f"{place}:2:60: arm 'r/arm': the inertia of link 'arm' is that of a rod" in inertia
+    assert f"{place}:2:60: arm 'r/arm': {gone}" in left_out
 
 
 def test_what_xacro_should_have_expanded_is_refused(tmp_path):

@@ -75,10 +75,10 @@ def _number(text: str) -> float:
 
 
 def checked_inertias(root: Element, path: str) -> list[str]:
-    """Return notes on assumed masses; raise ArmFileError for an impossible inertia."""
+    """Return notes on assumed masses and inertias; raise ArmFileError for an inertia that MJCF cannot have."""
     notes = mend_inertias(root, path, feather=MIN_MASS)
     for note in notes:
-        if any(words in note for words in UNFIT):
+        if root.tag == "mujoco" and any(words in note for words in UNFIT):
             name = note.partition("'")[2].partition("'")[0]
             problem = note.partition("; made")[0].removeprefix(f"{path}: ")
             raise ArmFileError(f"'{path}' has an impossible body: {problem}; correct it", name)

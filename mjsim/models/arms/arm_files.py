@@ -7,6 +7,7 @@ coupled to another one. Joints outside the chain are rigid.
 import posixpath
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -21,17 +22,19 @@ from mjsim.models.arms.arm_couplings import JointCoupling, coupled, equalities, 
 from mjsim.models.arms.arm_motors import Motors, motors_of
 from mjsim.models.arms.arm_tree import ArmTree, carried_by, chain_to, tree_of
 from mjsim.models.arms.arm_xacro import expanded
+from mjsim.models.mesh_files import is_small_stl
 from mjsim.models.model_reader import compiled
 from mjsim.models.model_sources import ROBOT, Element, Gatherer, ModelFiles, Read
-from mjsim.models.proven import one_trial_child
+from mjsim.models.proven import guarded_parts, one_trial_child
 from mjsim.models.rigid import weighed
 from mjsim.models.robot_meshes import PlainMeshes, without_shapes
+from mjsim.models.robots.scales import firsts, mend_scales, mend_sizes
 from mjsim.models.rotations import frame_at
 
 MIN_MASS = 1e-9
 """A link with a smaller mass has no mass in its file [kg]."""
 INSTEAD = "it cannot be read; collision shapes are used instead"
-ABSENT = "it is not there; without it the arm only looks different"
+ABSENT = "not found; only the appearance suffers"
 TOOLS = [re.compile(rf"(^|_){word}(_link|_frame)?$") for word in ("tcp", "tool0", "tool", "attachment_site", "flange")]
 """Names of the frame at the end of an arm, those that count first."""
 ELEMENT_NAME = re.compile(r"(?:Element name|mesh|joint) '([^']+)'")
@@ -120,7 +123,10 @@ def read_arm(
         gatherer.put_includes_in(root, 0)
     check_joints(root, path)
     check_numbers(root, path)
-    notes = checked_inertias(root, path)
+    notes = [
+        note.replace(f"{path}: ", "", 1) for note in (*firsts(root, path), *mend_scales(root), *mend_sizes(root, path))
+    ]
+    notes += checked_inertias(root, path)
     motors, couplings = motors_of(root), [*mimics(root)]
     gatherer.keep(root, ROBOT)
     if root.tag == "robot":
@@ -160,8 +166,11 @@ class _ArmGatherer(Gatherer):
         return name
 
     def file(self, path: str) -> bytes:
-        """Return a file; that of the arm with its xacro expanded."""
+        """Return a file; that of the arm with its xacro expanded, and an STL in the form and size that MuJoCo takes."""
         data = super().file(path)
+        if path.lower().endswith(".stl") and not is_small_stl(data):
+            with suppress(ValueError):  # What is wrong with it is told when it is checked.
+                return guarded_parts(path, data, whole=True)[0].data
         if path != self._main or not (path.lower().endswith(".xacro") or self._arguments):
             return data
         found = expanded(path, data, self._arguments, resolve=self._from_root, contents=super().file)
@@ -179,20 +188,19 @@ class _ArmGatherer(Gatherer):
         if name in self._meshes.made:
             return self.store(self._meshes.made[name], kind, variant)
         try:
-            self._named(name)
-        except ValueError:
-            if not self._urdf:
+            return super().asset(name, kind, variant=variant)
+        except ValueError as error:
+            if not self._urdf or "the files of" in str(error):
                 raise
-            self.missing[name] = ABSENT
+            self.missing[name] = ABSENT if any(word in str(error) for word in ("not below", "no file")) else INSTEAD
             return name
-        return super().asset(name, kind, variant=variant)
 
     def keep_urdf(self, root: Element) -> None:
         """Keep only the elements that make up a robot, with meshes that MuJoCo reads."""
         self._urdf = True
         with one_trial_child():
             self._meshes.put_into(root)
-        super().keep_urdf(root)
+            super().keep_urdf(root)
 
     def notes(self) -> Iterator[str]:
         left_out = [FileItem(Fate.LEFT_OUT, "file", name, why) for name, why in sorted(self.missing.items())]

@@ -1,4 +1,4 @@
-"""What a valid world leaves to defaults that decide results."""
+"""What a valid world leaves to defaults that decide results, and what of an arm's file was left out or mended."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -8,6 +8,9 @@ from mjsim.sentences import Sentence
 from mjsim.world.items import Camera, Photons, Robot, World
 from mjsim.world.yaml import problems_at
 
+CHANGED = ("left out: ", "the inertia of ")
+"""How notes on an arm's file begin that say what is not as the file has it."""
+
 
 def world_notes(world: World) -> list[Problem]:
     """Return notes on behaviour that a user may not expect, sorted by position; none is an error."""
@@ -16,13 +19,17 @@ def world_notes(world: World) -> list[Problem]:
 
 
 def _usual(world: World) -> Iterator[tuple[tuple[str | int, ...], str]]:
-    """Yield where noise is not given, and what it is then."""
+    """Yield where noise is not given, and what it is then; and what is not as in the files of arms."""
     for index, robot in enumerate(world.robots):
         if (message := usual_noise(robot)) is not None:
             yield ("robots", index, "name"), message
         for number, sensor in enumerate(robot.sensors):
             if isinstance(sensor, Camera) and (message := usual_photons(robot, sensor)) is not None:
                 yield ("robots", index, "sensors", number, "camera"), message
+        for number, arm in enumerate(robot.arms):
+            for note in arm.file_arm.notes if arm.model is not None else ():
+                if note.startswith(CHANGED):
+                    yield ("robots", index, "arms", number, "model"), f"arm '{robot.name}/{arm.name}': {note}"
 
 
 def usual_photons(robot: Robot, camera: Camera) -> str | None:
