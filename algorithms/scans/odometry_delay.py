@@ -28,8 +28,8 @@ MIDDLE = 0.455
 MEMORY = 400.0
 """Number of steps after which a step counts less by a factor of e, because clocks drift."""
 CLEAR, CHANCE = 20.0, 2.0
-"""A delay is believed if it fits better than none by this cost, minus twice the log-likelihood, and this times the root
-of the number of steps, by which sums of squares of different noise differ."""
+"""A delay is accepted if its cost (minus twice the log-likelihood) is lower than without one by the first, plus the
+second times the root of the number of steps: by that much sums of squares differ by chance."""
 STALL, FASTEST = 0.3, np.array([2.0, 2.0, 3.0])
 """Minimum rest, and maximum speeds in the first tick after it [s, m/s, m/s, rad/s]: faster odometry had stalled, and
 then arrived all at once."""

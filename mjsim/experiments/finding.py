@@ -1,4 +1,4 @@
-"""Results of an experiment: figures with their expected values, and plots."""
+"""Results of an experiment: numbers with their expected values, and plots."""
 
 from dataclasses import dataclass
 
