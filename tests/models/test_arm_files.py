@@ -252,7 +252,7 @@ def test_an_arm_of_urdf_moves_without_its_meshes_and_pictures_and_they_are_told(
     said = capsys.readouterr()
     assert left.value.code == 0
     assert "1 turns" in said.out
-    gone = "left out: 2 files 'package://gone/arm.stl', 'package://gone/skin.png': not found; only the appearance suffers"
+    gone = "left out: 2 files 'package://gone/arm.stl', 'package://gone/skin.png': not found; only the appearance"
     assert gone in said.out + said.err
     assert "the inertia of link 'arm' is that of a rod without thickness" in said.out + said.err
     place = _world(tmp_path, "arms: [{model: a.urdf}]")
