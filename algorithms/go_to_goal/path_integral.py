@@ -105,7 +105,7 @@ class PathIntegral:
         self.motion: Array = np.zeros((0, 3))
         """Poses of the chosen motion, shape (STEPS, 3)."""
         self.clearance = 0.0
-        """Of the chosen motion, at its narrowest place [m]."""
+        """Clearance of the chosen motion at its narrowest place [m]."""
         self._sampled: tuple[Pose, Array] = (robot.prior, np.zeros((0, STEPS, 3)))
 
     @property

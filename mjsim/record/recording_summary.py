@@ -29,7 +29,7 @@ class RecordingSummary:
 
 
 def recording_summary(path: Path) -> RecordingSummary:
-    """Return what a recording is of; nothing is read between its head and its end.
+    """Return the summary of a recording; only its head and its end are read.
 
     Raises:
         UsageError: The file cannot be read.

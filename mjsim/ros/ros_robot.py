@@ -58,7 +58,7 @@ class RosRobot:
             UsageError: Two of its frames would have the same name.
         """
         self.namespace = namespace
-        """Of its topics: '/NAME' or ''."""
+        """Namespace of its topics: '/NAME' or ''."""
         self._info, self._farthest = info, robot.proximity_range
         self._frames = RobotFrames(robot, info, prefix=prefix)
         kinds: dict[str, str] = {}

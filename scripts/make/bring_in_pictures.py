@@ -16,9 +16,9 @@ from mjsim.world import World
 ROOT = Path(__file__).resolve().parents[2]
 PICTURES = ROOT / "docs" / "images" / "bring-in"
 WIDTH = 1400
-"""Of a picture [px]."""
+"""Size of a picture [px]."""
 TILE = (690, 300)
-"""Of one of many on a sheet [px]."""
+"""Size of one of many pictures on a sheet [px]."""
 MAPS = ("depot", "tb3_sandbox", "cave", "house", "drawn", "intel")
 PLANS = ("office.dxf", "house.dxf", "plain.dxf", "flat.dxf", "inkscape.svg", "illustrator.svg")
 SCALES = {"plain.dxf": 1.0, "illustrator.svg": 0.01}

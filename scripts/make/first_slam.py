@@ -19,7 +19,7 @@ from mjsim.web import Studio
 IMAGES = Path(__file__).parents[2] / "docs" / "images"
 SIZE = (1280, 720)
 SMALL = (800, 450)
-"""Of a page and of its picture [px]."""
+"""Size of a page and of its picture [px]."""
 PATIENCE = 300_000
 """For a run on however loaded a machine [ms]."""
 ROOM = ((-4.0, -3.0), (4.0, 3.0))

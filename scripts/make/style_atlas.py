@@ -20,7 +20,7 @@ FOLDER = Path(__file__).resolve().parents[2] / "assets" / "style"
 WIDTH, BORDER = 1024, 3
 """Width of the picture and the border that repeats the edge of each part, so that neighbours do not bleed in [px]."""
 QUALITY = 90
-"""Of the JPEG."""
+"""Quality of the JPEG."""
 SWATCHES = {
     "white": (236, 236, 232),
     "cream": (226, 218, 200),

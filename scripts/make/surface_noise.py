@@ -21,7 +21,7 @@ class Drawing(NamedTuple):
     draw: Callable[[Generator], Texture]
     seed: int
     quality: int
-    """Of the JPEG."""
+    """Quality of the JPEG."""
 
 
 def smooth_noise(rng: Generator, shape: tuple[int, int], blur: tuple[float, float]) -> Array:
