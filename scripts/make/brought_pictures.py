@@ -25,7 +25,7 @@ FILES = (
 )
 WIDTH, HEIGHT = 480, 360
 SECONDS = 1.0
-"""Of a drive, so that steered wheels are seen to steer."""
+"""Duration of a drive, so that steered wheels are seen to steer [s]."""
 
 
 def picture(path: Path, folder: Path) -> Picture:
