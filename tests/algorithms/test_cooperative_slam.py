@@ -93,7 +93,7 @@ def tour(make, seed, *, steps=100, talk=True):
 def test_robots_that_talk_know_more_are_nearer_the_truth_and_honest_about_it():
     # The ticks of a run resemble each other. What leaves the band does so from below: the filter is rather too careful
     # than too sure, as sensors might err by more than stated.
-    runs = 5
+    runs = 4
     low, high = chi2.ppf([0.025, 0.975], 3 * runs) / runs
     with threadpool_limits(1, user_api="blas"):
         together = [tour(CooperativeSlam, seed) for seed in range(runs)]
