@@ -55,7 +55,7 @@ def command(environment, words):
 
 if hasattr(os, "sched_setaffinity"):
     os.sched_setaffinity(0, [min(os.sched_getaffinity(0))])  # a sweep has one worker
-if os.fork() == 0:
+if (server := os.fork()) == 0:
     with socket.socket(socket.AF_UNIX) as listener:
         listener.bind(sys.argv[1])
         listener.listen()
@@ -71,6 +71,7 @@ for line in sys.stdin:
     said = os.open(os.path.join(folder, "said.txt"), os.O_WRONLY | os.O_CREAT)
     streams = [os.open(os.devnull, os.O_RDONLY), said, said]
     print(fork(folder, streams, lambda: IPython.start_ipython(arguments)), flush=True)
+os.kill(server, 9)
 """
 """Runs each notebook that it is told, and each command of one, in a process of its own, which runs nothing else.
 
