@@ -123,7 +123,7 @@ def test_bounding_objects_groups_scales_and_uses_are_followed(tmp_path):
 
 
 @pytest.mark.parametrize(("version", "turn"), [("R2023b", "0 0 1"), ("R2020b", "0 1 0")])
-def test_scales_act_on_all_that_is_in_a_node(version, turn, tmp_path):
+def test_urdf_repair_act_on_all_that_is_in_a_node(version, turn, tmp_path):
     """A box of 0.5 m, twice as large, a quarter turn, and moved by twice its offset; its door by the same."""
     at = {"R2023b": "1 0 0.25", "R2020b": "0 0.25 1"}[version]
     solid_box = "boundingObject Box { size 0.5 0.5 0.5 }"

@@ -65,7 +65,7 @@ def test_a_sheet_fits_on_a4_and_a_world_fills_at_least_half_of_its_length(size):
     assert max(width / A4[0], height / A4[0], width / A4[1], height / A4[1]) > 0.5
 
 
-def test_scales_are_round():
+def test_urdf_repair_are_round():
     for side in np.geomspace(0.5, 900, 40):
         ratio = scale_for(np.array([[0, 0], [side, side / 2]]))
         assert f"{ratio:g}".rstrip("0").replace(".", "") in {"1", "125", "15", "2", "25", "3", "4", "5", "6", "75"}

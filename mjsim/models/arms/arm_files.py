@@ -28,8 +28,8 @@ from mjsim.models.model_sources import ROBOT, Element, Gatherer, ModelFiles, Rea
 from mjsim.models.proven import guarded_parts, one_trial_child
 from mjsim.models.rigid import weighed
 from mjsim.models.robot_meshes import PlainMeshes, without_shapes
-from mjsim.models.robots.scales import firsts, mend_scales, mend_sizes
 from mjsim.models.rotations import frame_at
+from mjsim.models.urdf_repair import firsts, mend_scales, mend_sizes
 
 MIN_MASS = 1e-9
 """A link with a smaller mass has no mass in its file [kg]."""

@@ -22,9 +22,9 @@ from mjsim.models.robot_meshes import PlainMeshes, without_shapes
 from mjsim.models.robots.drive_tags import SaidDrive, drives_in_tags
 from mjsim.models.robots.mjcf_scenes import without_mjcf_rails, without_scenery
 from mjsim.models.robots.said_sensors import SaidSensor, said_sensors
-from mjsim.models.robots.scales import firsts, mend_scales, mend_sizes
 from mjsim.models.robots.urdf_joints import freed_wheels, joint_speeds, without_limits, without_rails
 from mjsim.models.robots.xml_positions import ElementOrigin, PlacedError, element_of, numbered, plainly, starts
+from mjsim.models.urdf_repair import firsts, mend_scales, mend_sizes
 
 MAX_RETRIES = 64
 """Maximum number of meshes of a robot that MuJoCo may reject."""

@@ -5,7 +5,7 @@ from xml.etree.ElementTree import fromstring, tostring
 import mujoco
 import pytest
 
-from mjsim.models.robots.scales import firsts, mend_scales, mend_sizes
+from mjsim.models.urdf_repair import firsts, mend_scales, mend_sizes
 
 
 @pytest.mark.parametrize(

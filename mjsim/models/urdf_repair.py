@@ -1,4 +1,4 @@
-"""Sizes of shapes and scales of meshes in URDF that MuJoCo rejects in the form that people write."""
+"""Repair of what people write in URDF and MuJoCo rejects: sizes of shapes, scales of meshes, repeated elements."""
 
 from collections.abc import Iterator
 from xml.etree.ElementTree import Element
