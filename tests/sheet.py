@@ -1,7 +1,6 @@
 """The Edit view of the studio's page, worked with mouse and keys by metres of the world, for tests."""
 
 import json
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,6 +12,12 @@ from tests.windows import PATIENCE, page_at
 
 DRAWN = "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
 """What was asked to be drawn with the next picture is drawn."""
+
+STILL = """plan => new Promise(done => {
+    const seen = plan.dataset.view;
+    requestAnimationFrame(() => requestAnimationFrame(() => done(seen?.includes(",") && seen === plan.dataset.view)));
+})"""
+"""Whether the plan has its place and keeps it for two pictures."""
 
 
 class Sheet:
@@ -53,6 +58,10 @@ class Sheet:
     def field(self, label: str) -> Locator:
         return self.page.locator(".panel").get_by_label(label, exact=True)
 
+    def settles(self) -> None:
+        """Wait until the plan stands still."""
+        self.page.wait_for_function(STILL, arg=self.plan.element_handle())
+
     def put(self, text: str) -> None:
         """Put another text in the place of all, as one step, and go back to the plan, where clicks select."""
         self.text.click()
@@ -83,7 +92,7 @@ def sheet_of(browser: Browser, folder: Path, text: str, *, own: bool = False) ->
         with page_at(browser, studio.url, own=own) as page:
             sheet = Sheet(page)
             sheet.reads("mjsim: 1")
-            expect(sheet.plan).to_have_attribute("data-view", re.compile(","))
+            sheet.settles()
             yield sheet
     finally:
         studio.close()

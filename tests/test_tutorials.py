@@ -3,6 +3,7 @@
 import json
 import re
 import runpy
+import shlex
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -20,7 +21,7 @@ NEEDS_NETWORK = {"ros2"}
 """Tutorials that run in a private network, which not every machine allows."""
 SECONDS = re.compile(r"(\bseconds(?:: |=| ))\d+(?=\D)")
 """What a page runs; two seconds show that it can."""
-COMMAND = """#!{python} -IS
+COMMAND = """
 import json, os, socket, sys
 
 with socket.socket(socket.AF_UNIX) as wire:
@@ -120,7 +121,9 @@ def test_pictures_are_stale_after_a_change_of_a_world_that_their_script_names(tm
 def notebooks(tmp_path_factory) -> Iterator[Child]:
     folder = tmp_path_factory.mktemp("bin")
     command = folder / "mjsim"
-    command.write_text(COMMAND.format(python=sys.executable, socket=str(folder / "socket")))
+    (folder / "command.py").write_text(COMMAND.format(socket=str(folder / "socket")))
+    # The line that names an interpreter has no path with a space.
+    command.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -IS "$(dirname "$0")/command.py" "$@"\n')
     command.chmod(0o755)
     environment = MAKER["environment"]()
     environment["PATH"] = f"{folder}:{environment['PATH']}"

@@ -216,7 +216,7 @@ def test_named_wheels_are_those_that_drive(text, options, drive, names):
         (rover([0.2, -0.2]), {"drive": "differential"}, "has 2 axles that drive; a differential drive has one"),
         (rover([0.2, -0.2]), {"drive": "ackermann"}, "axles: 2, steered: 0; a car has two"),
         (rover([0.2, -0.2]), {"drive": "tricycle"}, "has no single wheel that steers"),
-        (rover([0.0]), {"forward": "+z"}, r"--forward is '\+z'; it is \+x, -x, \+y or -y"),
+        (rover([0.0]), {"forward": "+z"}, r"--forward is '\+z'; it must be \+x, -x, \+y or -y"),
         (rover([0.0]), {"forward": "+y"}, r"--forward \+y is along the axles of r.urdf"),
         (rover([0.2, -0.2]), {"left": ["l0_hinge", "l1_hinge"]}, "one behind the other, as those of a bicycle"),
         (on_three(), {"drive": "mecanum"}, "leave out --drive mecanum"),
