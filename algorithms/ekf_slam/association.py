@@ -7,12 +7,12 @@ from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import scipy.linalg
 from numpy.typing import ArrayLike
 from scipy.special import gammaincinv
 
 from mjsim.geometry import Array, wrap_angles
 
+from ..estimation.ekf_models import solved
 from .ekf_filter import EkfSlamFilter
 
 MAX_STEPS = 20_000
@@ -159,11 +159,7 @@ class _Hypothesis:
         own = slice(2 * column, 2 * column + 2)
         C = candidates.expected_covariance
         S = C[own, own] + candidates.R[row]
-        w = (
-            scipy.linalg.solve_triangular(self.L, C[at, own], lower=True, check_finite=False)
-            if at
-            else np.zeros((0, 2))
-        )
+        w = solved(self.L, C[at, own]) if at else np.zeros((0, 2))
         corner = np.linalg.cholesky(S - w.T @ w)
         more = np.linalg.solve(corner, candidates.nu[row, column] - w.T @ self.whitened)
         L = np.block([[self.L, np.zeros((len(at), 2))], [w.T, corner]])

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-import scipy.linalg
+from scipy.linalg.blas import dtrsm
 
 from mjsim.geometry import Array, wrap_angle, wrap_angles
 
@@ -191,9 +191,16 @@ def gain(HP: Array, S: Array, nu: Array) -> tuple[Array, Array, float]:
     The likelihood is a logarithm, without the term of (2 pi)^(m / 2).
     """
     L = np.linalg.cholesky(S)
-    W = scipy.linalg.solve_triangular(L, HP, lower=True, check_finite=False)
-    white = scipy.linalg.solve_triangular(L, nu, lower=True, check_finite=False)
+    W, white = solved(L, HP), solved(L, nu[:, None])[:, 0]
     return W.T @ white, W, float(-0.5 * white @ white - np.log(np.diag(L)).sum())
+
+
+def solved(L: Array, B: Array) -> Array:
+    """Return L^-1 B, shape (m, n), for a lower triangular L, shape (m, m).
+
+    BLAS does it at once; LAPACK's function for it starts a thread a core, however small L is, and waits for all.
+    """
+    return np.asarray(dtrsm(1.0, L.T, B.T, side=1).T)
 
 
 def couple(P: Array, B: Array) -> None:
