@@ -3,9 +3,14 @@
 import os
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from mjsim.progress import say
+
+if TYPE_CHECKING:
+    from mjsim.record import Recording
 
 
 def complete_world(incomplete: str) -> list[str]:
@@ -42,3 +47,13 @@ Formats = Annotated[
     str, typer.Option("--formats", metavar="png,pdf,svg", help="File formats of the plots: one or more of these.")
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")]
+
+
+def recorded(path: Path) -> "Recording":
+    """Return a recording, and say so if it is incomplete."""
+    from mjsim.record import INCOMPLETE, read_recording
+
+    run = read_recording(path)
+    if not run.whole:
+        say(f"{path.name}: {INCOMPLETE}")
+    return run

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mjsim.cli.arguments import Overwrite, Settings, WorldFile
+from mjsim.cli.arguments import Overwrite, Settings, WorldFile, recorded
 from mjsim.errors import UsageError
 
 if TYPE_CHECKING:
@@ -45,14 +45,13 @@ def lab(
     It has matrices, poles, responses, margins, identification and controllers.
     """
     from mjsim.lab import write_lab
-    from mjsim.record import read_recording
     from mjsim.world import load_checked, with_settings
 
     designers = list(_designers(pid=pid, place=place, lqr=lqr, lead=lead))
     found = load_checked(world)
     if settings:
         found = with_settings(found, settings)
-    recording = None if run is None else read_recording(run)
+    recording = None if run is None else recorded(run)
     figures = write_lab(found, output, plant=plant, designers=designers, recording=recording, overwrite=overwrite)
     for name, each in figures.items():
         print(*_lines(name, each), sep="\n")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from mjsim.cli.arguments import Begin, End, Overwrite, RunFile
+from mjsim.cli.arguments import Begin, End, Overwrite, RunFile, recorded
 from mjsim.errors import UsageError
 from mjsim.output import require_free
 from mjsim.progress import tracked
@@ -40,7 +40,6 @@ def video(
     overwrite: Overwrite = False,
 ) -> None:
     """Make a video of a recording, or a drawing of one instant."""
-    from mjsim.record import read_recording
     from mjsim.video import make_video, write_instant
 
     require_free(output, overwrite=overwrite)
@@ -48,11 +47,11 @@ def video(
     if at is not None:
         if begin is not None or end is not None:
             raise UsageError("--at names one instant; leave out --from and --to")
-        write_instant(read_recording(recording), output, at, view=view, theme=theme, overwrite=overwrite, **shown)
+        write_instant(recorded(recording), output, at, view=view, theme=theme, overwrite=overwrite, **shown)
         print(output)
         return
     draw = partial(make_video, view=view, **shown)
-    film(read_recording(recording), output, draw=draw, begin=begin, end=end, overwrite=overwrite)
+    film(recorded(recording), output, draw=draw, begin=begin, end=end, overwrite=overwrite)
 
 
 def export(
@@ -74,7 +73,7 @@ def export(
     overwrite: Overwrite = False,
 ) -> None:
     """Write a recording in other formats."""
-    from mjsim.record import export_csv, export_images, export_mat, export_npz, export_tum, read_recording
+    from mjsim.record import export_csv, export_images, export_mat, export_npz, export_tum
 
     requested: tuple[tuple[Callable[..., object], Path | None], ...] = (
         *((export_tum, tum), (export_csv, csv), (export_npz, npz), (export_mat, mat), (export_images, images)),
@@ -88,7 +87,7 @@ def export(
     for file in (npz, mat, carmen):
         if file is not None:
             require_free(file, overwrite=overwrite, source=recording)
-    read = read_recording(recording)
+    read = recorded(recording)
     for write, place in requested:
         if place is not None:
             made = write(read, place, overwrite=overwrite)

@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from mjsim.cli.arguments import Begin, End, Formats, Overwrite, RunFile
+from mjsim.cli.arguments import Begin, End, Formats, Overwrite, RunFile, recorded
 from mjsim.output import free_paths
-from mjsim.progress import say, tracked
+from mjsim.progress import tracked
 
 
 def report(
@@ -22,15 +22,12 @@ def report(
 
     Write statistics.json, report.html, tables and plots of the run or a section of it; print the key figures.
     """
-    from mjsim.record import read_recording
-    from mjsim.report import INCOMPLETE, REPORT_FILES, key_table, parse_formats, write_report
+    from mjsim.report import REPORT_FILES, key_table, parse_formats, write_report
 
     kinds = parse_formats(formats)
     free_paths(output, REPORT_FILES, overwrite=overwrite)
-    run = read_recording(recording).between(begin, end)
+    run = recorded(recording).between(begin, end)
     figures = write_report(run, output, formats=kinds, overwrite=overwrite)
-    if not run.whole:
-        say(f"{recording.name}: {INCOMPLETE}")
     print(*key_table(figures), sep="\n")
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mjsim.cli.arguments import Overwrite, RunFile, Settings, WorldFile
+from mjsim.cli.arguments import Overwrite, RunFile, Settings, WorldFile, recorded
 from mjsim.cli.page_access import addresses_on_signal, how_to_get_another
 from mjsim.cli.recordings import film
 from mjsim.errors import UsageError
@@ -119,13 +119,13 @@ def replay(
 ) -> None:
     """Run another estimator on a recording's observations."""
     from mjsim.modules import hosting, module_of
-    from mjsim.record import read_recording, require_recording_name
+    from mjsim.record import require_recording_name
     from mjsim.run import observed_robot
     from mjsim.run import replay as replay_run
 
     require_recording_name(output)
     require_free(output, overwrite=overwrite, source=recording)
-    run = read_recording(recording)
+    run = recorded(recording)
     robot = observed_robot(run, robot)
     spec = _estimator(estimator, trajectory, run, {"topic": topic, "offset": offset, "period": period})
     believes, use = module_of(spec, role="estimator", robot=robot)

@@ -38,6 +38,7 @@ from .readings import CODECS as CODECS
 from .readings import Box as Box
 from .readings import codec_of as codec_of
 from .recorder import Recorder as Recorder
+from .recording import INCOMPLETE as INCOMPLETE
 from .recording import Recording as Recording
 from .recording import check_fit as check_fit
 from .recording_name import WholeFile as WholeFile

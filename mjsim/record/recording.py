@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
+INCOMPLETE = "the recording is incomplete: the run was killed, or the file was cut"
+"""What is said of a recording without an end."""
 SAME_TIME = 1e-6
 """Times that differ by less are equal [s]."""
 

@@ -54,7 +54,6 @@ from .plots import draw_map as draw_map
 from .plots import draw_truth as draw_truth
 from .plots import scale_nees as scale_nees
 from .plots import sheet as sheet
-from .report_page import INCOMPLETE as INCOMPLETE
 from .report_page import REPORT_FILES as REPORT_FILES
 from .report_page import robot_plots as robot_plots
 from .report_page import write_report as write_report

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mjsim.output import free_paths, write_set
-from mjsim.record import Recording
+from mjsim.record import INCOMPLETE, Recording
 from mjsim.report.arm_statistics import slides_of
 from mjsim.report.drawings import drawing_files, plot_text, png_of, require_formats
 from mjsim.report.html_page import Block, Heading, HtmlTable, Paragraph, html_page, picture
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
 REPORT_FILES = ("statistics.json", "report.html", "table.csv", "table.tex")
 """Files of every report."""
-INCOMPLETE = "the recording is incomplete: the run was killed, or the file was cut"
-"""Said of a recording without an end."""
 
 
 def write_report(

@@ -207,7 +207,9 @@ def test_a_killed_run_leaves_a_recording_that_can_be_reported(room, capsys):
         wait_for_ticks("run.mcap")
     assert not mjsim.read_recording("run.mcap").whole
     code, _, err = typed("report", "run.mcap", "-o", "report", capsys=capsys)
-    assert (code, err) == (0, "mjsim: run.mcap: the recording is incomplete: the run was killed, or the file was cut\n")
+    line = "mjsim: run.mcap: the recording is incomplete: the run was killed, or the file was cut\n"
+    assert (code, err) == (0, line)
+    assert typed("export", "run.mcap", "--tum", "tum", capsys=capsys)[2] == line
 
 
 @pytest.mark.slow
