@@ -190,7 +190,7 @@ def gain(HP: Array, S: Array, nu: Array) -> tuple[Array, Array, float]:
 
     The likelihood is a logarithm, without the term of (2 pi)^(m / 2).
     """
-    L = np.linalg.cholesky(S)
+    L = np.asarray(np.linalg.cholesky(S), dtype=float)
     W, white = solved(L, HP), solved(L, nu[:, None])[:, 0]
     return W.T @ white, W, float(-0.5 * white @ white - np.log(np.diag(L)).sum())
 
