@@ -139,7 +139,7 @@ WRONG = {
     ),
     "'a.xml' has a free joint 'j'; an arm stands on its base, remove the joint": CHAIN.format("", ' type="free"', ""),
     "'a.xml' has a ball joint 'j'; an arm has hinges and slides": CHAIN.format("", ' type="ball"', ""),
-    "'a.xml' branches, to 'b', 'c'; set 'end' to the body that carries the tool": CHAIN.format("", "", TWO),
+    "'a.xml' branches, to 'b', 'c'; name the body that carries the tool by end, or --end": CHAIN.format("", "", TWO),
     "'a.xml' has no joint that turns or slides; an arm has at least one": (
         "<mujoco><worldbody><geom size='1'/></worldbody></mujoco>"
     ),

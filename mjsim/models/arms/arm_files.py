@@ -230,7 +230,7 @@ def _end(model: mujoco.MjModel, tree: ArmTree, path: str, end: str | None) -> tu
         last, branches = chain_to(tree)
         if branches:
             names = ", ".join(f"'{model.body(body).name}'" for body in branches)
-            raise ArmFileError(f"'{path}' branches, to {names}; set 'end' to the body that carries the tool")
+            raise ArmFileError(f"'{path}' branches, to {names}; name the body that carries the tool by end, or --end")
         frame = _tool_frame(model, tree, last)
         return (last, np.eye(4), "") if frame is None else (*_placed(model, tree, *frame[:2]), frame[2])
     for kind, count in (("body", model.nbody), ("site", model.nsite), ("joint", model.njnt)):
