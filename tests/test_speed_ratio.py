@@ -21,7 +21,7 @@ from mjsim.sim.rendering.in_view import InView
 
 pytestmark = pytest.mark.slow
 
-ROUNDS, KEPT = 6, 0.7
+ROUNDS, KEPT = 12, 0.7
 """How often each is measured; what share of a figure must be kept."""
 WIDTH, HEIGHT, WALLS = 32, 24, 500
 DRAWN = 16
