@@ -65,10 +65,12 @@ class Sheet:
     def shows(self, x: float, y: float) -> None:
         """Wait until the plan has a thing that the pointer can take at a place [m]."""
         self.settles()
-        shaken = (self.page.mouse.move(*self.pixel(x + 0.02 * (n % 2), y)) for n in range(PATIENCE // 50))
-        while self.plan.evaluate("plan => plan.style.cursor") != "move":
-            next(shaken)
+        for step in range(PATIENCE // 50):
+            self.page.mouse.move(*self.pixel(x + 0.02 * (step % 2), y))
+            if self.plan.evaluate("plan => plan.style.cursor") == "move":
+                return
             self.page.wait_for_timeout(50)  # the page goes on meanwhile
+        raise AssertionError(f"nothing to take at {x}, {y}")
 
     def put(self, text: str) -> None:
         """Put another text in the place of all, as one step, and go back to the plan, where clicks select."""

@@ -63,7 +63,7 @@ def arm(
         print(f"{found.name}: {found.n} joints, {found.convention} convention")
         print(_table([HEAD, UNITS, *(_row(number, link) for number, link in enumerate(found.links, start=1))]))
     else:
-        _print_model(name, found, item.file_arm.notes)
+        _print_model(name, found, (*item.file_arm.changed, *item.file_arm.notes))
     print(f"at {_shown(q, found)}: tool at {_tool(found.fkine(q))}")
     if plot is not None:
         from mjsim.output import write_file

@@ -77,18 +77,20 @@ def guarded_parts(path: str, data: bytes, *, whole: bool) -> list[MeshPart]:
     """
     known_by: tuple[str | bytes, ...] = "mesh", *_readers(), path, str(whole), data
     known = noted(*known_by)
-    if known is not None:
-        return [MeshPart(base64.b64decode(part), rgba and tuple(rgba)) for part, rgba in json.loads(known)]
-    try:
-        with reader_for(f"{TRIALS}:mesh") as reader:
-            found = reader.call(f"{TRIALS}:mesh", path, data, whole, about=path, size=len(data))
-    except UsageError as error:
-        raise ValueError(str(error)) from None
-    if isinstance(found, str):
-        raise ValueError(found)
-    parts = [(base64.b64encode(part).decode(), rgba) for part, rgba in found]
-    note(json.dumps(parts).encode(), *known_by)
-    return [MeshPart(part, rgba and tuple(rgba)) for part, rgba in found]
+    if known is None:
+        try:
+            with reader_for(f"{TRIALS}:mesh") as reader:
+                found = reader.call(f"{TRIALS}:mesh", path, data, whole, about=path, size=len(data))
+        except UsageError as error:
+            raise ValueError(str(error)) from None
+        if isinstance(found, str):
+            raise ValueError(found)
+        known = json.dumps([(base64.b64encode(part).decode(), *more) for part, *more in found]).encode()
+        note(known, *known_by)
+    return [
+        MeshPart(base64.b64decode(part), rgba and tuple(rgba), coarser=coarser)
+        for part, rgba, coarser in json.loads(known)
+    ]
 
 
 @contextmanager

@@ -5,7 +5,7 @@ import posixpath
 from collections.abc import Callable, Collection
 from xml.etree.ElementTree import Element, SubElement
 
-from mjsim.models.mesh_files import MeshPart, mesh_parts, whole_mesh, with_volume
+from mjsim.models.mesh_files import MeshPart, alone, mesh_parts, whole_mesh, with_volume
 from mjsim.models.model_sources import PlainFile
 from mjsim.models.proven import guarded_parts
 
@@ -96,6 +96,13 @@ class PlainMeshes:
             if any(part.coarser for part in parts):
                 self.coarser.add(name)
         return self._known[name, whole]
+
+    def plain(self, path: str, data: bytes) -> bytes:
+        """Return an STL in the form and size that MuJoCo takes; raises ValueError if it cannot be read."""
+        part = guarded_parts(path, data, whole=True)[0] if self._guarded else whole_mesh(path, data, alone)
+        if part.coarser:
+            self.coarser.add(path)
+        return part.data
 
     def _shape(self, shape: Element, part: MeshPart, name: str) -> Element:
         """Return a shape with a part of its mesh."""

@@ -14,15 +14,15 @@ def picture(data: bytes) -> str | None:
     return None
 
 
-def mesh(path: str, data: bytes, whole: bool) -> str | list[tuple[bytes, list[float] | None]]:
-    """Return the data and the colour of each part of a mesh, without textures; or what is wrong with it."""
+def mesh(path: str, data: bytes, whole: bool) -> str | list[tuple[bytes, list[float] | None, bool]]:
+    """Return data and colour of each part of a mesh, without textures, and whether it was simplified; or an error."""
     from mjsim.models.mesh_files import alone, mesh_parts, whole_mesh
 
     try:
         parts = [whole_mesh(path, data, alone)] if whole else mesh_parts(path, data, alone)
     except ValueError as error:
         return str(error)
-    return [(part.data, None if part.rgba is None else list(part.rgba)) for part in parts]
+    return [(part.data, None if part.rgba is None else list(part.rgba), part.coarser) for part in parts]
 
 
 def model(files: ModelFiles) -> str | None:

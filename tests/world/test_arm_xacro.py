@@ -39,7 +39,7 @@ def test_an_arm_of_xacro_reaches_as_far_as_its_arguments_say_to_the_frame_called
     arm = mjsim.arm(two, arguments=arguments)
     assert arm.fkine(np.zeros(2))[:3, 3] == pytest.approx((reach, 0, 0))
     item = arm_item(two, arguments=arguments)
-    flange, place = item.file_arm.notes
+    (flange,), (place,) = item.file_arm.notes, item.file_arm.changed
     assert place.startswith("left out: include '")
     assert "'package://gone/unused.xacro', which was not found" in place
     assert flange == "flange: at 'tool0', by its name; end names another frame"

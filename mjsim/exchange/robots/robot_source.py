@@ -89,9 +89,8 @@ class RobotSource:
         given = {"--arg": self._xacro.arguments, "--env": self._xacro.environment}
         found = [(option, name, asked) for option, names in given.items() for name in names if name not in self._asked]
         gone = [name for name in self._packages if name not in self._folders.used]
-        found += (
-            [("--model", self._model, "the file is not SDF, and has one robot")] if self._model and not self.sdf else []
-        )
+        if self._model and not self.sdf:
+            found.append(("--model", self._model, "the file is not SDF, and has one robot"))
         found += [("--package", name, "the file names no such package") for name in gone]
         return [FileItem(Fate.LEFT_OUT, option, name, why) for option, name, why in found]
 

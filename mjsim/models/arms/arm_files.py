@@ -7,7 +7,6 @@ coupled to another one. Joints outside the chain are rigid.
 import posixpath
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -22,19 +21,17 @@ from mjsim.models.arms.arm_couplings import JointCoupling, coupled, equalities, 
 from mjsim.models.arms.arm_motors import Motors, motors_of
 from mjsim.models.arms.arm_tree import ArmTree, carried_by, chain_to, tree_of
 from mjsim.models.arms.arm_xacro import expanded
-from mjsim.models.mesh_files import is_small_stl
+from mjsim.models.lenient_files import LenientGatherer
 from mjsim.models.model_reader import compiled
-from mjsim.models.model_sources import ROBOT, Element, Gatherer, ModelFiles, Read
-from mjsim.models.proven import guarded_parts, one_trial_child
+from mjsim.models.model_sources import ROBOT, Element, ModelFiles, Read
+from mjsim.models.proven import one_trial_child
 from mjsim.models.rigid import weighed
-from mjsim.models.robot_meshes import PlainMeshes, without_shapes
+from mjsim.models.robot_meshes import without_shapes
 from mjsim.models.rotations import frame_at
 from mjsim.models.urdf_repair import firsts, mend_scales, mend_sizes
 
 MIN_MASS = 1e-9
 """A link with a smaller mass has no mass in its file [kg]."""
-INSTEAD = "it cannot be read; collision shapes are used instead"
-ABSENT = "not found; only the appearance suffers"
 TOOLS = [re.compile(rf"(^|_){word}(_link|_frame)?$") for word in ("tcp", "tool0", "tool", "attachment_site", "flange")]
 """Names of the frame at the end of an arm, those that count first."""
 ELEMENT_NAME = re.compile(r"(?:Element name|mesh|joint) '([^']+)'")
@@ -100,7 +97,9 @@ class FileArm:
     couplings: tuple[tuple[int, int, float, float], ...]
     """Index of a link whose joint another one moves, index of that one, ratio and offset [rad, m]."""
     notes: tuple[str, ...]
-    """Notes on what was left out or assumed."""
+    """Notes on what was assumed."""
+    changed: tuple[str, ...]
+    """Notes on what was repaired or left out."""
 
 
 def read_arm(
@@ -123,10 +122,8 @@ def read_arm(
         gatherer.put_includes_in(root, 0)
     check_joints(root, path)
     check_numbers(root, path)
-    notes = [
-        note.replace(f"{path}: ", "", 1) for note in (*firsts(root, path), *mend_scales(root), *mend_sizes(root, path))
-    ]
-    notes += checked_inertias(root, path)
+    repairs = (*firsts(root, path), *mend_scales(root), *mend_sizes(root, path))
+    changed = [*(note.replace(f"{path}: ", "", 1) for note in repairs), *checked_inertias(root, path)]
     motors, couplings = motors_of(root), [*mimics(root)]
     gatherer.keep(root, ROBOT)
     if root.tag == "robot":
@@ -139,38 +136,23 @@ def read_arm(
     model = _compiled(files)
     tree = tree_of(model)
     last, flange, found = _end(model, tree, path, end)
-    notes += [f"flange: at '{found}', by its name; end names another frame"] if found else []
+    changed += inventory(gatherer.items())
+    notes = [f"flange: at '{found}', by its name; end names another frame"] if found else []
     couplings += equalities(model)
-    return _arm(files, model, tree, last, flange, motors, couplings, [*notes, *gatherer.notes()])
+    return _arm(files, model, tree, last, flange, motors, couplings, notes, changed)
 
 
-class _ArmGatherer(Gatherer):
-    """Reads the files of an arm; meshes that cannot be read or are not there are left out, as it moves without them."""
+class _ArmGatherer(LenientGatherer):
+    """Reads the files of an arm: those of MJCF must all be there, as for MuJoCo."""
 
     def __init__(self, path: str, read: Read, arguments: Mapping[str, str]) -> None:
-        super().__init__(path, read)
+        super().__init__(path, read, guarded=True)
         self._main, self._arguments = path, arguments
         self._absent: tuple[tuple[str, str], ...] = ()
-        self._urdf = False
-        self.missing: dict[str, str] = {}
-        """Name of what is left out -> why."""
-        self._meshes = PlainMeshes(self._named, self._gone, guarded=True)
-
-    def _named(self, name: str) -> bytes:
-        """Return a file by its name in the description."""
-        return super().file(self._resolved(name))
-
-    def _gone(self, name: str, _: ValueError) -> str:
-        """Leave out a mesh that cannot be read."""
-        self.missing[name] = INSTEAD
-        return name
 
     def file(self, path: str) -> bytes:
-        """Return a file; that of the arm with its xacro expanded, and an STL in the form and size that MuJoCo takes."""
+        """Return a file; that of the arm with its xacro expanded."""
         data = super().file(path)
-        if path.lower().endswith(".stl") and not is_small_stl(data):
-            with suppress(ValueError):  # What is wrong with it is told when it is checked.
-                return guarded_parts(path, data, whole=True)[0].data
         if path != self._main or not (path.lower().endswith(".xacro") or self._arguments):
             return data
         found = expanded(path, data, self._arguments, resolve=self._from_root, contents=super().file)
@@ -181,31 +163,20 @@ class _ArmGatherer(Gatherer):
         """Return the path of a file that xacro names, by its path from the root or in a package."""
         return self._resolved(name) if "://" in name else posixpath.normpath(name)
 
-    def asset(self, name: str, kind: str, *, variant: str = "") -> str:
-        """Read a mesh or a texture, and return its name in the text."""
-        if name in self.missing:
-            return name
-        if name in self._meshes.made:
-            return self.store(self._meshes.made[name], kind, variant)
-        try:
-            return super().asset(name, kind, variant=variant)
-        except ValueError as error:
-            if not self._urdf or "the files of" in str(error):
-                raise
-            self.missing[name] = ABSENT if any(word in str(error) for word in ("not below", "no file")) else INSTEAD
-            return name
-
     def keep_urdf(self, root: Element) -> None:
         """Keep only the elements that make up a robot, with meshes that MuJoCo reads."""
-        self._urdf = True
         with one_trial_child():
-            self._meshes.put_into(root)
             super().keep_urdf(root)
 
-    def notes(self) -> Iterator[str]:
-        left_out = [FileItem(Fate.LEFT_OUT, "file", name, why) for name, why in sorted(self.missing.items())]
-        left_out += [FileItem(Fate.LEFT_OUT, "include", place, why) for place, why in self._absent]
-        yield from inventory(left_out)
+    def _gone(self, name: str, error: ValueError, kind: str = "mesh") -> str:
+        if not self._urdf:
+            raise error
+        return super()._gone(name, error, kind)
+
+    def items(self) -> Iterator[FileItem]:
+        """Yield what was left out or simplified."""
+        yield from super().items()
+        yield from (FileItem(Fate.LEFT_OUT, "include", place, why) for place, why in self._absent)
 
 
 def _compiled(files: ModelFiles) -> mujoco.MjModel:
@@ -283,6 +254,7 @@ def _arm(
     motors: Motors,
     couplings: Sequence[JointCoupling],
     notes: list[str],
+    changed: Sequence[str],
 ) -> FileArm:
     chain, fingers = tree.path_to(last), carried_by(tree, last)
     active = [*chain, *fingers]
@@ -312,6 +284,7 @@ def _arm(
         couplings=pairs,
         apart=frozenset(_separate_pairs(model, tree, number_of)),
         notes=tuple(notes),
+        changed=tuple(changed),
     )
 
 

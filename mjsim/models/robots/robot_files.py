@@ -4,7 +4,6 @@ Objects in a room must be complete; a robot is accepted as it is. Meshes that ar
 and collision shapes replace them; invalid inertias are repaired. Everything is reported.
 """
 
-import posixpath
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -15,10 +14,10 @@ import numpy as np
 
 from mjsim.inventory import Fate, FileItem
 from mjsim.models.inertia_repair import mend_impossible, mend_inertias, mend_weightless
-from mjsim.models.mesh_files import is_small_stl, whole_mesh, with_volume
+from mjsim.models.lenient_files import INSTEAD, LenientGatherer
 from mjsim.models.model_reader import compiled
-from mjsim.models.model_sources import ROBOT, Element, Gatherer, ModelFiles, Read
-from mjsim.models.robot_meshes import PlainMeshes, without_shapes
+from mjsim.models.model_sources import ROBOT, Element, ModelFiles, Read
+from mjsim.models.robot_meshes import without_shapes
 from mjsim.models.robots.drive_tags import SaidDrive, drives_in_tags
 from mjsim.models.robots.mjcf_scenes import without_mjcf_rails, without_scenery
 from mjsim.models.robots.said_sensors import SaidSensor, said_sensors
@@ -30,9 +29,6 @@ MAX_RETRIES = 64
 """Maximum number of meshes of a robot that MuJoCo may reject."""
 SIDEWAYS = re.compile(r"mecanum|omni|planar_?move|force_based_move", re.IGNORECASE)
 """Plugins that move a robot in all directions."""
-NOUNS = {"mesh": "mesh", "texture": "picture"}
-INSTEAD = {"mesh": "collision shapes are used instead", "texture": "plain colours are used instead"}
-"""What replaces a file that is left out."""
 GHOST = {"type": "sphere", "size": "0.005", "contype": "0", "conaffinity": "0", "rgba": "0 0 0 0"}
 """Replaces a mesh that is left out, so that its mass stays."""
 
@@ -98,19 +94,12 @@ def gather_robot(path: str, read: Read, *, up_axis: bool = True) -> RobotFiles:
     )
 
 
-class _RobotGatherer(Gatherer):
-    """Reads the files of a robot; a faulty mesh or picture is left out."""
+class _RobotGatherer(LenientGatherer):
+    """Reads the files of a robot, and tells where in them MuJoCo found an error."""
 
     def __init__(self, path: str, read: Read, *, up_axis: bool) -> None:
-        super().__init__(path, read)
+        super().__init__(path, read, up_axis=up_axis)
         self._origins: dict[Element, ElementOrigin] = {}
-        self._amiss: list[FileItem] = []
-        self._urdf = False
-        self._meshes = PlainMeshes(
-            lambda name: super(_RobotGatherer, self).file(self._resolved(name)), self._gone, up_axis=up_axis
-        )
-        self.missing: set[str] = set()
-        """Names in the text that stand for files that are left out."""
 
     def parse(self, path: str) -> Element:
         """Return the root of an XML file, and store the positions of its elements."""
@@ -129,48 +118,6 @@ class _RobotGatherer(Gatherer):
             return None
         return PlacedError(origin.path, begun[origin.number], plainly(error.partition("': ")[2] or error, element))
 
-    def file(self, path: str) -> bytes:
-        """Return a file; STL files are converted for MuJoCo."""
-        data = super().file(path)
-        if not path.lower().endswith(".stl"):
-            return data
-        if not is_small_stl(data):
-            try:
-                part = whole_mesh(path, data, super().file)
-            except ValueError:
-                return data  # What is wrong with it is told when it is checked.
-            if part.coarser:
-                self._meshes.coarser.add(path)
-            data = part.data
-        # A mesh without volume weighs as its surface in MJCF; URDF states the mass.
-        return with_volume(data) if self._urdf else data
-
-    def keep_urdf(self, root: Element) -> None:
-        """Keep the parts of a URDF that make up an object, with meshes that MuJoCo reads."""
-        self._urdf = True
-        self._meshes.put_into(root)
-        super().keep_urdf(root)
-
-    def asset(self, name: str, kind: str, *, variant: str = "") -> str:
-        """Read a mesh or a texture; for a faulty one return a name in `missing`."""
-        if name in self.missing:
-            return name
-        try:
-            if name in self._meshes.made:
-                return self.store(self._meshes.made[name], kind, variant)
-            return super().asset(name, kind, variant=variant)
-        except ValueError as error:
-            if "more than" in str(error) and "the files of" in str(error):
-                raise
-            return self._gone(name, error, kind)
-
-    def _gone(self, name: str, error: ValueError, kind: str = "mesh") -> str:
-        """Note a faulty mesh or texture, and return what stands for it."""
-        self._amiss.append(_left_out(name, str(error), kind))
-        flat = f"gone-{len(self.missing)}"
-        self.missing.add(flat)
-        return flat
-
     def drop(self, flat: str) -> None:
         """Leave out a mesh that MuJoCo rejects."""
         self._amiss.append(FileItem(Fate.LEFT_OUT, "mesh", flat, f"MuJoCo cannot read it; {INSTEAD['mesh']}"))
@@ -183,27 +130,6 @@ class _RobotGatherer(Gatherer):
             without_shapes(root, self.missing)
         else:
             _without_assets(root, self.missing)
-
-    def items(self) -> Iterator[FileItem]:
-        """Yield what was left out or simplified."""
-        for name in sorted(self._meshes.coarser):
-            yield FileItem(Fate.MENDED, "mesh", posixpath.basename(name), "made coarser, it has too many corners")
-        yield from self._amiss
-
-
-def _left_out(name: str, error: str, kind: str) -> FileItem:
-    """Return why a mesh or a texture is left out."""
-    noun, called, instead = NOUNS[kind], posixpath.basename(name), INSTEAD[kind]
-    if "convert it to OBJ" in error:
-        ending = name.rpartition(".")[2].lower() if "." in name else "?"
-        return FileItem(Fate.LEFT_OUT, noun, called, f"a format that cannot be read (.{ending}); {instead}")
-    if "corners" in error and "simplify" in error:
-        return FileItem(Fate.LEFT_OUT, noun, called, f"too many corners; {instead}")
-    if any(word in error for word in ("cannot be read", "a damaged", "a truncated", "is not a PNG", "megapixels")):
-        return FileItem(Fate.LEFT_OUT, f"broken {noun}", called, instead)
-    return FileItem(
-        Fate.LEFT_OUT, f"missing {noun}", called, f"{error}; {instead}" if "lies outside" in error else instead
-    )
 
 
 def _without_assets(root: Element, missing: set[str]) -> None:

@@ -8,9 +8,6 @@ from mjsim.sentences import Sentence
 from mjsim.world.items import Camera, Photons, Robot, World
 from mjsim.world.yaml import problems_at
 
-CHANGED = ("left out: ", "the inertia of ")
-"""How notes on an arm's file begin that say what is not as the file has it."""
-
 
 def world_notes(world: World) -> list[Problem]:
     """Return notes on behaviour that a user may not expect, sorted by position; none is an error."""
@@ -27,9 +24,8 @@ def _usual(world: World) -> Iterator[tuple[tuple[str | int, ...], str]]:
             if isinstance(sensor, Camera) and (message := usual_photons(robot, sensor)) is not None:
                 yield ("robots", index, "sensors", number, "camera"), message
         for number, arm in enumerate(robot.arms):
-            for note in arm.file_arm.notes if arm.model is not None else ():
-                if note.startswith(CHANGED):
-                    yield ("robots", index, "arms", number, "model"), f"arm '{robot.name}/{arm.name}': {note}"
+            for note in arm.file_arm.changed if arm.model is not None else ():
+                yield ("robots", index, "arms", number, "model"), f"arm '{robot.name}/{arm.name}': {note}"
 
 
 def usual_photons(robot: Robot, camera: Camera) -> str | None:

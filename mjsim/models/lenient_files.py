@@ -1,0 +1,90 @@
+"""Files of a robot or an arm, as published by manufacturers: a faulty mesh or picture is left out, and told."""
+
+import posixpath
+from collections.abc import Iterator
+
+from mjsim.inventory import Fate, FileItem
+from mjsim.models.mesh_files import is_small_stl, with_volume
+from mjsim.models.model_sources import Element, Gatherer, Read
+from mjsim.models.robot_meshes import PlainMeshes
+
+NOUNS = {"mesh": "mesh", "texture": "picture"}
+INSTEAD = {"mesh": "collision shapes are used instead", "texture": "plain colours are used instead"}
+"""What replaces a file that is left out."""
+
+
+class LenientGatherer(Gatherer):
+    """Reads the files of a description; what is faulty is left out, and meshes become such as MuJoCo takes."""
+
+    def __init__(self, path: str, read: Read, *, up_axis: bool = True, guarded: bool = False) -> None:
+        """Store functions; the arguments are those of `Gatherer` and of `PlainMeshes`."""
+        super().__init__(path, read)
+        self._amiss: list[FileItem] = []
+        self._meshes = PlainMeshes(self._original, self._gone, up_axis=up_axis, guarded=guarded)
+        self._urdf = False
+        self.missing: set[str] = set()
+        """Names in the text that stand for files that are left out."""
+
+    def _original(self, name: str) -> bytes:
+        """Return a file by its name in the description, as it is."""
+        return super().file(self._resolved(name))
+
+    def file(self, path: str) -> bytes:
+        """Return a file; STL files are converted for MuJoCo."""
+        data = super().file(path)
+        if not path.lower().endswith(".stl"):
+            return data
+        if not is_small_stl(data):
+            try:
+                data = self._meshes.plain(path, data)
+            except ValueError:
+                return data  # What is wrong with it is told when it is checked.
+        # A mesh without volume weighs as its surface in MJCF; URDF states the mass.
+        return with_volume(data) if self._urdf else data
+
+    def keep_urdf(self, root: Element) -> None:
+        """Keep the parts of a URDF that make up an object, with meshes that MuJoCo reads."""
+        self._urdf = True
+        self._meshes.put_into(root)
+        super().keep_urdf(root)
+
+    def asset(self, name: str, kind: str, *, variant: str = "") -> str:
+        """Read a mesh or a texture; for a faulty one return a name in `missing`."""
+        if name in self.missing:
+            return name
+        try:
+            if name in self._meshes.made:
+                return self.store(self._meshes.made[name], kind, variant)
+            return super().asset(name, kind, variant=variant)
+        except ValueError as error:
+            if "more than" in str(error) and "the files of" in str(error):
+                raise
+            return self._gone(name, error, kind)
+
+    def _gone(self, name: str, error: ValueError, kind: str = "mesh") -> str:
+        """Note a faulty mesh or texture, and return what stands for it."""
+        self._amiss.append(_left_out(name, str(error), kind))
+        flat = f"gone-{len(self.missing)}"
+        self.missing.add(flat)
+        return flat
+
+    def items(self) -> Iterator[FileItem]:
+        """Yield what was left out or simplified."""
+        for name in sorted(self._meshes.coarser):
+            yield FileItem(Fate.MENDED, "mesh", posixpath.basename(name), "made coarser, it has too many corners")
+        yield from self._amiss
+
+
+def _left_out(name: str, error: str, kind: str) -> FileItem:
+    """Return why a mesh or a texture is left out."""
+    noun, called, instead = NOUNS[kind], posixpath.basename(name), INSTEAD[kind]
+    if "convert it to OBJ" in error:
+        ending = name.rpartition(".")[2].lower() if "." in name else "?"
+        return FileItem(Fate.LEFT_OUT, noun, called, f"a format that cannot be read (.{ending}); {instead}")
+    if "corners" in error and "simplify" in error:
+        return FileItem(Fate.LEFT_OUT, noun, called, f"too many corners; {instead}")
+    if any(word in error for word in ("cannot be read", "a damaged", "a truncated", "is not a PNG", "megapixels")):
+        return FileItem(Fate.LEFT_OUT, f"broken {noun}", called, instead)
+    return FileItem(
+        Fate.LEFT_OUT, f"missing {noun}", called, f"{error}; {instead}" if "lies outside" in error else instead
+    )
