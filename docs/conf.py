@@ -38,7 +38,6 @@ python_maximum_signature_line_length = 88
 python_use_unqualified_type_names = True
 add_module_names = False
 
-smartquotes = False
 
 html_theme = "pydata_sphinx_theme"
 html_title = f"mjsim {release}"
