@@ -153,8 +153,10 @@ def grip(tick: dict, name: str) -> dict[str, np.ndarray]:
 
 def metres_missed(page: Page, what: str) -> str:
     """Return how far a hand or a tool stays away from where it was led, as it is told once at the end [m]."""
-    line = page.locator(".toast.done", has_text=f"{what} cannot reach that point:")
-    return re.search(r": ([\d.]+) m", line.inner_text())[1]  # a second line would fail
+    line = page.locator(".toast.done", has_text=f"{what} cannot reach that point:")  # a second line would fail
+    # A line stays for seconds: it is taken away, as the next one is of another time.
+    text = line.evaluate("line => { line.remove(); return line.textContent; }")
+    return re.search(r": ([\d.]+) m", text)[1]
 
 
 def keep(page: Page, count: int) -> None:
