@@ -128,7 +128,7 @@ def mend_impossible(root: Element, path: str, model: Any) -> Iterator[str]:
                 tensor.set(key, " ".join(format(factor * (value or 0.0), DIGITS) for value in numbers))
         yield (
             f"{path}: the inertia of {item.tag} '{item.get('name')}' is as if all its mass were {gyration:.2f} m away,"
-            f" its shapes reach {reach:.2f} m; made that of its size"
+            f" but it reaches {reach:.2f} m; made that of its size"
         )
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from mjsim.inventory import Fate, FileItem
 from mjsim.models.mesh_files import is_small_stl, with_volume
 from mjsim.models.model_sources import Element, Gatherer, Read
+from mjsim.models.obj_repair import mended_obj
 from mjsim.models.robot_meshes import PlainMeshes
 
 NOUNS = {"mesh": "mesh", "texture": "picture"}
@@ -30,10 +31,10 @@ class LenientGatherer(Gatherer):
         return super().file(self._resolved(name))
 
     def file(self, path: str) -> bytes:
-        """Return a file; STL files are converted for MuJoCo."""
+        """Return a file; in URDF, meshes become such as MuJoCo takes."""
         data = super().file(path)
         if not path.lower().endswith(".stl"):
-            return data
+            return mended_obj(data) if self._urdf and path.lower().endswith(".obj") else data
         if not is_small_stl(data):
             try:
                 data = self._meshes.plain(path, data)
@@ -72,6 +73,9 @@ class LenientGatherer(Gatherer):
         """Yield what was left out or simplified."""
         for name in sorted(self._meshes.coarser):
             yield FileItem(Fate.MENDED, "mesh", posixpath.basename(name), "made coarser, it has too many corners")
+        for name in sorted(self._meshes.absent):
+            kind = "file of colours" if name.lower().endswith(".mtl") else "picture"
+            yield FileItem(Fate.LEFT_OUT, f"missing {kind}", posixpath.basename(name), INSTEAD["texture"])
         yield from self._amiss
 
 

@@ -31,6 +31,7 @@ COARSENING_RATIO = 0.75
 FLAT, SPECK, MIN_SPECK = 1e-9, 2e-3, 3e-5
 """Volume of a flat mesh at most, as a share of the cube of its size; and the side of the speck that it gets, as a share
 of its size, and at least [m]."""
+SPECK_FACES = ((0, 2, 1), (0, 3, 2), (0, 1, 3), (1, 2, 3))
 MAX_SIDE = 1024
 """Maximum side of a texture [px]."""
 NO_PICTURE = 2
@@ -236,12 +237,16 @@ def _plain(triangles: Sequence[Array], rgba: tuple[float, float, float, float] |
 def _speck(triangles: Array) -> Array:
     """Return four triangles that give a flat mesh volume: a speck in its middle, shape (4 or 0, 3, 3)."""
     corners = triangles.reshape(-1, 3)
-    middle, size = corners.mean(axis=0), float(np.ptp(corners, axis=0).max())
-    volume = np.linalg.det(triangles - middle).sum() / 6.0
-    if abs(volume) > FLAT * size**3:
+    volume = np.linalg.det(triangles - corners.mean(axis=0)).sum() / 6.0
+    if abs(volume) > FLAT * np.ptp(corners, axis=0).max() ** 3:
         return np.zeros((0, 3, 3))
-    tips = middle + max(SPECK * size, MIN_SPECK) * np.vstack([np.zeros(3), np.eye(3)])
-    return np.asarray(tips[[[0, 2, 1], [0, 3, 2], [0, 1, 3], [1, 2, 3]]])
+    return np.asarray(speck_tips(corners)[list(SPECK_FACES)])
+
+
+def speck_tips(corners: Array) -> Array:
+    """Return the corners of a speck in the middle of others, shape (4, 3)."""
+    side = max(SPECK * np.ptp(corners, axis=0).max(), MIN_SPECK)
+    return np.asarray(corners.mean(axis=0) + side * np.vstack([np.zeros(3), np.eye(3)]))
 
 
 def _obj(meshes: Sequence[Any]) -> bytes:

@@ -22,7 +22,9 @@ def check_mesh(path: str, data: bytes) -> None:
     count = {"obj": _obj_corners, "stl": _stl_corners, "msh": _msh_corners}[path.rpartition(".")[2].lower()](data)
     if count is None:
         raise ValueError(f"'{path}' cannot be read as a mesh; export it again as OBJ or binary STL")
-    if not 3 < count <= MAX_CORNERS:
+    if count <= 3:
+        raise ValueError(f"'{path}' cannot be read as a mesh: it has {count} corners; export it again")
+    if count > MAX_CORNERS:
         raise ValueError(f"'{path}' has {count} corners; a mesh has 4 to {MAX_CORNERS}, simplify it")
 
 

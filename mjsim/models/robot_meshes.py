@@ -41,6 +41,8 @@ class PlainMeshes:
         """Name in the text -> the file."""
         self.coarser: set[str] = set()
         """Meshes that were simplified."""
+        self.absent: set[str] = set()
+        """What meshes name and does not exist."""
 
     def put_into(self, root: Element) -> None:
         """Replace the shapes of a URDF that have such meshes."""
@@ -79,8 +81,14 @@ class PlainMeshes:
         if (name, whole) not in self._known:
             folder = posixpath.dirname(name)
 
+            absent: set[str] = set()
+
             def beside(other: str) -> bytes:
-                return self._read(posixpath.join(folder, other))
+                try:
+                    return self._read(posixpath.join(folder, other))
+                except ValueError:
+                    absent.add(other)
+                    raise
 
             data = self._read(name)
             if self._guarded:
@@ -93,6 +101,7 @@ class PlainMeshes:
                     else mesh_parts(name, data, beside, up_axis=up)
                 )
             self._known[name, whole] = parts
+            self.absent |= absent
             if any(part.coarser for part in parts):
                 self.coarser.add(name)
         return self._known[name, whole]

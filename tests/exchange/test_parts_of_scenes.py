@@ -199,6 +199,7 @@ def test_floors_and_what_is_overhead_meet_no_robot(size, z, what):
     world, _, told = built(("a", [box(size, 0, 0, z)], None))
     assert (len(world.obstacles) == 0) == (what is not None)
     assert [kind for _, kind, _ in told] == [what or "static model"]
+    assert [fate for fate, *_ in told] == [{None: "KEPT", "floor": "GUESSED"}.get(what, "LEFT_OUT")]
 
 
 @pytest.mark.parametrize(("mass", "top", "lower"), [(None, 0.19, 0.19), (2.0, 0.19, 0.19), (None, 0.31, 0.0)])

@@ -11,7 +11,7 @@ from mjsim.exchange.robots.import_robot import moved_sideways
 from mjsim.exchange.robots.mounts import find_mounts
 from mjsim.exchange.robots.preset import Plan, first_plan, speed_source
 from mjsim.exchange.robots.robot_frame import find_stand
-from mjsim.models import anatomy_of, gather_robot
+from mjsim.models import anatomy_of, drives_in_parameters, gather_robot
 from tests.exchange.odd_robots import box, joint, robot, tyre
 
 BASE = box("0.5 0.4 0.2", mass=40.0, at="0 0 0.16")
@@ -100,6 +100,9 @@ def test_a_package_that_a_xacro_file_includes_and_is_missing_is_named_without_mo
         bring_robot(tmp_path / "r.xacro", name="r", options=RobotOptions(), packages={}, arguments={})
 
 
+PROJECTION = "sum_of_robot_center_projection_on_X_Y_axis"
+
+
 @pytest.mark.parametrize(
     ("plugin", "drive", "found"),
     [
@@ -111,16 +114,35 @@ def test_a_package_that_a_xacro_file_includes_and_is_missing_is_named_without_mo
     ],
 )
 def test_four_wheels_are_mecanum_if_a_plugin_moves_the_robot_sideways(plugin, drive, found):
+    speed = "<maxVelocity>0.7</maxVelocity>"
+    gear = four_wheels(f'<gazebo><plugin name="base_controller" filename="{plugin}">{speed}</plugin></gazebo>', drive)
+    assert (gear.drive, gear.said.max_speed) == (found, 0.7)
+    assert any(plugin in note for note in gear.notes) == (found == "mecanum")
+
+
+@pytest.mark.parametrize(
+    ("controllers", "found"),
+    [
+        ({"mecanum_controller": {"front_left_wheel_joint": "a_wheel"}}, "mecanum"),
+        ({"base": {"type": "mecanum_drive_controller/X", "front_left_wheel_joint": "a_wheel"}}, "mecanum"),
+        ({"base": {"a_wheel_joint_name": "a_wheel", "kinematics": {PROJECTION: 0.4}}}, "mecanum"),
+        ({"base": {"front_left_wheel_joint": "a_wheel"}}, "skid_steer"),
+        ({"base": {"front_left_wheel_joint": "of another", "kinematics": {PROJECTION: 0.4}}}, "skid_steer"),
+    ],
+)
+def test_or_if_their_controller_does(controllers, found):
+    gear = four_wheels("", None, drives_in_parameters(controllers, "controllers of c.yaml"))
+    assert gear.drive == found
+    assert any("as controllers of c.yaml move it" in note for note in gear.notes) == (found == "mecanum")
+
+
+def four_wheels(plugin, drive, said=()):
     links, joints = {"base": BASE}, []
     for name, x, y in (("a", 0.2, 0.25), ("b", 0.2, -0.25), ("c", -0.2, 0.25), ("d", -0.2, -0.25)):
         links[name] = tyre(0.1, 0.03)
         joints.append(joint(f"{name}_wheel", "base", name, f'xyz="{x} {y} 0.1"'))
-    speed = "<maxVelocity>0.7</maxVelocity>"
-    joints.append(f'<gazebo><plugin name="base_controller" filename="{plugin}">{speed}</plugin></gazebo>')
-    text = robot(links, joints).encode()
+    text = robot(links, [*joints, plugin]).encode()
     files = gather_robot("r.urdf", lambda _: text)
     anatomy, options = anatomy_of(files), RobotOptions(drive=drive)
-    gear = find_gear(anatomy, options, file="r.urdf", urdf=True, said=files.drives)
-    gear = moved_sideways(gear, anatomy, files, options, file="r.urdf")
-    assert (gear.drive, gear.said.max_speed) == (found, 0.7)
-    assert any(plugin in note for note in gear.notes) == (found == "mecanum")
+    gear = find_gear(anatomy, options, file="r.urdf", urdf=True, said=[*files.drives, *said])
+    return moved_sideways(gear, anatomy, files, options, file="r.urdf")

@@ -150,7 +150,7 @@ def test_tilted_shapes_spheres_overhead_things_and_floors_come_in_or_are_told(tm
     assert [thing.name for thing in world.obstacles] == ["ramp", "ball", "pill"]
     assert world.obstacles[1].elevation == 0.0
     assert world.obstacles[2].cylinder == (0.1, 1.2)
-    assert "kept: floor 'slab'" in found.report
+    assert "guessed: floor 'slab': its top, at 0.10 m, is that of the world's floor" in found.report
     assert "left out: overhead part 'roof': it begins above 2.2 m" in found.report
     assert "guessed: capsule 'pill': a cylinder of its size" in found.report
 

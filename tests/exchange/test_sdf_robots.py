@@ -211,8 +211,12 @@ def test_gazebo_does_not_turn_collada_by_its_up_axis():
     ("text", "line"),
     [
         (
-            "<sdf><world name='w'><model name='a'/></world></sdf>",
+            "<sdf><world name='w'/></sdf>",
             "r.sdf: robots in it: none; name another file",
+        ),
+        (
+            "<sdf><world name='w'><model name='a'/><model name='b'/></world></sdf>",
+            "r.sdf: no robot is in it, but models: a, b; choose one with --model NAME",
         ),
         (
             sdf(CHASSIS + WHEELS + HINGES).replace("<xyz>0 0 1</xyz>", "<xyz>0 zero 1</xyz>"),
@@ -255,7 +259,11 @@ def test_of_several_robots_in_a_world_the_one_that_is_named_comes_in():
     root = ElementTree.fromstring(
         f"<sdf version='1.9'><world name='w'>{cart.format('a')}{cart.format('b')}</world></sdf>"
     )
-    assert 'name="b"' in sdf_robot.urdf_of_sdf(root, "r.sdf", lambda uri: None, model="b")[0].partition(">")[0]
+    # No plug-in moves the last, but it is asked for.
+    root.find("world").append(ElementTree.fromstring(f"<model name='plain'>{CHASSIS + WHEELS}</model>"))
+    for name in ("b", "plain"):
+        text, _ = sdf_robot.urdf_of_sdf(root, "r.sdf", lambda uri: None, model=name)
+        assert f'name="{name}"' in text.partition(">")[0]
     for asked in ("", "c"):
         with pytest.raises(UsageError, match=r"r\.sdf: robots in it: a, b; choose one with --model NAME"):
             sdf_robot.urdf_of_sdf(root, "r.sdf", lambda uri: None, model=asked)

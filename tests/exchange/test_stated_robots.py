@@ -259,4 +259,4 @@ def test_an_inertia_that_the_shapes_of_a_body_cannot_have_is_told(moment, told):
     stranger.model.body_mass[1], stranger.model.body_inertia[1] = 40.0, moment
     lines = inventory(sluggish(stranger))
     assert len(lines) == told
-    assert all("as if all its mass were 1.00 m away, its shapes reach 0.34 m" in line for line in lines)
+    assert all("as if all its mass were 1.00 m away, but it reaches 0.34 m" in line for line in lines)

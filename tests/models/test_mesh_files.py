@@ -150,6 +150,10 @@ SHEET = np.array([[[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0], [0, 
     ("name", "data"),
     [
         ("a.obj", FLAT_OBJ.encode()),
+        ("b.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n"),
+        ("b.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\n"),
+        ("b.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\n"),
+        ("b.obj", b"v 0 0 1\n v 1 0 2\nv 1 1 3\nv 0 1 2\nf 1 2 3 4"),  # oblique
         ("a.stl", stl(SHEET)),
         ("a.stl", stl(SHEET[:1])),
         ("a.dae", collada("", "", corners=CORNERS * [1, 1, 0])),
@@ -186,6 +190,7 @@ def test_a_mesh_whose_texture_is_missing_has_its_colour():
         return files[name].encode()
 
     robot = gather_robot("r.urdf", read)
+    assert [(each.kind, each.name) for each in robot.items] == [("missing picture", "skin.png")]
     (seen,) = np.flatnonzero(robot.model.geom_type == mujoco.mjtGeom.mjGEOM_MESH)
     assert robot.model.geom_rgba[seen].tolist() == pytest.approx([1, 0, 0, 1], abs=0.01)
 

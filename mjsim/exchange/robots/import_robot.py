@@ -110,7 +110,7 @@ def _gear(source: RobotSource, robot: RobotFiles, anatomy: Anatomy, options: Rob
 
 
 def moved_sideways(gear: Gear, anatomy: Anatomy, robot: RobotFiles, options: RobotOptions, *, file: str) -> Gear:
-    """Return four wheels as mecanum wheels if only a plugin of the file declares them so.
+    """Return four wheels as mecanum wheels if only a plugin of the file or their controller declares them so.
 
     Args:
         gear: Found without it.
@@ -119,15 +119,16 @@ def moved_sideways(gear: Gear, anatomy: Anatomy, robot: RobotFiles, options: Rob
         options: What the user specified; a drive is left as it is.
         file: Name of the file in messages.
     """
+    moves = f"'{robot.sideways}' moves it" if robot.sideways else f"{gear.said.sideways} move it"
     if (
         options.drive is not None
-        or not robot.sideways
+        or not (robot.sideways or gear.said.sideways)
         or gear.drive != "skid_steer"
         or len(gear.wheels()) != MECANUM_WHEELS
     ):
         return gear
     found = find_gear(anatomy, replace(options, drive="mecanum"), file=file, urdf=robot.files.urdf, said=[gear.said])
-    note = f"its wheels are mecanum, as '{robot.sideways}' moves it; --drive skid_steer makes them plain"
+    note = f"its wheels are mecanum, as {moves}; --drive skid_steer makes them plain"
     return replace(found, notes=(*found.notes, note))
 
 

@@ -126,7 +126,5 @@ def sluggish(robot: RobotFiles) -> Iterator[FileItem]:
     """Yield the bodies whose inertia no distribution of their mass over their shapes can have."""
     for name, gyration, reach in gyrations(robot.model):
         if gyration > BEYOND * reach:
-            why = (
-                f"as if all its mass were {gyration:.2f} m away, its shapes reach {reach:.2f} m; it may turn too slowly"
-            )
+            why = f"as if all its mass were {gyration:.2f} m away, but it reaches {reach:.2f} m; it may turn too slowly"
             yield FileItem(Fate.KEPT, "implausible inertia", name, why)

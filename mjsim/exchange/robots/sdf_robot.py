@@ -111,17 +111,18 @@ class _Maker:
         """
         models = [(model, "") for model in root.findall("model")]
         worlds = [child for world in root.findall("world") for child in world]
-        for tag in ("model", "include") if len(models) != 1 else ():
+        robots = models if len(models) == 1 else []
+        for tag in ("model", "include") if not robots else ():
             found = [self._opened(child, "") for child in worlds if child.tag == tag]
             models += [each for each in found if each is not None]
-            models = [(model, folder) for model, folder in models if is_robot(model)]
-            if models:
-                break
-        chosen = [each for each in models if name in ("", each[0].get("name"))]
+            robots = robots or [(model, folder) for model, folder in models if is_robot(model)]
+        # A model may be asked for that nothing shows to be a robot.
+        chosen = [each for each in models if each[0].get("name") == name] if name else robots
         if len(chosen) != 1:
-            names = [model.get("name", "?") for model, _ in models]
-            wrong = f"{self.where}: robots in it: {', '.join(names[:5]) or 'none'}"
-            raise UsageError(f"{wrong}; {'choose one with --model NAME' if names else 'name another file'}")
+            names = [model.get("name", "?") for model, _ in robots or models]
+            what = "robots in it" if robots or not names else "no robot is in it, but models"
+            advice = "choose one with --model NAME" if names else "name another file"
+            raise UsageError(f"{self.where}: {what}: {', '.join(names[:5]) or 'none'}; {advice}")
         return chosen[0]
 
     def frames(self, element: Element) -> SdfFrames:

@@ -138,7 +138,13 @@ def _is_floor(scene: Scene, thing: SceneThing, solid: SceneSolid) -> bool:
     top, (wide, deep) = points[:, 2].max(), np.ptp(points[:, :2], axis=0)
     found = top <= MAX_FLOOR_HEIGHT or (top <= MAX_SLAB_HEIGHT and wide * deep >= MIN_SLAB_AREA)
     if found:
-        scene.tell(Fate.KEPT, "floor", thing.name)
+        flat = top <= MAX_GAP / 2
+        scene.tell(
+            Fate.KEPT if flat else Fate.GUESSED,
+            "floor",
+            thing.name,
+            "" if flat else f"its top, at {top:.2f} m, is that of the world's floor",
+        )
     return bool(found)
 
 

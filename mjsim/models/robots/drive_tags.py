@@ -12,6 +12,8 @@ PLACEHOLDERS = (0.0, 1.0)
 """Limits of a wheel's speed that exporters and templates write where they know none [rad/s]."""
 MAX_DEPTH = 8
 """Maximum nesting of the parameters of a controller."""
+_MECANUM = re.compile(r"mecanum|robot_center_projection", re.IGNORECASE)
+"""Types of controllers of mecanum wheels, and a parameter that they alone have."""
 _WHEELS = re.compile(r"^(left|right)_wheel$|(wheel|traction).*(joints?|names?)$")
 """Parameters that name wheels' joints, in the controllers of ROS and ROS 2 for two, four, steered and omni wheels."""
 
@@ -30,6 +32,8 @@ class SaidDrive:
     """[m/s]"""
     max_turn: float | None = None
     """[rad/s]"""
+    sideways: str = ""
+    """What states that it moves sideways as well."""
     joints: frozenset[str] = frozenset()
     """Joints of its wheels; empty if it names none."""
     wheel_speeds: Mapping[str, float] = field(default_factory=dict)
@@ -80,13 +84,14 @@ def _commanded(root: Element) -> Iterator[tuple[str, float]]:
                     yield joint.get("name", ""), top
 
 
-def drives_in_parameters(value: Any, source: str, *, depth: int = 0) -> Iterator[SaidDrive]:
+def drives_in_parameters(value: Any, source: str, *, depth: int = 0, within: str = "") -> Iterator[SaidDrive]:
     """Yield what the parameters of controllers state about drives.
 
     Args:
         value: ROS parameters, as parsed from YAML.
         source: Their file.
         depth: How deep they are nested in others.
+        within: Names of those.
     """
     if not isinstance(value, Mapping) or depth > MAX_DEPTH:
         return
@@ -99,11 +104,12 @@ def drives_in_parameters(value: Any, source: str, *, depth: int = 0) -> Iterator
             separation=_positive(flat, "wheel_separation"),
             max_speed=_limit(flat, "linear.x"),
             max_turn=_limit(flat, "angular.z"),
+            sideways=source if any(map(_MECANUM.search, [*flat, str(flat.get("type", "")), within])) else "",
             joints=frozenset(joints),
         )
         return
-    for inner in value.values():
-        yield from drives_in_parameters(inner, source, depth=depth + 1)
+    for key, inner in value.items():
+        yield from drives_in_parameters(inner, source, depth=depth + 1, within=f"{within}/{key}")
 
 
 def _flattened(value: Mapping[Any, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
@@ -147,5 +153,6 @@ def said_about(names: Set[str], said: Sequence[SaidDrive]) -> SaidDrive:
         separation=first("separation"),
         max_speed=first("max_speed"),
         max_turn=first("max_turn"),
+        sideways=next((each.sideways for each in fitting if each.sideways), ""),
         wheel_speeds=speeds,
     )

@@ -1,0 +1,49 @@
+"""Repair of OBJ files that MuJoCo rejects: flat ones, and those with normals at only some faces."""
+
+import re
+
+import numpy as np
+
+from mjsim.geometry import Array
+from mjsim.models.mesh_files import FLAT, SPECK_FACES, speck_tips
+
+SAMPLE = 1000
+"""Number of corners that are looked at first."""
+_CORNER = re.compile(rb"^[ \t]*v[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)", re.MULTILINE)
+_PICTURED = re.compile(rb"^[ \t]*vt[ \t]", re.MULTILINE)
+_FACE = re.compile(rb"^[ \t]*f[ \t].*", re.MULTILINE)
+_NORMALS = re.compile(rb"^[ \t]*vn[ \t].*", re.MULTILINE)
+_NORMAL = re.compile(rb"(\d)(?:(/-?\d+)/|//)-?\d+(?!\S)")
+"""A corner of a face with a normal: its own last digit, its place on a picture, and the normal."""
+
+
+def mended_obj(data: bytes) -> bytes:
+    """Return an OBJ with a speck if it is flat, and without normals if some faces have none."""
+    data = _with_volume(data)
+    faces = _FACE.findall(data)
+    if len({_NORMAL.search(face) is None for face in faces}) == 1:
+        return data
+    return _NORMALS.sub(b"", _FACE.sub(lambda face: _NORMAL.sub(rb"\1\2", face[0]), data))
+
+
+def _with_volume(data: bytes) -> bytes:
+    """Return an OBJ, with a speck in its middle if all its corners lie in a plane: MuJoCo asks for volume."""
+    found = _CORNER.findall(data)
+    try:
+        # A sample tells that most meshes are not flat.
+        if not all(_is_flat(np.array(part, dtype=float)) for part in (found[:: len(found) // SAMPLE + 1], found)):
+            return data
+    except ValueError:
+        return data  # What is wrong with it is told when it is checked.
+    lines = ["", *(f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in speck_tips(np.array(found, dtype=float)))]
+    place = "/1" if _PICTURED.search(data) else ""
+    lines += ["f " + " ".join(f"{len(found) + 1 + tip}{place}" for tip in face) for face in SPECK_FACES]
+    return data + "\n".join(lines).encode() + b"\n"
+
+
+def _is_flat(corners: Array) -> bool:
+    """Return whether points, shape (n, 3), lie in a plane."""
+    if len(corners) < 3 or not np.isfinite(corners).all():
+        return False
+    extents = np.linalg.svd(corners - corners.mean(axis=0), compute_uv=False)
+    return bool(extents[2] <= FLAT * extents[0])
