@@ -1,7 +1,8 @@
 """The commands that write recordings: `run` and `replay`."""
 
 import re
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -50,7 +51,7 @@ def run(
     with (
         hosting(),
         _recording_of(checked, output, overwrite=overwrite) as place,
-        _figures_of(repr(checked.run), place.path, overwrite=overwrite) as figures,
+        _figures_of(repr(checked.run), place.path, overwrite=overwrite),
     ):
         if live:
             recording = _run_live(checked, place, seed=seed, seconds=duration, speed=1.0 if realtime else None)
@@ -69,19 +70,25 @@ def run(
                         progress=False,
                     )
     print(place.path)
-    for line in figures:
-        print(line)
     if video is not None:
         film(recording, video, overwrite=overwrite)
 
 
-def _figures_of(modules: str, recording: Path, *, overwrite: bool) -> AbstractContextManager[list[str]]:
-    """Return a context in which modules in .m files can draw, if there are such modules."""
+@contextmanager
+def _figures_of(modules: str, recording: Path, *, overwrite: bool) -> Iterator[None]:
+    """Let modules in .m files draw; name their figures at the end, after a fault, too."""
     if not re.search(r"\.m['\"]", modules):
-        return nullcontext([])
+        yield
+        return
     from mjsim.toolbox import module_figures
 
-    return module_figures(recording, overwrite=overwrite)
+    figures: list[str] = []
+    try:
+        with module_figures(recording, overwrite=overwrite) as figures:
+            yield
+    finally:
+        for line in figures:
+            print(line)
 
 
 def _bake_first(world: "World", model: Any) -> None:
@@ -135,7 +142,7 @@ def replay(
     named = repr((estimator, observer))
     with (
         hosting(),
-        _figures_of(named, output, overwrite=overwrite) as figures,
+        _figures_of(named, output, overwrite=overwrite),
         tracked(f"replay {recording.name}", total=float(run.time[-1]), unit="s") as advance,
     ):
         replay_run(
@@ -149,8 +156,6 @@ def replay(
             overwrite=overwrite,
         )
     print(output)
-    for line in figures:
-        print(line)
 
 
 def _estimator(spec: str | None, trajectory: Path | None, run: "Recording", keys: dict[str, Any]) -> str:

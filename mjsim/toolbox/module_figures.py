@@ -18,6 +18,8 @@ VARIABLE = "MJSIM_FIGURES"
 def module_figures(recording: Path, *, overwrite: bool) -> Iterator[list[str]]:
     """Let modules in .m files call figure functions; after the run their figures are in a folder beside the recording.
 
+    So they are after a run that ends with a fault.
+
     Args:
         recording: The recording; the folder has its name with `-figures` behind it, and a number if there is such a
             folder already.
@@ -34,17 +36,22 @@ def module_figures(recording: Path, *, overwrite: bool) -> Iterator[list[str]]:
             yield told
         finally:
             del os.environ[VARIABLE]
-        folder = recording.with_name(f"{recording.stem}-figures")
-        names = (folder.with_name(f"{folder.name}-{number}") for number in itertools.count(2))
-        folder = folder if overwrite or not folder.exists() else next(name for name in names if not name.exists())
-        files: dict[str, bytes] = {}
-        notes: list[str] = []
-        for record in sorted(Path(place).glob("*.mat")):
-            drawn, lines, _ = drawn_files(list(read_calls(record)))
-            name = record.stem.rpartition("-")[0]
-            own = record.stem if any(f"{name}-{file}" in files for file in drawn) else name
-            files |= {f"{own}-{file}": content for file, content in drawn.items()}
-            notes += [f"{name}.m: {line}" for line in lines]
+            told += _written(Path(place), recording, overwrite=overwrite)
+
+
+def _written(records: Path, recording: Path, *, overwrite: bool) -> list[str]:
+    """Draw what modules recorded; return the names of the files, then lines about what could not be drawn."""
+    folder = recording.with_name(f"{recording.stem}-figures")
+    names = (folder.with_name(f"{folder.name}-{number}") for number in itertools.count(2))
+    folder = folder if overwrite or not folder.exists() else next(name for name in names if not name.exists())
+    files: dict[str, bytes] = {}
+    notes: list[str] = []
+    for record in sorted(records.glob("*.mat")):
+        drawn, lines, _ = drawn_files(list(read_calls(record)))
+        name = record.stem.rpartition("-")[0]
+        own = record.stem if any(f"{name}-{file}" in files for file in drawn) else name
+        files |= {f"{own}-{file}": content for file, content in drawn.items()}
+        notes += [f"{name}.m: {line}" for line in lines]
     if files:
         write_set(folder, files, of=f"modules of {recording.name}", overwrite=True)
-    told += [*(str(folder / file) for file in files), *notes]
+    return [*(str(folder / file) for file in files), *notes]

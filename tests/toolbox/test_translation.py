@@ -153,3 +153,9 @@ def test_figures_of_a_module_are_beside_the_recording(tmp_path):
     names = ["turn-figure-3.pdf", "turn-figure-3.png"]
     assert sorted(file.name for file in (tmp_path / "w-figures-2").glob("turn*")) == names
     assert (tmp_path / "w-figures" / "turn-figure-3.png").read_bytes() == b"mine"
+    # What was drawn before a fault is kept, too.
+    (tmp_path / "turn.m").write_text(TURN.replace("end\nend", "end\nif obs.time > 0.75, error('too far'); end\nend"))
+    done = completed([sys.executable, "-m", "mjsim.cli", "run", "w.yaml", "-o", "v.mcap"], cwd=tmp_path, check=False)
+    assert "too far" in done.stderr
+    assert sorted(file.name for file in (tmp_path / "v-figures").glob("turn*")) == names
+    assert sorted(done.stdout.split()) == [f"v-figures/{name}" for name in names]
