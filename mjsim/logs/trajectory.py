@@ -22,7 +22,7 @@ VERTICES, KITTI_NUMBERS = {"VERTEX_SE2": 4, "VERTEX_SE3:QUAT": 8}, 12
 """Numbers after the names of vertices of g2o that are poses, and in a row of KITTI."""
 EUROC_COLUMNS, MIN_NANOSECONDS = (8, 17), 1e15
 """Numbers in a row of EuRoC: time, position, quaternion with w first, and perhaps velocity and biases; and the least
-time that is in nanoseconds."""
+time that is in nanoseconds. A comment with `[ns]` says that they are from the beginning."""
 NO_VERTICES = ("FIX", "VERTEX_XY", "VERTEX_TRACKXYZ")
 """Names of other lines of g2o; those of edges and parameters begin alike."""
 MAX_ROWS = 5_000_000
@@ -35,7 +35,7 @@ def read_trajectory(path: str | Path, *, topic: str | None = None, period: float
 
     Args:
         path: A text file with rows `t x y z qx qy qz qw` (TUM) or `t x y heading`, a ground truth of EuRoC, poses of a
-            camera as in KITTI, or vertices of g2o; or a bag of ROS.
+            camera or a robot as in KITTI, or vertices of g2o; or a bag of ROS.
         topic: The topic of a bag; by default its only one with poses.
         period: Time from one pose to the next, in files without times: KITTI and g2o [s].
 
@@ -65,10 +65,12 @@ def trajectory_rows(path: Path, topic: str | None, period: float | None = None) 
 
 
 def _rows_of_text(path: Path, period: float | None) -> Iterator[tuple[float, float, float, float]]:
-    index = 0
+    earliest_ns = MIN_NANOSECONDS
+    of_kitti: list[list[float]] = []
     for number, line in enumerate(lines_of(path, {}), start=1):
         words = line.replace(",", " ").split()
         if not words or line.lstrip().startswith(("#", "%")):
+            earliest_ns = 0.0 if "[ns]" in line else earliest_ns
             continue
         if words[0] in NO_VERTICES or words[0].startswith(("EDGE_", "PARAMS_")):
             continue
@@ -84,12 +86,15 @@ def _rows_of_text(path: Path, period: float | None) -> Iterator[tuple[float, flo
                 raise UsageError(
                     f"{path}:{number}: its poses have no times; give period, the seconds between two poses"
                 )
-            yield _untimed(values, period, index)
-            index += 1
+            if kind:
+                yield _of_vertex(values, period)
+            elif len(of_kitti) < MAX_ROWS:
+                of_kitti.append(values)
             continue
-        if len(values) in EUROC_COLUMNS and MIN_NANOSECONDS <= values[0] <= 1e9 * MAX_NUMBER:
-            time, x, y, z, w, *vector = values[:8]
-            values = [1e-9 * time, x, y, z, *vector, w]
+        if len(values) in EUROC_COLUMNS and earliest_ns <= values[0] <= 1e9 * MAX_NUMBER:
+            time, x, y, z, *turned = values[:8]
+            # Only EuRoC, whose columns have commas, writes w first.
+            values = [1e-9 * time, x, y, z, *(turned[1:] + turned[:1] if "," in line else turned)]
         if len(values) not in (4, 8) or not all(abs(value) <= MAX_NUMBER for value in values):
             raise UsageError(
                 f"{path}:{number}: '{line.strip():.60}' is not a pose; write t x y z qx qy qz qw, or t x y heading"
@@ -99,17 +104,31 @@ def _rows_of_text(path: Path, period: float | None) -> Iterator[tuple[float, flo
                 f"{path}:{number}: '{line.strip():.60}' has a quaternion of length 0; without headings, write 0 0 0 1"
             )
         yield values[0], values[1], values[2], values[3] if len(values) == 4 else float(headings(values[4:]))
+    if of_kitti and period is not None:
+        yield from _of_kitti(of_kitti, period)
 
 
-def _untimed(values: list[float], period: float, index: int) -> tuple[float, float, float, float]:
-    """Return the row of a pose without a time: the vertex of a number in g2o, or one of KITTI in the order of the file.
-
-    A camera of KITTI looks along z, with x to its right; its first pose is the origin of the file.
-    """
-    if len(values) == KITTI_NUMBERS:
-        return index * period, values[11], -values[3], math.atan2(-values[2], values[10])
+def _of_vertex(values: list[float], period: float) -> tuple[float, float, float, float]:
+    """Return the row of a vertex of g2o, at the time of its number."""
     turn = values[3] if len(values) == VERTICES["VERTEX_SE2"] else float(headings(values[4:]))
     return values[0] * period, values[1], values[2], turn
+
+
+def _of_kitti(rows: list[list[float]], period: float) -> Iterator[tuple[float, float, float, float]]:
+    """Yield the rows of poses of KITTI in the order of the file.
+
+    A camera looks along z, with x to its right; its first pose is the origin of the file. Other programs write poses of
+    a robot, with z up: then it moves less along z than along y.
+    """
+    poses = np.array(rows).reshape(-1, 3, 4)
+    _, y, z = np.ptp(poses[:, :, 3], axis=0)
+    for index, pose in enumerate(poses.tolist()):
+        ahead, left, turn = (
+            (pose[0][3], pose[1][3], math.atan2(pose[1][0], pose[0][0]))
+            if z <= y
+            else (pose[2][3], -pose[0][3], math.atan2(-pose[0][2], pose[2][2]))
+        )
+        yield index * period, ahead, left, turn
 
 
 def _rows_of_bag(path: Path, topic: str | None) -> Iterator[tuple[float, float, float, float]]:

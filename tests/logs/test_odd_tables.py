@@ -219,6 +219,12 @@ ROWS = DRIVEN.splitlines()[1:]
             "t,x,y,yaw,range\n" + "".join(f"{row},\n{row.partition(',')[0]},,,NaN,7\n" for row in ROWS),
             {"rows of odometry.csv without t, x, y, yaw left out": "20"},
         ),
+        ("t, x, y, yaw, note\n" + "".join(f'{row.replace(",", ", ")}, "a, b"\n' for row in ROWS), {}),
+        (
+            DRIVEN
+            + "".join(f"{ROWS[3].partition(',')[0]},{blank},0,0\n" for blank in ("NA", "#N/A", "null", "None", "-")),
+            {"rows of odometry.csv without t, x, y, yaw left out": "5"},
+        ),
     ],
 )
 def test_tables_of_other_programs_are_the_same_table(table, note, tmp_path):
@@ -226,6 +232,17 @@ def test_tables_of_other_programs_are_the_same_table(table, note, tmp_path):
     run = imported(tmp_path / "log.yaml")
     assert way(run) == pytest.approx(0.95)
     assert {fact: value for fact, value in run.metadata.items() if "odometry.csv" in fact} == note
+
+
+@pytest.mark.parametrize("unit", ["", "time_unit: ms\n"])
+def test_times_that_are_too_late_for_their_unit_are_one_line(unit, tmp_path):
+    stamped = "".join(f"{1_700_000_000_000 + 100 * k}{'000' if unit else ''},{0.05 * k},0,0\n" for k in range(20))
+    (tmp_path / "o.csv").write_text("t,x,y,yaw\n" + stamped)
+    (tmp_path / "log.yaml").write_text(
+        f"log: tables\n{unit}odometry: {{file: o.csv, time: t, x: x, y: y, heading: yaw}}\n"
+    )
+    with pytest.raises(UsageError, match=r"o\.csv:2: t is 17\d+, 1\.7e\+12 s; give its time_unit \(ms, us or ns\)"):
+        imported(tmp_path / "log.yaml")
 
 
 def test_a_table_without_a_value_in_a_column_that_is_needed_is_one_line(tmp_path):

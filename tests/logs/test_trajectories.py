@@ -58,6 +58,32 @@ def test_poses_without_times_of_g2o_and_kitti_come_at_a_period(tmp_path):
             read_trajectory(tmp_path / name)
 
 
+def test_poses_of_kitti_with_z_up_are_those_of_a_robot(tmp_path):
+    for rows in (ROWS, [(t, x, 2.0, 0.0) for t, x, _, _ in ROWS]):
+        text = "".join(
+            f"{math.cos(h)!r} {-math.sin(h)!r} 0 {x} {math.sin(h)!r} {math.cos(h)!r} 0 {y} 0 0 1 0.1\n"
+            for _, x, y, h in rows
+        )
+        (tmp_path / "up.txt").write_text(text)
+        found = read_trajectory(tmp_path / "up.txt", period=0.5)
+        np.testing.assert_allclose(found, [(0.5 * k, *row[1:]) for k, row in enumerate(rows)], atol=1e-12)
+
+
+def test_times_in_nanoseconds_are_known_by_their_header_or_size_and_commas_tell_where_w_is(tmp_path):
+    header = "#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],q_RS_w [],q_RS_x [],q_RS_y [],q_RS_z []\n"
+
+    def w_first(t, x, y, h):
+        return f"{round(1e9 * t)},{x},{y},0,{math.cos(h / 2)!r},0,0,{math.sin(h / 2)!r}\n"
+
+    def w_last(t, x, y, h):
+        return f"{round(1e9 * t)} {x} {y} 0 {quaternion(h)}\n"
+
+    for since, text, row in ((0.0, header, w_first), (1.7e9, "", w_first), (1.7e9, "", w_last)):
+        rows = [(since + t, *pose) for t, *pose in ROWS]
+        (tmp_path / "track.csv").write_text(text + "".join(row(*each) for each in rows))
+        np.testing.assert_allclose(read_trajectory(tmp_path / "track.csv"), rows, atol=1e-6)
+
+
 @pytest.mark.parametrize("kind", ["PoseStamped", "PoseWithCovarianceStamped"])
 def test_poses_of_a_bag_are_read_and_its_topics_named(kind, tmp_path):
     with new_bag(tmp_path / "theirs", "sqlite") as bag:

@@ -16,9 +16,11 @@ from mjsim.logs.files.text_lines import MAX_NUMBER, left_out_cut, lines_of
 
 DECIMAL = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
 """A number with a decimal comma."""
-BLANK_CELLS = ("", "nan")
+BLANK_CELLS = ("", "nan", "na", "n/a", "#n/a", "null", "none", "-")
 """Texts that other programs write for missing values."""
 SEPARATOR_LINE = re.compile(r"sep=([;,\t|])", re.IGNORECASE)
+MAX_SECONDS = 1e11
+"""Times beyond, in the year 5138, are in a smaller unit than was given [s]."""
 SEPARATORS = (";", "\t", "|", ",")
 """Column separators, tried in this order before white space. Unless it is a comma, numbers may have decimal commas."""
 
@@ -49,11 +51,19 @@ class CsvTable:
             unit: Unit of numbers; dates with times, as ISO 8601 writes them, count from 1970 [s].
 
         Raises:
-            UsageError: A value is neither (the message has file and line).
+            UsageError: A value is neither (the message has file and line), or too late for its unit.
         """
         words = self.words(name)
         if not words or is_number(words[0]):
-            return self.column(name) * unit
+            times = self.column(name) * unit
+            if len(late := np.flatnonzero(np.abs(times) > MAX_SECONDS)):
+                problem = f"{self.names[self._index(name)]} is {words[late[0]][:40]}, {times[late[0]]:.3g} s"
+                raise UsageError(
+                    f"{self.path}:{self.lines[late[0]]}: {problem}; give its time_unit (ms, us or ns)"[
+                        :MAX_MESSAGE_LENGTH
+                    ]
+                )
+            return times
         found = []
         for line, word in zip(self.lines, words, strict=True):
             try:
@@ -107,7 +117,7 @@ class CsvTable:
             raise UsageError(
                 f"'{self.path}' has {len(indices)} columns whose names begin with '{first}'; a scan needs at least 2"
             )
-        blank = [[word or "nan" for word in row] for row in self.rows]
+        blank = [["nan" if word.lower() in BLANK_CELLS else word for word in row] for row in self.rows]
         return replace(self, rows=blank)._numbers(indices, finite=False)
 
     def _index(self, name: str | int) -> int:
@@ -214,8 +224,8 @@ def _below_names(
 
 def _words(lines: Sequence[str], separator: str | None) -> list[list[str]]:
     if separator == ",":
-        return [[word.strip() for word in row] for row in csv.reader(lines)]
-    rows = map(str.split, lines) if separator is None else csv.reader(lines, delimiter=separator)
+        return [[word.strip() for word in row] for row in csv.reader(lines, skipinitialspace=True)]
+    rows = map(str.split, lines) if separator is None else csv.reader(lines, delimiter=separator, skipinitialspace=True)
     return [[_with_point(word.strip()) for word in row] for row in rows]
 
 
