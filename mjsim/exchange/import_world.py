@@ -35,6 +35,10 @@ def bring_map(path: Path, *, robot: Newcomer | None, resolution: float | None = 
         raise UsageError(
             f"{path}: none of its cells is occupied; check the gray values of its walls, and its thresholds"
         )
+    if grid.occupied.all():
+        raise UsageError(
+            f"{path}: all of its cells are occupied; check the gray values of its floor, and its thresholds"
+        )
     if found.occupied == noise:
         raise UsageError(f"{path}: all of its {noise} occupied cells are noise; it has no walls")
     rows, columns = grid.occupied.shape

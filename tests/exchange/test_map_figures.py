@@ -132,6 +132,15 @@ def test_a_map_of_noise_alone_is_refused(tmp_path):
         bring_map(path, robot=None)
 
 
+def test_a_map_that_is_all_occupied_is_refused(tmp_path):
+    everything = np.ones((80, 100), dtype=bool)
+    path = write_grid(Grid(everything, ~everything, 0.05, Pose(0.0, 0.0, 0.0)), tmp_path)
+    with pytest.raises(
+        UsageError, match=r"map\.yaml: all of its cells are occupied; check the gray values of its floor"
+    ):
+        bring_map(path, robot=None)
+
+
 def test_legs_of_a_chair_are_not_joined_to_walls():
     occupied = np.zeros((60, 80), dtype=bool)
     for row, column in ((20, 20), (20, 27), (27, 20), (27, 27)):

@@ -81,6 +81,7 @@ class _Reader:
 
     def world(self, world: Element) -> None:
         """Take the models, lights and includes of a world, or of a file without one."""
+        self._restore(world)
         frames = self._frames(world, self._path)
         for child in world:
             if child.tag in ("model", "include"):
@@ -89,6 +90,25 @@ class _Reader:
                 self._light(child, frames, np.eye(4))
             elif child.tag in ("actor", "road", "population"):
                 self.scene.tell(Fate.LEFT_OUT, child.tag, child.get("name", ""), "mjsim has no such thing from a file")
+
+    def _restore(self, world: Element) -> None:
+        """Put the models of a world where its first `<state>`, which Gazebo saves and restores, has them."""
+        saved = {each.get("name"): each for each in world.findall("state[1]/model")}
+        for model in world.findall("model") + world.findall("include"):
+            name = model.get("name") or (model.findtext("name") or "").strip()
+            state = saved.get(name)
+            pose = None if state is None else state.find("pose")
+            if state is None or pose is None:
+                continue
+            for old in model.findall("pose"):
+                if (old.text or "").split() != (pose.text or "").split():
+                    self.scene.tell(Fate.KEPT, "place", name, "that in the state which Gazebo saved")
+                model.remove(old)
+            model.append(pose)
+            if any(word.strip("0") not in ("1.", "1") for word in (state.findtext("scale") or "").split()):
+                self.scene.tell(
+                    Fate.LEFT_OUT, "scale", name, "the state which Gazebo saved; it has the size of its model"
+                )
 
     def _frames(self, element: Element, file: Path) -> SdfFrames:
         def inner(child: Element) -> SdfFrames | None:
