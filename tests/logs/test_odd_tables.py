@@ -245,6 +245,13 @@ def test_times_that_are_too_late_for_their_unit_are_one_line(unit, tmp_path):
         imported(tmp_path / "log.yaml")
 
 
+def test_times_that_are_too_close_for_their_unit_are_one_line(tmp_path):
+    stamped = "".join(f"{100 * k},{0.05 * k},0,0\n" for k in range(20))
+    write(tmp_path, LOG + "time_unit: ns\n", odometry="t,x,y,yaw\n" + stamped)
+    with pytest.raises(UsageError, match=r"odometry\.csv:2: its 20 rows last 1\.9e-06 s; give its time_unit"):
+        imported(tmp_path / "log.yaml")
+
+
 def test_a_table_without_a_value_in_a_column_that_is_needed_is_one_line(tmp_path):
     write(tmp_path, odometry="t,x,y,yaw\n" + "".join(f"{k},,0,0\n" for k in range(9)))
     with pytest.raises(UsageError, match=r"odometry\.csv' holds no row with values of t, x, y, yaw; name other"):

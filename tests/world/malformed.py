@@ -173,6 +173,10 @@ TEXTS = {
         "1:18: no file 'none.png' beside the world file or in assets",
     ),
     "a path that leaves": ("floor: {texture: ../oak.png}", "1:18: path '../oak.png' leaves its folder; name a file"),
+    "a path as on Windows": (
+        "floor: {texture: 'floors\\oak.jpg'}",
+        "1:18: path 'floors\\oak.jpg' has a backslash; write / between folders",
+    ),
     "a path from the root": (
         "floor: {texture: /etc/passwd}",
         "1:18: path '/etc/passwd' leaves its folder; name a file",

@@ -28,6 +28,11 @@ def told(text, source=None):
             "robots: [{name: a, at: [1, 1]}, {name: b, at: [1.4, 1]}]",
             "w:1:47: robot 'b' at [1.4, 1] starts inside robot 'a'",
         ),
+        ("walls: [{points: [[0, 0], [6000, 0]]}]", "w:1:8: the walls span 6000 m; lengths are in metres"),
+        (
+            ROOM + "beacons: [{name: r, at: [5.8, 2], marker: {dictionary: 4x4_50, id: 1}, width: 800}]",
+            "w:2:79: beacon 'r' is 800 m wide; lengths are in metres",
+        ),
         (ROOM + "beacons: [{name: r, at: [6, 2]}]", "w:2:25: beacon 'r' at [6, 2] hangs inside wall 'hall'"),
         (
             ROOM + "beacons: [{name: r, at: [5.89, 2], heading_deg: 0, image: f.png}]",

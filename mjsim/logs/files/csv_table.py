@@ -19,8 +19,9 @@ DECIMAL = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
 BLANK_CELLS = ("", "nan", "na", "n/a", "#n/a", "null", "none", "-")
 """Texts that other programs write for missing values."""
 SEPARATOR_LINE = re.compile(r"sep=([;,\t|])", re.IGNORECASE)
-MAX_SECONDS = 1e11
-"""Times beyond, in the year 5138, are in a smaller unit than was given [s]."""
+MAX_SECONDS, MIN_STEP = 1e11, 5e-5
+"""Times beyond, in the year 5138, are in a smaller unit than was given [s]; closer rows, on the mean, in a larger
+one [s]."""
 SEPARATORS = (";", "\t", "|", ",")
 """Column separators, tried in this order before white space. Unless it is a comma, numbers may have decimal commas."""
 
@@ -51,7 +52,7 @@ class CsvTable:
             unit: Unit of numbers; dates with times, as ISO 8601 writes them, count from 1970 [s].
 
         Raises:
-            UsageError: A value is neither (the message has file and line), or too late for its unit.
+            UsageError: A value is neither (the message has file and line), or they do not fit their unit.
         """
         words = self.words(name)
         if not words or is_number(words[0]):
@@ -63,6 +64,10 @@ class CsvTable:
                         :MAX_MESSAGE_LENGTH
                     ]
                 )
+            span = float(np.ptp(times)) if len(times) else 0.0
+            if 0.0 < span < MIN_STEP * len(times):
+                problem = f"its {len(times)} rows last {span:.2g} s; give its time_unit (s, ms, us or ns)"
+                raise UsageError(f"{self.path}:{self.lines[0]}: {problem}")
             return times
         found = []
         for line, word in zip(self.lines, words, strict=True):

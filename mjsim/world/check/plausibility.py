@@ -17,6 +17,8 @@ from mjsim.world.items import NoiseEvent, Robot, Wall, World, sensors, with_nois
 from mjsim.world.plan import Hung, hung
 from mjsim.world.yaml import problems_at
 
+MAX_BEACON, MAX_SPAN = 20.0, 1000.0
+"""Largest beacon and walls of which nobody wonders about the unit [m]."""
 MAX_SOFT_OVERLAP = 0.02
 """Depth to which objects and people may overlap a person, whose body is soft [m]."""
 IN_FRONT = 0.05
@@ -27,11 +29,24 @@ def check_world(world: World) -> list[Problem]:
     """Return the implausible values of a valid world, sorted by position; no user code is run."""
     findings = itertools.chain(
         *(_openings(world), _crowded(world), _deaf_tags(world), beyond_reach(world), _noise_of_nothing(world)),
-        *(misled_joints(world), _diverging(world), hidden_lamps(world)),
+        *(misled_joints(world), _diverging(world), hidden_lamps(world), _gigantic(world)),
     )
     source = world.source
     faults = ((path, partial(str, message)) for message, path in findings)
     return sorted(problems_at(source.written, source.file, faults))
+
+
+def _gigantic(world: World) -> Iterator[Finding]:
+    """Yield what was perhaps written in millimetres."""
+    advice = "lengths are in metres"
+    for index, beacon in enumerate(world.beacons):
+        if beacon.has_face and beacon.width > MAX_BEACON:
+            sentence = Sentence("beacon '{name}' is {width:g} m wide; {advice}", beacon.name, beacon.width, advice)
+            yield sentence, ("beacons", index, "width")
+    corners = np.array([point for wall in world.walls for point in wall.points]).reshape(-1, 2)
+    span = float(np.ptp(corners, axis=0).max()) if len(corners) else 0.0
+    if span > MAX_SPAN:
+        yield Sentence("the walls span {span:g} m; {advice}", span, advice), ("walls",)
 
 
 def _diverging(world: World) -> Iterator[Finding]:

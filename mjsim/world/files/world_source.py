@@ -18,6 +18,7 @@ from mjsim.world.files.within import OutsideError, place_in, read_regular
 MAX_BYTES = 64_000_000
 """Maximum size of a picture [bytes]."""
 _LEAVES = "path '{name}' leaves its folder; name a file beside the world file or in assets"
+_BACKSLASH = "path '{name}' has a backslash; write / between folders"
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +75,7 @@ def read_asset(name: str, source: Source) -> bytes:
     if name in source.attached:
         return source.attached[name]
     if _leaves(PurePosixPath(name), name):
-        raise ValueError(_LEAVES.format(name=name))
+        raise ValueError((_BACKSLASH if "\\" in name else _LEAVES).format(name=name))
     beside = _beside(name, source)
     if beside is not None:
         return _read(beside, name)
