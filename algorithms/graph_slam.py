@@ -26,7 +26,7 @@ from .estimation.graph_factors import (
     sighting_factor,
     turned_covariance,
 )
-from .estimation.graph_refinement import Leg, MeasuredGraph, refined_poses
+from .estimation.graph_refinement import Displacement, Leg, MeasuredGraph, moved_path, refined_poses, sound_sightings
 from .estimation.held_frame import HeldFrame
 from .estimation.look_checks import GATE, LookChecks, PosedSighting
 from .estimation.odometry_errors import COUNT, OdometryErrors
@@ -124,6 +124,8 @@ class GraphSlam:
         self._steps: list[tuple[float, int, Array, Array]] = []
         self._legs: list[Leg] = []
         self._sightings: list[tuple[int, Sighting]] = []
+        self._failing: list[tuple[int, Sighting]] = []  # since one agreed, by tick
+        self._displacements: list[Displacement] = []
         self._odometry_errors, self._systematic_variances = OdometryErrors(self._systematic), np.zeros(COUNT)
         self._systematic_prior = SharedPrior(gtsam, self._common, changed=CHANGED)
         self._range_prior = SharedPrior(gtsam, self._ranges, changed=CHANGED)
@@ -188,7 +190,12 @@ class GraphSlam:
             name = sighting.name or ""
             if name in self._names and not self._checks.is_young(name):
                 distance = self._checks.distance(pose, self._places[name], self._mended(sighting), moved=moved)
+                was_lost = self._relocation.lost
                 self._relocation.record(name, sighting, distance, gate=GATE)
+                if distance < GATE and not was_lost:
+                    self._failing.clear()
+                else:
+                    self._failing.append((len(self._steps), sighting))
 
     def _relocate(self, time: float) -> list[Sighting]:
         """Return sightings that a lost robot can be found by, after the step to there; none as long as there are none.
@@ -198,9 +205,20 @@ class GraphSlam:
         found = self._relocation.find(self._recent, time, self._places, corrected=self._mended)
         if found is None:
             return []
+        self._displace()
         self._step = (Pose.from_array(self._pose).inverse() @ Pose.from_array(found.pose)).as_array()
         self._step_covariance, self._slopes = np.diag(ANYWHERE) ** 2, np.zeros((3, COUNT))
         return list(found.sightings.values())
+
+    def _displace(self) -> None:
+        """Record that the robot was displaced: what it has seen since sightings fail is from elsewhere."""
+        end = len(self._steps)
+        failing = [(tick, self._mended(sighting)) for tick, sighting in self._failing if tick < end]
+        self._failing.clear()
+        if failing:
+            self._displacements.append(Displacement(end, self._number, self._step, self._slopes, failing))
+            begin = self._steps[max(failing[0][0] - 1, 0)][1] + 1
+            self._sightings = sound_sightings(self._sightings, begin, {sighting.name for _, sighting in failing})
 
     @property
     def range_errors(self) -> tuple[Array, Array]:
@@ -213,11 +231,11 @@ class GraphSlam:
         """Return the final trajectory: time [s] and pose of each tick, from solving the whole graph again."""
         drive = self._measured_graph()
         poses, errors = refined_poses(self._gtsam, drive)
-        found = []
-        for time, number, step, slopes in self._steps:
-            pose, _, _ = self._motion(poses[number], step + slopes @ errors)
-            found.append((time, Pose.from_array(pose)))
-        return found
+        path = np.array([self._motion(poses[n], step + slopes @ errors)[0] for _, n, step, slopes in self._steps])
+        for each in self._displacements:
+            expected, _, _ = self._motion(poses[each.pose], each.step + each.slopes @ errors)
+            path = moved_path(path, expected, each, self._places)
+        return [(time, Pose.from_array(pose)) for (time, *_), pose in zip(self._steps, path, strict=True)]
 
     def _measured_graph(self) -> MeasuredGraph:
         """Return the measurements, and the solver's poses and landmarks."""

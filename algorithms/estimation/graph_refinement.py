@@ -5,6 +5,7 @@ systematic errors of odometry and the actual noise of sightings. Both are estima
 solved again, for several rounds.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,9 +15,9 @@ import numpy as np
 from mjsim.geometry import Array, wrap_angles
 from mjsim.interface import Sighting
 
-from .ekf_models import range_bearing
+from .ekf_models import innovation, range_bearing
 from .graph_factors import prior_factor, sighting_factor, turned_covariance
-from .pose_graph import step_between
+from .pose_graph import composed, step_between
 
 ROUNDS = 4
 """Number of rounds; errors and noise change little after that."""
@@ -60,6 +61,61 @@ class MeasuredGraph:
     """Sightings of named landmarks, each with the index of its pose."""
     systematic_variances: Array
     """Variances of the systematic errors of odometry, shape (4,)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Displacement:
+    """A time in which a robot was moved without its odometry telling, until it was found."""
+
+    end: int
+    """Tick at which it was found."""
+    pose: int
+    """Last pose of the graph before that."""
+    step: Array
+    """Step from there to that tick by odometry alone, shape (3,) [m, m, rad]."""
+    slopes: Array
+    """Derivative of the step by the systematic errors of odometry, shape (3, 4)."""
+    sightings: Sequence[tuple[int, Sighting]]
+    """Those of the map since they failed, each with its tick."""
+
+
+def sound_sightings(
+    sightings: Sequence[tuple[int, Sighting]], begin: int, failing: set[str | None]
+) -> list[tuple[int, Sighting]]:
+    """Return the sightings of a graph without those of failing landmarks from a pose on, if they have others."""
+    doubtful = failing & {sighting.name for number, sighting in sightings if number < begin}
+    return [(number, seen) for number, seen in sightings if number < begin or seen.name not in doubtful]
+
+
+def moved_path(path: Array, expected: Array, displaced: Displacement, landmarks: Mapping[str, Array]) -> Array:
+    """Return a path on which a robot is displaced when its sightings tell, and not only when it was found.
+
+    By odometry, the ticks before it was found follow from the pose before, or precede the pose where it was found. The
+    time of the change is the most probable one, with the loss of sightings that `refined_poses` has.
+
+    Args:
+        path: Pose of each tick, shape (n, 3).
+        expected: Pose at `displaced.end` without a displacement, shape (3,).
+        displaced: What happened.
+        landmarks: World frame, shape (2,) each [m].
+    """
+    first = displaced.sightings[0][0]
+    since = composed(path[displaced.end], step_between(expected, path[first : displaced.end]))
+    gained, best, change = 0.0, 0.0, displaced.end
+    for tick, sighting in reversed(displaced.sightings):
+        place = landmarks[sighting.name or ""]
+        gained += _loss(path[tick], place, sighting) - _loss(since[tick - first], place, sighting)
+        if gained > best:
+            best, change = gained, tick
+    return np.concatenate([path[:change], since[change - first :], path[displaced.end :]])
+
+
+def _loss(pose: Array, place: Array, sighting: Sighting) -> float:
+    """Return Cauchy's loss of a sighting."""
+    expected, _, _ = range_bearing(pose, place[None])
+    nu = innovation(np.array([[sighting.range, sighting.bearing]]), expected)[0]
+    squared = float(nu @ np.linalg.solve(sighting.covariance, nu))
+    return 0.5 * CAUCHY**2 * math.log1p(squared / CAUCHY**2)
 
 
 def refined_poses(gtsam: Any, drive: MeasuredGraph) -> tuple[Array, Array]:

@@ -5,6 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
+from mjsim.algorithms.estimation.ekf_models import range_bearing
+from mjsim.algorithms.estimation.graph_refinement import Displacement, moved_path, sound_sightings
 from mjsim.algorithms.estimation.held_frame import UNSURE, HeldFrame
 from mjsim.algorithms.estimation.look_checks import NEEDED, LookChecks
 from mjsim.algorithms.estimation.pose_graph import compose
@@ -65,6 +67,30 @@ def test_the_covariance_of_a_held_pose_has_how_far_it_is_held_from_the_solution(
     np.testing.assert_allclose(covariance, 1e-4 * np.eye(3) + np.outer(off, off), atol=1e-9)
     # A squared distance of one in the direction of the shift: it is no outlier by itself.
     assert off @ np.linalg.solve(covariance, off) == pytest.approx(1.0, abs=1e-3)
+
+
+def test_a_path_is_displaced_when_sightings_tell():
+    # Carried away before tick 12, and found at tick 16; one of the sightings that failed is older.
+    truth, landmark = TRACK.copy(), np.array([3.0, 1.0])
+    truth[12:] = [compose(np.array([0.5, 1.0, 0.7]), pose) for pose in TRACK[12:]]
+    failed = []
+    for tick in range(10, 16):
+        z, _, _ = range_bearing(truth[tick], landmark[None])
+        failed.append((tick, Sighting(0.1 * tick, "a", *z[0].tolist(), R)))
+    told = np.concatenate([TRACK[:16], truth[16:]])
+    displaced = Displacement(16, 15, np.zeros(3), np.zeros((3, 4)), failed)
+    np.testing.assert_allclose(moved_path(told, TRACK[16], displaced, {"a": landmark}), truth, atol=1e-9)
+    # Where the sightings do not fail, it stays.
+    there = {"a": np.array([30.0, 1.0])}
+    np.testing.assert_array_equal(moved_path(told, TRACK[16], displaced, there)[:10], TRACK[:10])
+
+
+def test_sightings_from_elsewhere_leave_a_graph_but_for_those_of_new_landmarks():
+    def seen(number, name):
+        return number, look(name, 0.1 * number)
+
+    graph = [seen(1, "a"), seen(3, "a"), seen(3, "b"), seen(4, "new"), seen(4, "a")]
+    assert sound_sightings(graph, 3, {"a", "new"}) == [graph[0], graph[2], graph[3]]
 
 
 def look(name, bearing):
