@@ -92,6 +92,20 @@ def test_a_script_gives_walls_pictures_robot_sensor_and_way_and_tells_the_rest(t
         assert line in told
 
 
+@pytest.mark.parametrize(
+    "table",
+    [
+        "beacons = {'lion', 9.9, 4, pi; 'owl', 4, 7.9, 0; 'cat', 1, 1, 0};",
+        "beacons = {'lion', 'owl', 'cat'; 9.9, 4, 1; 4, 7.9, 1; pi, 0, 0};",
+        "beacons(1).P = 'lion'; beacons(1).x = 9.9; beacons(1).y = 4; beacons(1).w = pi;",
+    ],
+)
+def test_a_picture_may_be_named_first(table, tmp_path):
+    world, _ = brought(tmp_path, table)
+    first = world.beacons[0]
+    assert (first.image, first.at, first.heading_deg) == ("posters/lion.jpg", (9.9, 4.0), 180.0)
+
+
 def test_a_scale_is_that_of_the_start_too_and_a_start_that_is_no_number_is_told(tmp_path):
     lines = "lm = [100 300; 200 400];\nrobot.pose = [{} 150 pi];\n"
     world, _ = brought(tmp_path, lines.format("250"), scale=0.01)

@@ -46,6 +46,7 @@ class Tables:
             raise UsageError(wrong)
         if not table:
             return []
+        table = _text_last(table)
         high, wide = len(table), len(table[0])
         upright, lying = _fits(table, high, sizes), _fits([*zip(*table, strict=True)], wide, sizes)
         if isinstance(value, Mapping) or (isinstance(value, list) and all(isinstance(item, Mapping) for item in value)):
@@ -85,6 +86,15 @@ def _fits(table: Sequence[Sequence[Entry]], size: int, sizes: Sequence[int]) -> 
     return size in sizes and not text
 
 
+def _text_last(table: list[list[Entry]]) -> list[list[Entry]]:
+    """Return a table whose items end with their text; where all begin with it, it is put last."""
+    if all(isinstance(entry, str) for entry in table[0]):
+        return [*table[1:], table[0]]
+    if all(isinstance(row[0], str) for row in table):
+        return [[*row[1:], row[0]] for row in table]
+    return table
+
+
 def _entries(value: Any) -> list[list[Entry]] | None:
     """Return a table as rows of values; None if it is not one."""
     if isinstance(value, np.ndarray):
@@ -117,4 +127,6 @@ def _even(rows: list[list[Entry]]) -> list[list[Entry]] | None:
 
 def _sides(value: Any) -> str:
     shape = np.shape(value) if isinstance(value, np.ndarray) else (1,) if isinstance(value, str) else (len(value),)
+    widths = {len(row) for row in value if isinstance(row, list)} if isinstance(value, list) else set[int]()
+    shape = (*shape, *widths) if len(widths) == 1 else shape
     return " x ".join(map(str, shape))
