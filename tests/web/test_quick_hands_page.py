@@ -54,6 +54,12 @@ def row(sheet, name):
     return sheet.page.get_by_role("treeitem").filter(has_text=name).first
 
 
+def choose(sheet, name):
+    """Click a row, and wait until the panel is that of its thing: it is drawn with the next picture."""
+    row(sheet, name).click()
+    expect(sheet.title).to_contain_text(name)
+
+
 def both(sheet, one, other):
     row(sheet, one).click()
     row(sheet, other).click(modifiers=["Control"])
@@ -149,12 +155,12 @@ def a_press_that_ends_outside_a_dialog_or_on_its_edge_leaves_it_open(sheet):
 
 
 def names_are_followed_fit_and_are_free_before_the_last_change_is_answered(sheet):
-    row(sheet, "stool").click()
+    choose(sheet, "stool")
     sheet.field("Name").fill("chair")
     sheet.press("Enter")
     sheet.reads("name: chair, box", "seat: chair")
     sheet.page.evaluate(LATE)
-    row(sheet, "desk").click()
+    choose(sheet, "desk")
     sheet.field("Box length").fill("1.1")
     sheet.press("Tab")
     sheet.type("0.9")
@@ -183,7 +189,7 @@ def names_are_followed_fit_and_are_free_before_the_last_change_is_answered(sheet
 def a_press_counts_although_what_was_typed_before_it_draws_the_panel_anew(sheet):
     sheet.plan.focus()
     sheet.press("v")
-    row(sheet, "stool").click()
+    choose(sheet, "stool")
     sheet.field("Box height").fill("0.55")
     hold(sheet, sheet.page.get_by_title("Duplicate (Ctrl+D)"), until="[0.4, 0.3, 0.55]")
     sheet.reads("name: stool-2")
