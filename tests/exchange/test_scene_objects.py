@@ -1,10 +1,10 @@
-"""Models of Gazebo as objects of a world that names them."""
+"""Models of Gazebo: as objects of a world that names them, and where a saved state has them."""
 
 import pytest
 
 from mjsim.errors import WorldError
-from mjsim.world import Source, parse_world, solid
-from tests.exchange.test_scenes import BOX, POST, link
+from mjsim.world import CylinderObstacle, Source, parse_world, solid
+from tests.exchange.test_scenes import BOX, POST, WALLS, brought, link, model, scene
 
 
 def test_a_model_of_gazebo_is_an_object_of_a_world(tmp_path):
@@ -23,3 +23,24 @@ def test_a_model_of_gazebo_is_an_object_of_a_world(tmp_path):
         WorldError, match="has 2 models beside its worlds; an object has one, else bring it in as a world"
     ):
         parse_world(text, source=Source(folder=tmp_path))
+
+
+def test_models_stand_where_the_state_that_gazebo_saved_has_them(tmp_path):
+    state = (
+        "<state world_name='w'><sim_time>281 0</sim_time><model name='walls'><pose>0 0 0 0 0 0</pose></model>"
+        "<model name='post'><pose>2 1.5 -2e-06 6e-06 2e-06 0.5</pose><scale>1 1 1</scale><link name='l'>"
+        "<pose>2 1.5 0.5 0 0 0.5</pose></link></model><model name='grown'><pose>1 3 0 0 0 0</pose>"
+        "<scale>1 1 2</scale></model></state>"
+        "<state world_name='w'><model name='post'><pose>9 9 0 0 0 0</pose></model></state>"
+    )
+    posts = "".join(
+        model(link("0 0 0.5 0 0 0", POST), pose="5 3 0 0 0 0", static=False, name=name) for name in ("post", "grown")
+    )
+    world, found = brought(scene(tmp_path, WALLS + posts + state))
+    places = {thing.name: thing.at for thing in world.obstacles}
+    assert places["post"] == pytest.approx((2.0, 1.5), abs=1e-3)
+    assert places["grown"] == pytest.approx((1.0, 3.0), abs=1e-3)
+    assert all(isinstance(thing, CylinderObstacle) for thing in world.obstacles)
+    assert len(world.walls) == 4
+    assert any("place" in line and "'post'" in line and "state" in line for line in found.report)
+    assert any(line.startswith("left out: ") and "scale" in line and "'grown'" in line for line in found.report)

@@ -393,24 +393,3 @@ def test_three_hundred_cylinders_are_read_in_moments(tmp_path):
     assert world.obstacles[299].at == (19.0, 14.0)
     assert math.isclose(solid(world).area, 300 * math.pi * 0.04, rel_tol=0.02)
     assert len(read_sdf(tmp_path / "room.world", search=[]).things) == 300
-
-
-def test_models_stand_where_the_state_that_gazebo_saved_has_them(tmp_path):
-    state = (
-        "<state world_name='w'><sim_time>281 0</sim_time><model name='walls'><pose>0 0 0 0 0 0</pose></model>"
-        "<model name='post'><pose>2 1.5 -2e-06 6e-06 2e-06 0.5</pose><scale>1 1 1</scale><link name='l'>"
-        "<pose>2 1.5 0.5 0 0 0.5</pose></link></model><model name='grown'><pose>1 3 0 0 0 0</pose>"
-        "<scale>1 1 2</scale></model></state>"
-        "<state world_name='w'><model name='post'><pose>9 9 0 0 0 0</pose></model></state>"
-    )
-    posts = "".join(
-        model(link("0 0 0.5 0 0 0", POST), pose="5 3 0 0 0 0", static=False, name=name) for name in ("post", "grown")
-    )
-    world, found = brought(scene(tmp_path, WALLS + posts + state))
-    places = {thing.name: thing.at for thing in world.obstacles}
-    assert places["post"] == pytest.approx((2.0, 1.5), abs=1e-3)
-    assert places["grown"] == pytest.approx((1.0, 3.0), abs=1e-3)
-    assert all(isinstance(thing, CylinderObstacle) for thing in world.obstacles)
-    assert len(world.walls) == 4
-    assert any("place" in line and "'post'" in line and "state" in line for line in found.report)
-    assert any(line.startswith("left out: ") and "scale" in line and "'grown'" in line for line in found.report)

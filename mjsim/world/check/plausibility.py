@@ -38,15 +38,14 @@ def check_world(world: World) -> list[Problem]:
 
 def _gigantic(world: World) -> Iterator[Finding]:
     """Yield what was perhaps written in millimetres."""
-    advice = "lengths are in metres"
     for index, beacon in enumerate(world.beacons):
         if beacon.has_face and beacon.width > MAX_BEACON:
-            sentence = Sentence("beacon '{name}' is {width:g} m wide; {advice}", beacon.name, beacon.width, advice)
+            sentence = Sentence("beacon '{name}' is {width:g} m wide; lengths are in metres", beacon.name, beacon.width)
             yield sentence, ("beacons", index, "width")
     corners = np.array([point for wall in world.walls for point in wall.points]).reshape(-1, 2)
     span = float(np.ptp(corners, axis=0).max()) if len(corners) else 0.0
     if span > MAX_SPAN:
-        yield Sentence("the walls span {span:g} m; {advice}", span, advice), ("walls",)
+        yield Sentence("the walls span {span:g} m; lengths are in metres", span), ("walls",)
 
 
 def _diverging(world: World) -> Iterator[Finding]:
