@@ -1,10 +1,11 @@
 """Repair of OBJ files that MuJoCo rejects: flat ones, and those with normals at only some faces."""
 
 import re
+from collections.abc import Sequence
+from itertools import islice
 
 import numpy as np
 
-from mjsim.geometry import Array
 from mjsim.models.mesh_files import FLAT, SPECK_FACES, speck_tips
 
 SAMPLE = 1000
@@ -12,6 +13,7 @@ SAMPLE = 1000
 _CORNER = re.compile(rb"^[ \t]*v[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)", re.MULTILINE)
 _PICTURED = re.compile(rb"^[ \t]*vt[ \t]", re.MULTILINE)
 _FACE = re.compile(rb"^[ \t]*f[ \t].*", re.MULTILINE)
+_BARE_FACE = re.compile(rb"^[ \t]*f(?:[ \t]+-?\d+(?:/-?\d*)?)+[ \t\r]*$", re.MULTILINE)
 _NORMALS = re.compile(rb"^[ \t]*vn[ \t].*", re.MULTILINE)
 _NORMAL = re.compile(rb"(\d)(?:(/-?\d+)/|//)-?\d+(?!\S)")
 """A corner of a face with a normal: its own last digit, its place on a picture, and the normal."""
@@ -20,18 +22,17 @@ _NORMAL = re.compile(rb"(\d)(?:(/-?\d+)/|//)-?\d+(?!\S)")
 def mended_obj(data: bytes) -> bytes:
     """Return an OBJ with a speck if it is flat, and without normals if some faces have none."""
     data = _with_volume(data)
-    faces = _FACE.findall(data)
-    if len({_NORMAL.search(face) is None for face in faces}) == 1:
+    if b"vn" not in data or not _BARE_FACE.search(data):
         return data
     return _NORMALS.sub(b"", _FACE.sub(lambda face: _NORMAL.sub(rb"\1\2", face[0]), data))
 
 
 def _with_volume(data: bytes) -> bytes:
     """Return an OBJ, with a speck in its middle if all its corners lie in a plane: MuJoCo asks for volume."""
-    found = _CORNER.findall(data)
+    sample = [corner.groups() for corner in islice(_CORNER.finditer(data), SAMPLE)]
     try:
-        # A sample tells that most meshes are not flat.
-        if not all(_is_flat(np.array(part, dtype=float)) for part in (found[:: len(found) // SAMPLE + 1], found)):
+        # The first corners tell that most meshes are not flat.
+        if not (_is_flat(sample) and _is_flat(found := _CORNER.findall(data))):
             return data
     except ValueError:
         return data  # What is wrong with it is told when it is checked.
@@ -41,8 +42,9 @@ def _with_volume(data: bytes) -> bytes:
     return data + "\n".join(lines).encode() + b"\n"
 
 
-def _is_flat(corners: Array) -> bool:
-    """Return whether points, shape (n, 3), lie in a plane."""
+def _is_flat(words: Sequence[tuple[bytes, ...]]) -> bool:
+    """Return whether corners lie in a plane; raises ValueError for what are no numbers."""
+    corners = np.array(words, dtype=float)
     if len(corners) < 3 or not np.isfinite(corners).all():
         return False
     extents = np.linalg.svd(corners - corners.mean(axis=0), compute_uv=False)
