@@ -119,8 +119,8 @@ class Bridge(Closes):
             UsageError: Another simulation publishes its clock on the domain.
         """
         self._require_alone()
-        self._bus.start()
         self.session.start(paused=paused)
+        self._bus.start()  # services need a session that runs
 
     def close(self) -> None:
         """End the run and leave the bus; a second call does nothing."""
