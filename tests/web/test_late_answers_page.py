@@ -9,6 +9,7 @@ from playwright.sync_api import expect
 import mjsim
 from mjsim.web import Studio
 from tests.sheet import DRAWN
+from tests.web.test_studio_hints_page import stand
 from tests.windows import PATIENCE, page_at
 
 pytestmark = pytest.mark.slow
@@ -112,6 +113,26 @@ def test_worlds_and_changes_that_are_answered_late_take_the_place_of_nothing_new
         a_change_whose_text_was_typed_over_meanwhile_says_so(page)
         page.unroute_all()
         what_is_typed_while_another_world_is_on_its_way_is_not_lost(page)
+
+
+def test_a_name_that_the_server_has_not_read_yet_is_offered_once_it_has(browser, folder):
+    (folder / "slow.yaml").write_text(
+        f"{ROOM}  events:\n    - {{time: 1, remove: }}\n".replace("{seconds: 1}", "\n  seconds: 1")
+    )
+    with Studio(folder, world="slow.yaml") as studio, page_at(browser, studio.url) as page:
+        lines = page.locator(".cm-line")
+        expect(page.get_by_role("treeitem", name="crate")).to_be_visible()
+        late = Held(page, "**/api/parse", "barrel")
+        begin = ROOM.splitlines()[3].index("crate")
+        stand(lines.nth(3), begin, begin + len("crate"))
+        page.keyboard.insert_text("barrel")
+        stand(lines.filter(has_text="remove: "), len("    - {time: 1, remove: "))
+        page.keyboard.press("Control+Space")
+        late.until_asked()
+        options = page.locator(".cm-tooltip-autocomplete li")
+        late.let_go()
+        expect(options.get_by_text("barrel", exact=True)).to_be_visible()
+        expect(options.get_by_text("crate", exact=True)).to_have_count(0)
 
 
 def test_modules_of_a_world_that_was_left_are_not_offered(browser, folder):

@@ -111,7 +111,6 @@ function keyOption(field: Field, order: number): Completion {
 
 async function valuesOf(field: Field, levels: Level[], studio: Studio): Promise<string[]> {
   const { models, pictures } = studio.folder.shipped;
-  const names = studio.document.items.flatMap(({ name }) => name ?? []);
   if (field.kind.is === "choice") return field.kind.options.map(String);
   if (field.kind.is === "switch") return ["true", "false"];
   if (field.key === "include")
@@ -122,7 +121,10 @@ async function valuesOf(field: Field, levels: Level[], studio: Studio): Promise<
   if (field.key === "model") return models;
   if (field.kind.is === "picture") return pictures;
   if (field.key === "use") return (await modulesOf(studio)).map(({ use }) => use);
-  return NAMING.includes(field.key) ? [...new Set(names)] : [];
+  if (!NAMING.includes(field.key)) return [];
+  // The names are those of the text as it is now.
+  await studio.document.settled();
+  return studio.document.items.flatMap(({ name }) => name ?? []);
 }
 
 /** Where a word begins in the text that is being written; null where no mapping is. */
