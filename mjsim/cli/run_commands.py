@@ -169,13 +169,13 @@ def _estimator(spec: str | None, trajectory: Path | None, run: "Recording", keys
         return spec
     import json
 
-    from mjsim.logs import read_trajectory
+    from mjsim.logs import listed_notes, offset_to_run
+    from mjsim.progress import say
 
-    begins = float(read_trajectory(trajectory, topic=keys["topic"], period=keys["period"])[0, 0])
-    started = float(run.metadata.get("log start", 0.0))
-    # Trajectories from a log of a real robot have its clock; the recording of the log begins at 0.
-    usual = -started if abs(begins - started) < abs(begins) else 0.0
-    offset = usual if keys["offset"] is None else keys["offset"]
+    notes: dict[str, str] = {}
+    offset = offset_to_run(trajectory, run, **keys, notes=notes)
+    for line in listed_notes(notes):
+        say(line)
     keys = {"file": str(trajectory.absolute()), **keys, "offset": offset}
     return f"mjsim.logs.trajectory:Trajectory{json.dumps(keys)}"
 

@@ -5,7 +5,9 @@ from .data_sets import import_mrclam as import_mrclam
 from .data_sets import import_victoria_park as import_victoria_park
 from .importing import import_log as import_log
 from .listing import listed as listed
+from .listing import listed_notes as listed_notes
 from .observed import write_log as write_log
 from .resampling import Wishes as Wishes
 from .trajectory import Trajectory as Trajectory
+from .trajectory import offset_to_run as offset_to_run
 from .trajectory import read_trajectory as read_trajectory

@@ -14,6 +14,11 @@ def listed(recording: Recording) -> list[str]:
     return inventory([*_sensors(recording), *_notes(recording.metadata)])
 
 
+def listed_notes(notes: Mapping[str, str]) -> list[str]:
+    """Return what became of the contents of a file, from facts as in the metadata of a recording."""
+    return inventory(_notes(notes))
+
+
 def _sensors(recording: Recording) -> Iterator[FileItem]:
     for robot in recording.world.robots:
         prefix = f"{robot.name}/" if len(recording.world.robots) > 1 else ""

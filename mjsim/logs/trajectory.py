@@ -11,9 +11,12 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Array, Pose, headings, places_at
 from mjsim.guarded import Plain, guarded
 from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo
+from mjsim.inventory import Fate, told
 from mjsim.logs.bags import POSES, Bag, is_bag, pose_of
 from mjsim.logs.files import MAX_NUMBER, lines_of
 from mjsim.logs.importing import readable_folders
+from mjsim.logs.named_poses import named_rows, since_1970
+from mjsim.record import Recording
 
 ODOMETRY_TYPES, PATH_TYPES = "nav_msgs/msg/Odometry", "nav_msgs/msg/Path"
 TYPES = (*(kind for kind in POSES if "Transform" not in kind), ODOMETRY_TYPES, PATH_TYPES)
@@ -28,16 +31,22 @@ NO_VERTICES = ("FIX", "VERTEX_XY", "VERTEX_TRACKXYZ")
 MAX_ROWS = 5_000_000
 MAX_LATE_SECONDS = 5.0
 """Maximum time by which a trajectory may begin after a run [s]."""
+MAX_SILENT_SECONDS, MAX_STEPS = 1.0, 5.0
+"""A time without poses is told beyond these: absolute [s], and as a multiple of the usual time between two."""
 
 
-def read_trajectory(path: str | Path, *, topic: str | None = None, period: float | None = None) -> Array:
+def read_trajectory(
+    path: str | Path, *, topic: str | None = None, period: float | None = None, notes: dict[str, str] | None = None
+) -> Array:
     """Return the planar poses in a file: rows of time [s], x, y [m] and heading [rad], in order of time.
 
     Args:
-        path: A text file with rows `t x y z qx qy qz qw` (TUM) or `t x y heading`, a ground truth of EuRoC, poses of a
-            camera or a robot as in KITTI, or vertices of g2o; or a bag of ROS.
+        path: A text file with rows `t x y z qx qy qz qw` (TUM) or `t x y heading`, a table with names of columns in any
+            order, a ground truth of EuRoC, poses of a camera or a robot as in KITTI, or vertices of g2o; or a bag of
+            ROS.
         topic: The topic of a bag; by default its only one with poses.
         period: Time from one pose to the next, in files without times: KITTI and g2o [s].
+        notes: What was taken as what, guessed and left out, as in the metadata of a recording; this adds to them.
 
     Raises:
         UsageError: The file cannot be read, has no poses, or several topics with poses.
@@ -46,7 +55,10 @@ def read_trajectory(path: str | Path, *, topic: str | None = None, period: float
     if not path.exists():
         raise UsageError(f"no file '{path}'; name a trajectory: rows t x y z qx qy qz qw, or a bag of ROS with poses")
     found = guarded(f"{__name__}:trajectory_rows", path, topic, period, about=path, folders=readable_folders(path))
-    rows = np.asarray(found, dtype=float).reshape(-1, 4)
+    told_of = {str(fact): str(value) for fact, value in found["notes"].items()}
+    if notes is not None:
+        notes |= told_of
+    rows = np.asarray(found["rows"], dtype=float).reshape(-1, 4)
     # Of several poses at one time the last one counts: that of the newest path.
     rows = rows[::-1]
     _, last = np.unique(rows[:, 0], return_index=True)
@@ -55,13 +67,19 @@ def read_trajectory(path: str | Path, *, topic: str | None = None, period: float
     return np.asarray(rows[last])
 
 
-def trajectory_rows(path: Path, topic: str | None, period: float | None = None) -> Plain:
-    """Return the rows of `read_trajectory` as they are in the file; called in the guarded reader."""
+def trajectory_rows(path: Path, topic: str | None, period: float | None = None) -> Mapping[str, Plain]:
+    """Return the rows of `read_trajectory` as they are in the file, and its notes; called in the guarded reader."""
     is_of_ros = is_bag(path)
     if topic is not None and not is_of_ros:
         raise UsageError(f"'{path}' is not a ROS bag, so it has no topics; leave out topic")
-    rows = _rows_of_bag(path, topic) if is_of_ros else _rows_of_text(path, period)
-    return np.array([row for row, _ in zip(rows, range(MAX_ROWS), strict=False)]).reshape(-1, 4)
+    notes: dict[str, str] = {}
+    if not is_of_ros and (named := named_rows(path, notes)) is not None:
+        return {"rows": named, "notes": notes}
+    found = _rows_of_bag(path, topic) if is_of_ros else _rows_of_text(path, period)
+    rows = np.array([row for row, _ in zip(found, range(MAX_ROWS), strict=False)]).reshape(-1, 4)
+    if not is_of_ros:
+        rows[:, 0] = since_1970(rows[:, 0], notes)
+    return {"rows": rows, "notes": notes}
 
 
 def _rows_of_text(path: Path, period: float | None) -> Iterator[tuple[float, float, float, float]]:
@@ -153,6 +171,63 @@ def _rows_of_bag(path: Path, topic: str | None) -> Iterator[tuple[float, float, 
                 yield time, float(pose[0, 3]), float(pose[1, 3]), math.atan2(pose[1, 0], pose[0, 0])
 
 
+def offset_to_run(
+    path: str | Path,
+    run: Recording,
+    *,
+    topic: str | None = None,
+    period: float | None = None,
+    offset: float | None = None,
+    notes: dict[str, str],
+) -> float:
+    """Return what is added to the times of a trajectory to get those of a run [s].
+
+    Trajectories made from a log of a real robot have its clock, while the recording of the log begins at 0.
+
+    Args:
+        path: The trajectory; topic, period and notes as for `read_trajectory`.
+        run: The recording that it is evaluated on.
+        topic: Of a bag.
+        period: Between poses without times [s].
+        offset: As the user gave it.
+        notes: What was taken as what, and where poses are missing.
+
+    Raises:
+        UsageError: It cannot be read, or has no pose at the beginning of the run.
+    """
+    times = read_trajectory(path, topic=topic, period=period, notes=notes)[:, 0]
+    if offset is None:
+        started = float(run.metadata.get("log start", 0.0))
+        offset = -started if abs(times[0] - started) < abs(times[0]) else 0.0
+    begins, ends = run.time[[0, -1]].tolist()
+    if problem := _misfit(path, times, offset, begins):
+        raise UsageError(problem)
+    for fact, missing in (
+        ("before the first", times[0] + offset - begins),
+        ("after the last", ends - times[-1] - offset),
+    ):
+        if missing > MAX_SILENT_SECONDS:
+            notes[f"pose {fact} of the trajectory"] = told(Fate.GUESSED, f"it stays the same for {missing:.1f} s")
+    steps = np.diff(times)
+    if steps.max() > max(MAX_SILENT_SECONDS, MAX_STEPS * float(np.median(steps))):
+        at = times[int(np.argmax(steps))] + offset
+        notes["poses in gaps of the trajectory"] = told(
+            Fate.GUESSED, f"interpolated; the longest gap is {steps.max():.1f} s, from {at:.1f} s"
+        )
+    return offset
+
+
+def _misfit(file: str | Path, times: Array, offset: float, now: float) -> str:
+    """Return why a trajectory has no pose at a time of a run, or ''; the offset is not yet added to its times."""
+    begins, ends = times[[0, -1]].tolist()
+    if begins + offset - MAX_LATE_SECONDS <= now < ends + offset:
+        return ""
+    return (
+        f"'{file}' has poses from {begins:.3f} to {ends:.3f} s; with {offset:.3f} s added, no pose is at {now:.3f} s of"
+        " the run: give another offset"
+    )
+
+
 class Trajectory:
     """An estimator that gives the poses in a file of another program, interpolated, for `report` and `compare`.
 
@@ -196,13 +271,9 @@ class Trajectory:
         Raises:
             ValueError: The trajectory is of another time than the run.
         """
-        begins, ends = self._track[[0, -1], 0].tolist()
         if self._world_from_file is None:
-            if not begins - MAX_LATE_SECONDS <= seen.time < ends:
-                raise ValueError(
-                    f"'{self._file}' has poses from {begins - self._offset:.3f} to {ends - self._offset:.3f} s; with"
-                    f" {self._offset:.3f} s added, no pose is at {seen.time:.3f} s of the run: give another offset"
-                )
+            if problem := _misfit(self._file, self._track[:, 0] - self._offset, self._offset, seen.time):
+                raise ValueError(problem)
             first = self._at(seen.time)
             self._world_from_file = self._prior @ first.inverse() if self._anchored else Pose(0.0, 0.0, 0.0)
         return Estimate(self._world_from_file @ self._at(seen.time), np.zeros((3, 3)))

@@ -2,6 +2,7 @@
 
 import json
 import math
+from datetime import UTC, datetime
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -11,7 +12,7 @@ import pytest
 from mjsim import import_log, parse_world
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, Pose3
-from mjsim.logs import Trajectory, read_trajectory
+from mjsim.logs import Trajectory, listed_notes, offset_to_run, read_trajectory
 from mjsim.logs.trajectory import trajectory_rows
 from mjsim.record import export_tum
 from mjsim.run import run
@@ -32,7 +33,7 @@ def test_rows_of_both_forms_are_read_and_sorted(tmp_path):
         "".join(f"{t},{x},{y},{turn!r}\n" for t, x, y, turn in [(ROWS[0][0], 9.0, 9.0, 1.0), *ROWS]),
     ):
         (tmp_path / "track.tum").write_text(f"# a comment\n\n{text}")
-        np.testing.assert_allclose(trajectory_rows(tmp_path / "track.tum", None)[:3, 3].max(), math.pi - 0.1)
+        np.testing.assert_allclose(trajectory_rows(tmp_path / "track.tum", None)["rows"][:3, 3].max(), math.pi - 0.1)
         np.testing.assert_allclose(read_trajectory(tmp_path / "track.tum"), ROWS, atol=1e-12)
 
 
@@ -84,6 +85,91 @@ def test_times_in_nanoseconds_are_known_by_their_header_or_size_and_commas_tell_
         np.testing.assert_allclose(read_trajectory(tmp_path / "track.csv"), rows, atol=1e-6)
 
 
+def of_turn(turn: float) -> dict[str, str]:
+    """Return the columns of a heading, as different programs name them."""
+    z, w = math.sin(turn / 2), math.cos(turn / 2)
+    return {"qx": "0", "qy": "0", "qz": repr(z), "qw": repr(w)}
+
+
+NAMED = {
+    "own": ("theta,y,x,time", lambda t, x, y, h: f"{h!r},{y},{x},{t}"),
+    "german": (
+        "Zeit;t;x [mm];y [mm];yaw [deg]",
+        lambda t, x, y, h: _comma(f"9;{t};{1e3 * x};{1e3 * y};{math.degrees(h)!r}"),
+    ),
+    "evo, w first": (
+        "# timestamp tx ty tz qw qx qy qz",
+        lambda t, x, y, h: "{} {} {} 1 {qw} {qx} {qy} {qz}".format(t, x, y, **of_turn(h)),
+    ),
+    "rostopic": (
+        "%time,field.header.seq,field.header.stamp,field.header.frame_id,field.pose.position.x,field.pose.position.y,"
+        "field.pose.position.z,field.pose.orientation.x,field.pose.orientation.y,field.pose.orientation.z,"
+        "field.pose.orientation.w",
+        lambda t, x, y, h: "7,3,{:.0f},map,{},{},0,{qx},{qy},{qz},{qw}".format(1e9 * (1.7e9 + t), x, y, **of_turn(h)),
+    ),
+    "plotjuggler": (
+        "__time,/p/pose/position/x,/p/pose/position/y,/p/pose/orientation/w,/p/pose/orientation/x,"
+        "/p/pose/orientation/y,/p/pose/orientation/z",
+        lambda t, x, y, h: "{},{},{},{qw},{qx},{qy},{qz}".format(t, x, y, **of_turn(h)),
+    ),
+    "gaps": (
+        "t\tx\ty\troll\tpitch\tyaw",
+        lambda t, x, y, h: f"{t}\t{x}\t{y}\t0\t0\t{h!r}\n{t}5\tnan\tnan\tnan\tnan\tnan",
+    ),
+    "milliseconds": ("timestamp,x,y,yaw", lambda t, x, y, h: f"{1.7e12 + 1e3 * t:.0f},{x},{y},{h!r}"),
+    "dots": ("", lambda t, x, y, h: _comma(f"31.01.2026 12:00:{t};{x};{y};{h!r}")),
+    "dotted and spaced": ("# made by hand", lambda t, x, y, h: f"31.01.2026 12:00:{t} {x} {y} {h!r}"),
+    "ISO": ("stamp,x,y,heading", lambda t, x, y, h: f"2026-01-31T13:00:{t}+01:00,{x},{y},{h!r}"),
+    "slashes": ("", lambda t, x, y, h: f"2026/01/31 12:00:{t},{x},{y},{h!r}"),
+}
+
+
+def _comma(text: str) -> str:
+    return text.replace(".", ",").replace("31,01,2026", "31.01.2026")
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_columns_with_names_and_dates_are_read_in_any_order_and_told(name, tmp_path):
+    head, row = NAMED[name]
+    (tmp_path / "slam.csv").write_text(head + "\n" + "".join(row(*each) + "\n" for each in ROWS))
+    found = trajectory_rows(tmp_path / "slam.csv", None)
+    start = datetime(2026, 1, 31, 12, tzinfo=UTC).timestamp()
+    since = {"rostopic": 1.7e9, "milliseconds": 1.7e9, "dots": start, "ISO": start, "slashes": start}
+    begins = since.get(name.replace("dotted and spaced", "dots"), 0.0)
+    expected = [(begins + time, *pose) for time, *pose in ROWS]
+    np.testing.assert_allclose(found["rows"], expected, atol=1e-6)
+    said = found["notes"]["columns of the trajectory"]
+    assert said.startswith("kept: time = ")
+    assert ", x = " in said
+
+
+def test_times_without_poses_are_told_and_another_time_than_the_runs_is_refused(tmp_path):
+    times = [2.0, *np.arange(3.0, 6.0, 0.1), *np.arange(9.0, 11.0, 0.1)]
+    (tmp_path / "slam.tum").write_text("".join(f"{t + 1.7e9} {t} 0 0\n" for t in times))
+    run = SimpleNamespace(time=np.arange(0.0, 15.0), metadata={"log start": "1.7e9"})
+    notes: dict[str, str] = {}
+    assert offset_to_run(tmp_path / "slam.tum", run, notes=notes) == -1.7e9
+    assert listed_notes(notes) == [
+        "guessed: pose before the first of the trajectory: it stays the same for 2.0 s",
+        "guessed: pose after the last of the trajectory: it stays the same for 3.1 s",
+        "guessed: poses in gaps of the trajectory: interpolated; the longest gap is 3.1 s, from 5.9 s",
+    ]
+    with pytest.raises(
+        UsageError, match=r"has poses from 1700000002\.000 to .* no pose is at 0\.000 s of the run: give"
+    ):
+        offset_to_run(tmp_path / "slam.tum", run, offset=0.0, notes=notes)
+
+
+@pytest.mark.parametrize("unit", [1.0, 180.0 / math.pi])
+def test_headings_without_a_unit_are_in_the_one_in_which_the_robot_moves_ahead(unit, tmp_path):
+    turns = 0.5 * np.arange(40)  # three turns, not wrapped
+    text = "".join(f"{t},{math.sin(h)},{1 - math.cos(h)},{unit * h}\n" for t, h in enumerate(turns.tolist()))
+    (tmp_path / "slam.csv").write_text(f"t,x,y,theta\n{text}")
+    found = trajectory_rows(tmp_path / "slam.csv", None)
+    np.testing.assert_allclose(found["rows"][:, 3], turns, atol=1e-9)
+    assert f"guessed: in {'rad' if unit == 1.0 else 'deg'}, as" in found["notes"]["headings of the trajectory"]
+
+
 @pytest.mark.parametrize("kind", ["PoseStamped", "PoseWithCovarianceStamped"])
 def test_poses_of_a_bag_are_read_and_its_topics_named(kind, tmp_path):
     with new_bag(tmp_path / "theirs", "sqlite") as bag:
@@ -97,7 +183,7 @@ def test_poses_of_a_bag_are_read_and_its_topics_named(kind, tmp_path):
                     inner = bag.make("geometry_msgs/PoseWithCovariance", pose=pose, covariance=np.zeros(36))
                     bag.put(topic, time, bag.make("geometry_msgs/PoseWithCovarianceStamped", header=header, pose=inner))
     (path,) = [each for each in tmp_path.iterdir() if each.name.startswith("theirs")]
-    np.testing.assert_allclose(trajectory_rows(path, "/slam"), ROWS, atol=1e-9)
+    np.testing.assert_allclose(trajectory_rows(path, "/slam")["rows"], ROWS, atol=1e-9)
     with pytest.raises(UsageError, match=r"has 2 topics with poses \(/other, /slam\); name one of them with topic"):
         trajectory_rows(path, None)
 
@@ -110,7 +196,18 @@ def test_poses_of_a_bag_are_read_and_its_topics_named(kind, tmp_path):
         ("1 2 3 4\n1 2 3\n", "track.tum:2: '1 2 3' is not a pose; write t x y z qx qy qz qw, or t x y heading"),
         ("1 2 nan 4\n", "track.tum:1: '1 2 nan 4' is not a pose"),
         ("0 1 1 0 0 0 0 0\n", "track.tum:1: '0 1 1 0 0 0 0 0' has a quaternion of length 0; without headings, write"),
-        ("time x y z\n", "track.tum:1: 'time x y z' is not a pose"),
+        ("where x y z\n", "track.tum:1: 'where x y z' is not a pose"),
+        (
+            "time x y z\n1 2 3 4\n",
+            "track.tum': no column is heading among 'time', 'x', 'y', 'z'; name the columns time, x",
+        ),
+        (
+            "t,/a/pose/position/x,/b/pose/position/x,y,yaw\n0,1,1,1,0\n",
+            "track.tum': 2 columns may be x ('/a/pose/position/x', '/b/pose/position/x'); name the columns time, x, y,",
+        ),
+        ("31/01/2026 12:00:00,1,2,0\n", "track.tum:1: '31/01/2026 12:00:00,1,2,0' is not a pose; write t x y z"),
+        ("t,x,y,yaw\n0,0,0,0\n1,0,1,180\n", "yaw goes to 180 without a unit; name it heading_deg or heading_rad"),
+        ("t,x,y,yaw\nnan,0,0,0\n", "holds no row with values of t, x, y, yaw"),
     ],
 )
 def test_a_file_that_is_no_trajectory_is_refused_in_one_line(text, says, tmp_path):
@@ -146,7 +243,7 @@ def test_somebody_elses_slam_is_judged_on_our_truth(tmp_path, capsys):
     spec = f"mjsim.logs.trajectory:Trajectory{{file: {tmp_path}/slam.tum, offset: -100}}"
     recording = str(tmp_path / "run.mcap")
     replay = ("replay", recording, "--robot", "scout", "-o", str(tmp_path / "theirs.mcap"))
-    assert run_command(*replay, "--trajectory", str(tmp_path / "slam.tum")) == 1
+    assert run_command(*replay, "--trajectory", str(tmp_path / "slam.tum")) == 2
     assert "no pose is at 0.000 s of the run: give another offset" in capsys.readouterr().err
     assert run_command(*replay, "--estimator", spec, "--overwrite") == 0
     assert run_command("report", str(tmp_path / "theirs.mcap"), "-o", str(tmp_path / "page")) == 0

@@ -3,8 +3,10 @@ from .antenna import CarPoses as CarPoses
 from .antenna import car_poses as car_poses
 from .csv_table import CsvTable as CsvTable
 from .csv_table import headings_in as headings_in
+from .csv_table import instant_of as instant_of
 from .csv_table import read_csv as read_csv
 from .number_table import TIME as TIME
+from .number_table import is_number as is_number
 from .number_table import read_table as read_table
 from .number_table import whole_numbers as whole_numbers
 from .number_table import with_unit_quaternions as with_unit_quaternions

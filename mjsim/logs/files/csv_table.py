@@ -16,6 +16,9 @@ from mjsim.logs.files.text_lines import MAX_NUMBER, left_out_cut, lines_of
 
 DECIMAL = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
 """A number with a decimal comma."""
+DOTTED_DATE, SLASHED_DATE = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})(?!\d)"), re.compile(r"\d{4}/\d\d/\d\d(?!\d)")
+SPACED_DATE = re.compile(r"\b(\d{4}[-/]\d\d[-/]\d\d|\d{1,2}\.\d{1,2}\.\d{4})\s+(?=\d{1,2}:\d\d)")
+"""A date before the time of day, in tables whose columns are separated by white space."""
 BLANK_CELLS = ("", "nan", "na", "n/a", "#n/a", "null", "none", "-")
 """Texts that other programs write for missing values."""
 SEPARATOR_LINE = re.compile(r"sep=([;,\t|])", re.IGNORECASE)
@@ -49,7 +52,7 @@ class CsvTable:
 
         Args:
             name: Name of the column.
-            unit: Unit of numbers; dates with times, as ISO 8601 writes them, count from 1970 [s].
+            unit: Unit of numbers; dates with times, see `instant_of`, count from 1970 [s].
 
         Raises:
             UsageError: A value is neither (the message has file and line), or they do not fit their unit.
@@ -71,12 +74,10 @@ class CsvTable:
             return times
         found = []
         for line, word in zip(self.lines, words, strict=True):
-            try:
-                when = datetime.fromisoformat(word)
-            except ValueError:
+            if (instant := instant_of(word)) is None:
                 problem = f"{self.names[self._index(name)]} is {word[:40]!r}; write a number, or 2026-01-31T12:00:00.5"
-                raise UsageError(f"{self.path}:{line}: {problem}"[:MAX_MESSAGE_LENGTH]) from None
-            found.append((when if when.tzinfo else when.replace(tzinfo=UTC)).timestamp())
+                raise UsageError(f"{self.path}:{line}: {problem}"[:MAX_MESSAGE_LENGTH])
+            found.append(instant)
         return np.array(found)
 
     def filled(self, names: Sequence[str | int]) -> "CsvTable":
@@ -150,6 +151,24 @@ class CsvTable:
         return np.array([[float(row[index]) for index in indices] for row in self.rows])
 
 
+def instant_of(word: str) -> float | None:
+    """Return the time since 1970 of a date, UTC unless it says otherwise [s]; None if it is none.
+
+    Dates are those of ISO 8601, also with a space or slashes, or `31.01.2026 12:00:00.5`; `01/31/2026` is not, as the
+    day may come first.
+    """
+    if found := DOTTED_DATE.match(word):
+        day, month, year = found.groups()
+        word = f"{year}-{month:0>2}-{day:0>2}{word[found.end() :]}"
+    elif SLASHED_DATE.match(word):
+        word = word.replace("/", "-", 2)
+    try:
+        when = datetime.fromisoformat(word)
+    except ValueError:
+        return None
+    return (when if when.tzinfo else when.replace(tzinfo=UTC)).timestamp()
+
+
 def read_csv(path: Path, *, skip: int = 0, notes: dict[str, str] | None = None) -> CsvTable:
     """Read a table from a text file, compressed or not; empty lines and those that begin with '#' are skipped.
 
@@ -189,7 +208,7 @@ def read_csv(path: Path, *, skip: int = 0, notes: dict[str, str] | None = None) 
     if len(rows) != len(texts):
         raise UsageError(f"'{path}' has a quotation mark that is not closed in its line")
     names = rows[0]
-    if all(map(is_number, names)):
+    if all(is_number(word) or instant_of(word) is not None for word in names):
         given = _words([comment], separator)[0] if comment else []
         names = given if len(given) == len(rows[0]) else [str(k + 1) for k in range(len(rows[0]))]
     else:
@@ -230,7 +249,8 @@ def _below_names(
 def _words(lines: Sequence[str], separator: str | None) -> list[list[str]]:
     if separator == ",":
         return [[word.strip() for word in row] for row in csv.reader(lines, skipinitialspace=True)]
-    rows = map(str.split, lines) if separator is None else csv.reader(lines, delimiter=separator, skipinitialspace=True)
+    dated = (SPACED_DATE.sub(r"\1T", line) for line in lines)
+    rows = map(str.split, dated) if separator is None else csv.reader(lines, delimiter=separator, skipinitialspace=True)
     return [[_with_point(word.strip()) for word in row] for row in rows]
 
 
