@@ -12,6 +12,7 @@ from mjsim.exchange.scenes.build import build_world
 from mjsim.exchange.scenes.mjcf_in import read_mjcf
 from mjsim.exchange.scenes.sdf_files import Folders
 from mjsim.exchange.scenes.sdf_in import read_sdf
+from mjsim.inventory import inventory
 from mjsim.world import parse_world, solid
 from tests.exchange.test_parts_of_scenes import box, posed
 
@@ -210,6 +211,24 @@ def test_a_world_that_is_written_as_sdf_reads_back_equal(tmp_path):
         assert other.model_dump(include=kept.keys()) == kept
     (lamp,), (other,) = world.lamps, back.lamps
     assert (other.at, other.height, other.color, other.range) == (lamp.at, lamp.height, lamp.color, lamp.range)
+
+
+@pytest.mark.parametrize(
+    ("geometry", "line"),
+    [
+        ("", "collision 'm::c': it has no shape"),
+        ("<box><size>1 0 1</size></box>", "box 'm': its size is 0"),
+        ("<mesh/>", "mesh 'm': it names no file; give it a <uri>"),
+        ("<polyline/>", "polyline 'm': it has no area, or no height"),
+        (f"<polyline>{3 * '<point>0 1</point>'}</polyline>", "polyline 'm': it has no area, or no height"),
+        (f"<polyline>{POINTS}<height>0</height></polyline>", "polyline 'm': it has no area, or no height"),
+        ("<torus/>", "torus 'm': no such shape in mjsim"),
+    ],
+)
+def test_shapes_without_a_size_or_a_file_are_told(geometry, line, tmp_path):
+    scene = sdf(tmp_path, f"<model name='m'><static>1</static><link name='l'>{SHAPE.format(geometry)}</link></model>")
+    assert inventory(scene.items) == [f"left out: {line}"]
+    assert not any(thing.solids for thing in scene.things)
 
 
 def test_what_is_visible_but_not_touched_has_a_line(tmp_path):

@@ -300,9 +300,13 @@ def test_a_scene_of_mujoco_is_the_surroundings_of_a_world(tmp_path):
             "room.world': a cylinder has a number that is not finite, or above 10000 m",
         ),
         (model(link("0 0 0 0 0 0", BOX.format("1 1"))), "'1 1' is not 3 finite numbers"),
-        (model(link("0 0 0 0 0 0", BOX.format("1 -1 1"))), "a box has a size of -1 m; it must be above 0"),
+        (model(link("0 0 0 0 0 0", BOX.format("1 -1 1"))), "m: size of a box: '1 -1 1' must be above 0, up to 10000 m"),
         (model(link("0 0 0 0 0 0", BOX.format("inf 1 1"))), "is not 3 finite numbers"),
-        (model(link("0 0 0 0 0 0", "<geometry><cylinder/></geometry>")), "radius of a cylinder: '' is not a finite"),
+        (
+            model(link("0 0 0 0 0 0", "<geometry><cylinder/></geometry>")),
+            "m: its <cylinder> has no <radius>; give it one",
+        ),
+        (model(link("0 0 0 0 0 0", "<geometry><sphere/></geometry>")), "room.world': m: its <sphere> has no <radius>;"),
         ("<model name='m'><pose relative_to='x'>0 0 0 0 0 0</pose></model>", "no frame 'x'; frames are m"),
         (
             "<frame name='a' attached_to='b'/><frame name='b' attached_to='a'/>"

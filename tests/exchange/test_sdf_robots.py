@@ -223,6 +223,17 @@ def test_gazebo_does_not_turn_collada_by_its_up_axis():
             "r.sdf: joint 'left': axis: '0 zero 1' is not 3 finite numbers",
         ),
         (sdf(CHASSIS + "<link name='l'><pose relative_to='x'/></link>" + hinge("j", "l", OWN)), "r.sdf: no frame 'x'"),
+        *(
+            (
+                sdf(CHASSIS + WHEELS + HINGES + f"<link name='l'><collision name='c'>{geometry}</collision></link>"),
+                f"r.sdf: collision 'c': {says}",
+            )
+            for geometry, says in (
+                ("<geometry><capsule><radius>1</radius></capsule></geometry>", "its <capsule> has no <length>;"),
+                ("<geometry><sphere><radius>-1</radius></sphere></geometry>", "radius of a sphere: '-1' must be above"),
+                ("<geometry><sphere><radius>1e30</radius></sphere></geometry>", "radius of a sphere: '1e30' must be"),
+            )
+        ),
     ],
 )
 def test_a_broken_sdf_robot_is_one_line(text, line):

@@ -252,6 +252,9 @@ class _Maker:
             return dict(zip(("radius", "length"), map(repr, sizes_of(shape, where)), strict=False))
         if shape.tag == "mesh":
             uri, scale = mesh_of(shape, where)
+            if not uri:
+                self._left_out("mesh", name, "it names no file; give it a <uri>")
+                return None
             if shape.find("submesh") is not None:
                 self._left_out("mesh part", shape.findtext("submesh/name") or uri, "a mesh is taken as a whole")
                 return None

@@ -24,6 +24,8 @@ MAX_PARTS = 200
 MIN_BOX_SHARE = 0.98
 """A part that fills at least this fraction of its smallest box is that box."""
 MAX_FLAT_RATIO = 1e-3
+MIN_AREA = 1e-6
+"""Minimum area in a polyline [m^2]."""
 """A mesh whose thickness is below this fraction of its size is flat."""
 WELD_DISTANCE = 1e-5
 """Corners in the same cell of this size are one vertex [m]."""
@@ -103,11 +105,12 @@ class MeshFiles:
             return []
         return looks
 
-    def prisms(self, shape: Element, pose: Array, color: str | None, where: str) -> Iterator[SceneSolid]:
+    def prisms(self, shape: Element, pose: Array, color: str | None, name: str, where: str) -> Iterator[SceneSolid]:
         """Yield the prism on a `<polyline>`."""
         height = floats(shape.findtext("height", "1"), 1, f"{where}: height")[0]
         ring = [floats(point.text, 2, f"{where}: point") for point in shape.findall("point")]
-        if len(ring) < 3:
+        if len(ring) < 3 or not height > 0.0 or not abs(_area(np.array(ring))) > MIN_AREA:
+            self._scene.tell(Fate.LEFT_OUT, "polyline", name, "it has no area, or no height")
             return
         count = len(ring)
         vertices = np.array([[*point, z] for z in (0.0, height) for point in ring])
@@ -128,6 +131,12 @@ class MeshFiles:
         corners = triangles.reshape(-1, 3)
         middle = (corners.min(axis=0) + corners.max(axis=0)) / 2.0
         return parts_of(triangles - middle if mesh.centred else triangles)
+
+
+def _area(ring: Array) -> float:
+    """Return the area in a ring of points, shape (n, 2) [m]; negative if they are clockwise."""
+    ahead = np.roll(ring, -1, axis=0)
+    return float(np.sum(ring[:, 0] * ahead[:, 1] - ahead[:, 0] * ring[:, 1])) / 2.0
 
 
 def smaller(look: MeshPart) -> MeshPart:

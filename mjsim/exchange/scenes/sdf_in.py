@@ -244,6 +244,8 @@ class _Reader:
         known = [look for look in looks if look != (None, None)]
         for number, part in enumerate(link.findall("collision")):
             geometry = part.find("geometry")
+            if geometry is None or not len(geometry):
+                self.scene.tell(Fate.LEFT_OUT, "collision", f"{name}::{part.get('name', '')}", "it has no shape")
             pose = world_from_model @ frames.pose_in(link, part, f"'{self._path}': {name}")
             color, texture = known[min(number, len(known) - 1)] if known else (None, None)
             if geometry is not None:
@@ -255,7 +257,9 @@ class _Reader:
         where = f"'{self._path}': {name}"
         for shape in geometry:
             sizes = sizes_of(shape, where)
-            if shape.tag in ("box", "sphere"):
+            if sizes and not all(sizes):
+                self.scene.tell(Fate.LEFT_OUT, shape.tag, name, "its size is 0")
+            elif shape.tag in ("box", "sphere"):
                 yield SceneSolid("box" if shape.tag == "box" else "sphere", tuple(sizes), pose, color)
             elif shape.tag in ("cylinder", "capsule", "cone"):
                 radius, length = sizes
@@ -269,7 +273,7 @@ class _Reader:
             elif shape.tag == "mesh":
                 yield from self._mesh(shape, pose, color, file, name)
             elif shape.tag == "polyline":
-                yield from self._meshes.prisms(shape, pose, color, where)
+                yield from self._meshes.prisms(shape, pose, color, name, where)
             elif shape.tag == "plane":
                 self._plane(shape, pose, name)
             elif shape.tag != "empty":
@@ -279,7 +283,7 @@ class _Reader:
         uri, scale = mesh_of(shape, f"'{self._path}': {name}")
         place = self._folders.find(uri, file.parent)
         if place is None or not place.is_file():
-            self.scene.tell(Fate.LEFT_OUT, "mesh", uri, _why_missing(uri))
+            self.scene.tell(Fate.LEFT_OUT, "mesh", uri or name, _why_missing(uri))
             return
         yield from self._meshes.solids(_mesh_name(place, shape), np.array(scale), pose, color)
 
@@ -319,6 +323,8 @@ def _is_true(element: Element | None) -> bool:
 
 def _why_missing(uri: str) -> str:
     """Return why a file that a scene names is not there, and what to do."""
+    if not uri:
+        return "it names no file; give it a <uri>"
     if uri.startswith(("http://", "https://")):
         return "nothing is fetched from the network; put the model beside the file and name it model://NAME"
     return "not found; put its folder beside the file, in 'models' there, or in a folder of GAZEBO_MODEL_PATH"

@@ -95,6 +95,8 @@ def _geom_keys(shape: Element, asset: Element, path: str) -> dict[str, str] | No
     if shape.tag == "mesh":
         name = f"mesh{len(asset)}"
         uri, scale = mesh_of(shape, path)
+        if not uri:
+            raise ValueError(f"'{path}' has a <mesh> that names no file; give it a <uri>")
         file = uri.replace("model://", "package://", 1)
         SubElement(asset, "mesh", name=name, file=file, scale=" ".join(map(repr, scale)))
         return {"type": "mesh", "mesh": name}

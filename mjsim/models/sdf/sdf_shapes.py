@@ -1,29 +1,38 @@
 """Sizes of the shapes of SDF."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from xml.etree.ElementTree import Element
 
+from mjsim.errors import UsageError
 from mjsim.models.sdf.sdf_frames import floats
 
-_ROUND: Mapping[str, Sequence[str]] = {
-    "sphere": ("radius",),
-    **dict.fromkeys(("cylinder", "capsule", "cone"), ("radius", "length")),
+MAX_SIZE = 1e4
+"""Maximum size of a shape [m]."""
+_SIZES: Mapping[str, Mapping[str, int]] = {
+    "box": {"size": 3},
+    "ellipsoid": {"radii": 3},
+    "sphere": {"radius": 1},
+    **dict.fromkeys(("cylinder", "capsule", "cone"), {"radius": 1, "length": 1}),
 }
-"""Round shape -> its elements with sizes."""
+"""Shape -> its elements with sizes, and how many numbers each has."""
 
 
 def sizes_of(shape: Element, where: str) -> list[float]:
     """Return the sizes of a shape [m]: x, y, z of a box or half an ellipsoid, else radius and length; none for others.
 
     Raises:
-        UsageError: A size is missing or no number.
+        UsageError: A size is missing, no number, negative, or too large.
     """
-    if shape.tag == "box":
-        return floats(shape.findtext("size"), 3, f"{where}: size of a box")
-    if shape.tag == "ellipsoid":
-        return floats(shape.findtext("radii"), 3, f"{where}: radii of an ellipsoid")
-    keys = _ROUND.get(shape.tag, ())
-    return [floats(shape.findtext(key), 1, f"{where}: {key} of a {shape.tag}")[0] for key in keys]
+    sizes = []
+    for key, count in _SIZES.get(shape.tag, {}).items():
+        text = (shape.findtext(key) or "").strip()
+        if not text:
+            raise UsageError(f"{where}: its <{shape.tag}> has no <{key}>; give it one, or remove the shape")
+        found = floats(text, count, f"{where}: {key} of a {shape.tag}")
+        if not all(0.0 <= size <= MAX_SIZE for size in found):
+            raise UsageError(f"{where}: {key} of a {shape.tag}: '{text:.40}' must be above 0, up to {MAX_SIZE:g} m")
+        sizes += found
+    return sizes
 
 
 def mesh_of(shape: Element, where: str) -> tuple[str, list[float]]:
