@@ -1,6 +1,7 @@
 """Answers of the server that come late belong to what was asked before: the page goes on with what was asked last."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -171,6 +172,20 @@ def test_modules_of_a_world_that_was_left_are_not_offered(browser, folder):
             answered(route)
         page.wait_for_timeout(300)
         expect(navigator).to_have_text("Own of quick")
+
+
+def test_a_run_of_which_a_busy_server_tells_only_the_end_is_that_of_the_world_that_is_open(browser, folder):
+    def only_ends(link):
+        server = link.connect_to_server()
+        alive = ('"state": "loading"', '"state": "running"')
+        server.on_message(lambda told: None if any(state in str(told) for state in alive) else link.send(told))
+
+    with Studio(folder, world="slow.yaml") as studio, page_at(browser, studio.url, own=True) as page:
+        page.route_web_socket(re.compile("/api/run"), only_ends)
+        page.reload()
+        page.get_by_role("tab", name="Run", exact=True).click()
+        page.get_by_role("button", name="Start", exact=True).click()
+        expect(page.locator(".run-state")).to_have_text("Ended", timeout=PATIENCE)
 
 
 def test_figures_that_fail_late_do_not_stand_in_the_place_of_others(browser, folder):

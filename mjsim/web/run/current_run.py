@@ -131,14 +131,15 @@ class Stage:
     def run_json(self) -> dict[str, Any]:
         """Return the run and its state, without its time."""
         with self._lock:
-            world, session = self.world, self.session
+            world, session, number = self.world, self.session, self.show
         if world is None:
-            return {"kind": "run", "state": "idle", **_NOTHING}
+            return {"kind": "run", "number": number, "state": "idle", **_NOTHING}
         fault = None if session is None else session.error
         shown = world if session is None else session.world
         state = self._state_without_session() if session is None else session.shown
         return {
             "kind": "run",
+            "number": number,
             "state": state,
             "error": None if fault is None else str(fault),
             "path": self._path,

@@ -99,6 +99,9 @@ class RunNews(TypedDict):
     """The run and its state."""
 
     kind: Literal["run"]
+    number: int
+    """Counts the runs, from 1; a restart is the same run. A browser is told states that follow fast on each other only in
+    part, the last one always."""
     state: RunState
     error: NotRequired[str | None]
     path: str | None

@@ -250,6 +250,8 @@ export interface RobotTick {
 /** The run and its state. */
 export interface RunNews {
   kind: "run";
+  /** Counts the runs, from 1; a restart is the same run. A browser is told states that follow fast on each other only in part, the last one always. */
+  number: number;
   state: RunState;
   error?: string | null;
   path: string | null;

@@ -257,17 +257,24 @@ export class RunView implements View {
   private ownRun(news: RunNews): RunNews {
     const { path, isOpen } = this.studio.document;
     if (!this.run) this.other = !this.live && isOpen && news.path !== path;
-    if (news.state === "loading") this.other = this.driven = false;
+    else if (this.isAnother(news)) this.other = this.driven = false;
     const over = news.state === "ended" || news.state === "failed";
     return this.other && over
       ? { ...news, state: "idle", time: 0, error: null, recording: null, robots: [], mechanisms: [] }
       : news;
   }
 
+  /** Whether it is another run than before, or begins again; that it loads may not have been told. */
+  private isAnother(news: RunNews): boolean {
+    const begins = news.state === "loading" && this.run?.state !== "loading";
+    return begins || news.number !== this.run?.number;
+  }
+
   private takeRun(news: RunNews): void {
     const before = this.run?.state;
+    const another = this.isAnother(news);
     this.run = news;
-    if (news.state !== before && (news.state === "loading" || news.state === "idle")) this.forget();
+    if (another || (news.state === "idle" && before !== "idle")) this.forget();
     if (news.state === "idle" && before !== "idle") this.takeWorld();
     this.bar.run(news);
     this.offerRobots(news);
