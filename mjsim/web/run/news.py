@@ -100,8 +100,8 @@ class RunNews(TypedDict):
 
     kind: Literal["run"]
     number: int
-    """Counts the runs, from 1; a restart is the same run. A browser is told states that follow fast on each other only in
-    part, the last one always."""
+    """Counts the runs, from 1; a restart is the same run. Of states that follow fast on each other only the last is
+    certain to arrive."""
     state: RunState
     error: NotRequired[str | None]
     path: str | None

@@ -1,2 +1,2 @@
-/* sources f264a14515f2790d95dd5f9c0e970cc687ed4f0a0e17b363e69c4756ca1a5607 */
+/* sources a0e5ac04c6caf3eb7e77ea0b9109ecc351d329cbceba54481c828387ab20efc5 */
 var r={},i="en-XA";function o(n,e){return n===i?Object.fromEntries(Object.entries(e).map(([t,u])=>[t,s(u)])):{...e,...r[n]?.table}}function a(n,e){return n===i?s(e):c(r[n]?.meanings,e)}function f(n,e){return n===i?s(e):c(r[n]?.sentences,e)}function c(n,e){return n&&Object.hasOwn(n,e)?n[e]:void 0}function s(n){let e={a:"á",e:"é",i:"í",o:"ó",u:"ú",A:"Á",E:"É",I:"Í",O:"Ó",U:"Ú"};return`[${n.replace(/\{\w+\}|[aeiou]/gi,t=>e[t]??t)}~]`}export{a as meaningIn,f as sentenceIn,o as tableOf};

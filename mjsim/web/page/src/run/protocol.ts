@@ -250,7 +250,7 @@ export interface RobotTick {
 /** The run and its state. */
 export interface RunNews {
   kind: "run";
-  /** Counts the runs, from 1; a restart is the same run. A browser is told states that follow fast on each other only in part, the last one always. */
+  /** Counts the runs, from 1; a restart is the same run. Of states that follow fast on each other only the last is certain to arrive. */
   number: number;
   state: RunState;
   error?: string | null;
