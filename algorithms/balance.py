@@ -49,7 +49,7 @@ class Lqr:
             turn_weights: Weights of squared errors of the heading [rad] and its rate.
         """
         if len(weights) != 4 or len(turn_weights) != 2:
-            raise ValueError("weights has four numbers, turn_weights two")
+            raise ValueError("weights needs four numbers, turn_weights two")
         self._Q, self._R = np.diag(np.asarray(weights, dtype=float)), np.array([[float(effort)]])
         self._Q_turn = np.diag(np.asarray(turn_weights, dtype=float))
         self.feedback: tuple[float, ...] = ()

@@ -93,7 +93,7 @@ class Explore:
         return [np.argwhere(region == i) for i in enough]
 
     def _plan(self, pose: Pose) -> None:
-        """Choose a frontier by its size and the length of the way to it, and drive there."""
+        """Choose a frontier by its size and the length of the path to it, and drive there."""
         distances = self.grid.distances()
         place, clearance = np.array([pose.x, pose.y]), self._robot.radius + self._clearance
         # Where the robot stands is free, whatever a scan at an angle has said.

@@ -33,7 +33,7 @@ RECENT = 0.1
 LOST, SOUND = 0.5, 0.1
 """An island with more failed sightings than the first is replaced by one with fewer than the second."""
 TINY = 1e-300
-"""Least weight of a particle: the logarithm of 0 is not finite."""
+"""Minimum weight of a particle: the logarithm of 0 is not finite."""
 NEWBORN = 1e-9
 """Added to the covariance of the motion, so that it is also regular for a standing robot."""
 

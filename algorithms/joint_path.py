@@ -209,7 +209,7 @@ class JointPath(_ArmPath):
         least = np.max(PEAKS[self._law] * distances / self._info.max_velocity, axis=1)
         if self._legs is None:
             if not (least > 0.0).any():
-                raise ValueError(f"arm '{self._arm}' has no limits of speed; give seconds")
+                raise ValueError(f"arm '{self._arm}' has no speed limits; give seconds")
             return np.asarray(np.maximum(least, self._dt))
         if self._legs.ndim:
             seconds = self._legs

@@ -30,7 +30,7 @@ FLOOR = np.array([0.01, 0.01, 0.003])
 """The constant part of these errors [m, m, rad]."""
 
 WITNESSES = 8.0
-"""Steps for which the factor on the noise of odometry counts, against those whose errors scans have shown."""
+"""Weight of the assumed factor on the noise of odometry, in steps whose errors scans have shown."""
 COMPARED, EXPLAINED = 60, 0.6
 """Number of points of a scan between two keyframes that are compared with the last scans, and the proportion beside
 walls above which they agree."""

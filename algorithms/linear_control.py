@@ -40,7 +40,7 @@ class TransferLaw:
         top, bottom = np.trim_zeros(np.asarray(num, dtype=float), "f"), np.trim_zeros(np.asarray(den, dtype=float), "f")
         if not len(bottom) or not len(top) or len(top) > len(bottom):
             raise ValueError(
-                f"num is {list(num)}, den {list(den)}; num must not have the higher degree, and neither may be 0"
+                f"num is {list(num)}, den {list(den)}; num must not have a higher degree than den, and neither may be 0"
             )
         if not (np.isfinite(top).all() and np.isfinite(bottom).all()):
             raise ValueError("num and den must be finite")
@@ -72,7 +72,7 @@ class StateFeedback(Lqr):
             gain: K of u = -K x, the torque of both motors for the distance [m], the pitch [rad], and their rates.
         """
         if len(gain) != 4 or not np.isfinite(gain).all():
-            raise ValueError(f"gain is {list(gain)}; give four finite numbers, of way, lean, and their rates")
+            raise ValueError(f"gain is {list(gain)}; give four finite numbers, for distance, lean, and their rates")
         super().__init__()
         self._gain = tuple(float(value) for value in gain)
 
@@ -106,7 +106,7 @@ class JointLoop(PdGravity):
         if (gain is None) == (num is None or den is None):
             raise ValueError("give num and den, or gain")
         if gain is not None and len(gain) != 2:
-            raise ValueError(f"gain is {list(gain)}; give two numbers, of the value and the rate")
+            raise ValueError(f"gain is {list(gain)}; give two numbers, for the value and the rate")
         self._joint, self._gain = joint, gain
         self._transfer = None if num is None or den is None else TransferLaw(num, den)
 
@@ -164,7 +164,7 @@ class MechanismLoop:
         for joint, pair in (gain or {}).items():
             if len(pair) != 2 or not np.isfinite(pair).all():
                 raise ValueError(
-                    f"gain of '{joint}' is {list(pair)}; give two finite numbers, of the value and the rate"
+                    f"gain of '{joint}' is {list(pair)}; give two finite numbers, for the value and the rate"
                 )
         self._gain, self._about = gain or {}, {**(about or {})}
         self._about |= {joint: float(np.radians(angle)) for joint, angle in (about_deg or {}).items()}

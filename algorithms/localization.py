@@ -29,7 +29,7 @@ def known_places(catalogue: Mapping[str, BeaconInfo]) -> dict[str, Array]:
     """
     places = {name: info.pose.as_array()[:2] for name, info in catalogue.items() if info.pose is not None}
     if not places:
-        raise ValueError("no beacon's place is known; write 'map: known' under 'run' of the world")
+        raise ValueError("no position of a beacon is known; write 'map: known' under 'run' of the world")
     return places
 
 

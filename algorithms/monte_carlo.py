@@ -22,7 +22,7 @@ FAST, SLOW, LOSING = 0.3, 0.03, 0.0005
 """Weight of the newest scan in the fast average of the likelihood, and in the slow one when scans fit better or worse
 than it: after being lost for a minute, the robot still knows how well scans normally fit."""
 SEARCHED = 1.0
-"""Least time between two searches for other poses [s]."""
+"""Minimum time between two searches for other poses [s]."""
 BETTER = 3.0
 """Logarithm of the ratio by which another pose must explain a scan better than the belief does before particles go
 there: with less, a room that looks alike from two places, and things that were moved in it, lead astray."""

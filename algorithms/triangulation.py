@@ -1,4 +1,4 @@
-"""Pose from bearings to beacons at known positions, without a map or a past.
+"""Pose from bearings to beacons at known positions, without a map or a history.
 
 `bearings_only` solves for one instant. `Triangulation` runs it on a robot: three beacons in view give a pose, and
 odometry propagates it to the next.

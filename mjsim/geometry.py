@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 MAGNIFICATIONS = (1, 2, 5, 10, 20, 50, 100)
-"""Of ellipses in drawings."""
+"""Magnifications of ellipses in drawings."""
 
 
 def wrap_angle(angle: float) -> float:

@@ -35,7 +35,7 @@ class FileItem:
 
 
 def told(fate: Fate, why: object) -> str:
-    """Return the value of a fact in the metadata of a recording that says what became of something."""
+    """Return the value of an entry in the metadata of a recording that says what became of a part of a file."""
     return f"{fate}: {why}"
 
 

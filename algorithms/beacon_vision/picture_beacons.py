@@ -18,7 +18,7 @@ from .planar_pose import image_from_plane
 CLEAR = 0.02
 """How much more than any other a picture must explain of its image."""
 SMALLER_PART = 0.7
-"""Area below which another picture is a part of this one, and loses to it, relative to this one's."""
+"""Area, relative to this picture's, below which another picture is a part of this one and is discarded."""
 
 __all__ = ["FoundPicture", "PictureBeacons", "PreparedImage"]
 

@@ -27,9 +27,9 @@ ENLARGE = 1.5
 RIM, RIM_GRAY = 18, 220.0
 """Width of the border around a picture, which keeps features near its edge [px], and its gray."""
 LIKELY_BITS = 12
-"""Most of the first 64 bits that may differ in a pair of descriptors that is compared in full."""
+"""Number of the first 64 bits that may differ for two descriptors to be compared in full."""
 MATCH_BITS = 64
-"""Most of the 256 bits that may differ in a match."""
+"""Number of the 256 bits that may differ in a match."""
 CHUNK = 32
 """Rows compared at a time, so that the result stays in the processor's cache."""
 VOTES = 6

@@ -19,9 +19,9 @@ from .picture_templates import Gray, ImagePyramid, PictureTemplate, apply_homogr
 REPEAT_SIDE = 64
 """Long side of a picture that is compared with itself [px]."""
 COMPARED = 90, 8
-"""Most and least features of a picture that are compared with those of others."""
+"""Maximum and minimum number of features of a picture that are compared with those of others."""
 MAX_COMPARISONS = 1e8
-"""Comparisons of two descriptors above which fewer features are compared: a fraction of a second."""
+"""Number of comparisons of descriptors above which fewer features are used: a fraction of a second."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,9 +29,9 @@ class Likeness:
     """A picture that looks like a part of another one or like all of it."""
 
     shown: int
-    """Index of the picture that is looked at."""
+    """Index of the picture."""
     taken: int
-    """Index of the one for which it can be taken."""
+    """Index of the picture for which it can be mistaken."""
     shown_from_taken: Array
     """Homography between their planes, shape (3, 3) [m]."""
     explained: float

@@ -17,7 +17,7 @@ from .picture_templates import SLIMMEST, Gray
 from .planar_pose import image_from_plane, rotation_of
 
 SMALLEST, RATIO, STEPS = MIN_SIDE, 1.2, 13
-"""Sizes in an image that are tried [px]: the first, the ratio of one to the one before, and their number."""
+"""Sizes in an image that are tried [px]: the first, the ratio of successive ones, and their number."""
 YAWS_DEG = -25.0, 5.0
 """Directions from which a picture must be found at a size."""
 FOCAL = 554.0
@@ -80,7 +80,7 @@ def picture_qualities(pictures: Mapping[str, Picture]) -> dict[str, PictureQuali
 
 
 def _fault(gray: Gray, side: float) -> str | None:
-    """Return what is wrong with a picture of a least size [px]."""
+    """Return what is wrong with a picture of a minimum size [px]."""
     longer, shorter = max(gray.shape), min(gray.shape)
     if longer > SLIMMEST * shorter:
         return (

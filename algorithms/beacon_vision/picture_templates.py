@@ -162,7 +162,7 @@ def warp_slopes(
 
 
 def _block_places(rows: int, columns: int) -> NDArray[np.intp]:
-    """Return where each pixel stands when blocks of BLOCK by BLOCK follow each other, shape (rows * columns,)."""
+    """Return the index of each pixel when blocks of BLOCK by BLOCK follow each other, shape (rows * columns,)."""
     row, column = np.divmod(np.arange(rows * columns), columns)
     block = row // BLOCK * -(-columns // BLOCK) + column // BLOCK
     return np.asarray(block * BLOCK**2 + row % BLOCK * BLOCK + column % BLOCK)

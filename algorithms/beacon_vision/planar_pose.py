@@ -15,9 +15,9 @@ from mjsim.interface import Intrinsics
 from ..estimation.inverses import inverse_of
 
 STEPS = 8
-"""Gauss-Newton steps at most."""
+"""Maximum number of Gauss-Newton steps."""
 SETTLED = 1e-3
-"""Largest part of the last step [m, rad]: the error after a step goes with its square."""
+"""Size of the last step at convergence [m, rad]: the error after a step is of the order of its square."""
 EDGE_ON = 1e-6
 """Cosine of the angle between line of sight and normal below which a plane is a line in the image."""
 LIKELY_MISFIT = 9.2

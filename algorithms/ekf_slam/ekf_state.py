@@ -105,7 +105,7 @@ class SlamState:
         return np.concatenate([np.arange(2), np.arange(self._base, self._size)]).reshape(-1, 2)
 
     def shared_rows(self, other: "SlamState") -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Return where pose and landmarks stand in this state, and in another one with the same landmarks."""
+        """Return the rows of pose and landmarks in this state, and in another one with the same landmarks."""
         rows = np.concatenate([np.arange(3), np.arange(self._base, self._size)])
         return rows, np.where(rows < 3, rows, rows + other._base - self._base)
 

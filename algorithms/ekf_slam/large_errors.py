@@ -28,9 +28,9 @@ DISTANCE, VEER, TURN, DELAYED, DRIFT, OFFSET, SCALE, BEARING = range(len(LARGE))
 KINDS = ((DISTANCE,), (VEER,), (TURN,), (DRIFT,), (OFFSET, SCALE), (BEARING,), tuple(range(len(LARGE))))
 """Which errors are large together: one of odometry, those of ranges, that of bearings, or all."""
 NEGLIGIBLE = 1e-6
-"""Least variance of an error that is not large, in proportion to a large one."""
+"""Minimum variance of an error that is not large, in proportion to a large one."""
 CAPPED = 1.0
-"""Most that one look adds to the evidence: constant errors show in every look, but spinning wheels only in a few."""
+"""Maximum evidence that one look adds: constant errors show in every look, but spinning wheels only in a few."""
 
 
 class LargeErrors:

@@ -1,7 +1,7 @@
 """Positions where the robot has been, kept in the state of a filter: they show how corrections move its map as a whole.
 
 A filter does not keep past poses. When it learns late how everything mapped after a dark minute is turned, robot and
-landmarks move, and nothing tells whether that was the map or the robot. Marks on the way move with them.
+landmarks move, and nothing tells whether that was the map or the robot. Marks along the path move with them.
 """
 
 import math
@@ -30,7 +30,7 @@ class Mark(NamedTuple):
 
 
 class PastPositions:
-    """Marks the way in a filter, and reports its estimates in a frame that agrees with those before.
+    """Marks the path in a filter, and reports its estimates in a frame that agrees with those before.
 
     References:
         Roumeliotis, Burdick, Stochastic Cloning, ICRA 2002: past poses in the state, never seen again.

@@ -27,9 +27,9 @@ POSITIVE = 1.0
 DECIDED = 20.0
 """Logarithm of the Bayes factor against the filter without errors after which it is given up."""
 SMALL = 1e-3
-"""Least probability that counts."""
+"""Minimum probability that counts."""
 PRIOR_ODDS = np.array([0.1] + [0.02] * len(KINDS))
-"""Of rough odometry and of each kind of large errors, against those within the data sheets."""
+"""Prior odds of rough odometry and of each kind of large errors, against errors within the data sheets."""
 DISPROVED = 7.0
 """Logarithm of the Bayes factor that disproves that there are no errors; if there are none, it is ever exceeded in one
 of exp(7) = 1100 runs at most (Ville's inequality)."""

@@ -20,7 +20,7 @@ MotionModel = Callable[[Array, Array], tuple[Array, Array, Array]]
 """motion(pose, control) -> new pose (3,), F (3, 3), G (3, m)."""
 
 MIN_RANGE = 1e-3
-"""Least range of a landmark after correction [m]."""
+"""Minimum range of a landmark after correction [m]."""
 
 
 class Slopes(NamedTuple):
@@ -198,7 +198,7 @@ def gain(HP: Array, S: Array, nu: Array) -> tuple[Array, Array, float]:
 def solved(L: Array, B: Array) -> Array:
     """Return L^-1 B, shape (m, n), for a lower triangular L, shape (m, m).
 
-    BLAS does it at once; LAPACK's function for it starts a thread a core, however small L is, and waits for all.
+    BLAS does it at once; LAPACK's function for it starts one thread per core, however small L is, and waits for all.
     """
     return np.asarray(dtrsm(1.0, L.T, B.T, side=1).T)
 

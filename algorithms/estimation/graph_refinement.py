@@ -56,7 +56,7 @@ class MeasuredGraph:
     first_covariance: Array
     """Covariance of the first pose, in the world's axes, shape (3, 3)."""
     legs: Sequence[Leg]
-    """n - 1 of them."""
+    """Odometry between successive poses, n - 1 of them."""
     sightings: Sequence[tuple[int, Sighting]]
     """Sightings of named landmarks, each with the index of its pose."""
     systematic_variances: Array
@@ -65,7 +65,7 @@ class MeasuredGraph:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Displacement:
-    """A time in which a robot was moved without its odometry telling, until it was found."""
+    """A time in which a robot was moved without odometry measuring it, until it was relocalized."""
 
     end: int
     """Tick at which it was found."""
@@ -76,7 +76,7 @@ class Displacement:
     slopes: Array
     """Derivative of the step by the systematic errors of odometry, shape (3, 4)."""
     sightings: Sequence[tuple[int, Sighting]]
-    """Those of the map since they failed, each with its tick."""
+    """Sightings of the map since they began to fail, each with its tick."""
 
 
 def sound_sightings(
@@ -88,7 +88,7 @@ def sound_sightings(
 
 
 def moved_path(path: Array, expected: Array, displaced: Displacement, landmarks: Mapping[str, Array]) -> Array:
-    """Return a path on which a robot is displaced when its sightings tell, and not only when it was found.
+    """Return a path with displacements at the time that sightings indicate, not when the robot was relocalized.
 
     By odometry, the ticks before it was found follow from the pose before, or precede the pose where it was found. The
     time of the change is the most probable one, with the loss of sightings that `refined_poses` has.

@@ -6,7 +6,7 @@ import numpy as np
 from mjsim.geometry import Array
 
 WORST_CONDITION = 1e11
-"""Condition number above which nothing of an inverse is right: the sums of squares come from 32-bit numbers."""
+"""Condition number above which an inverse has no correct digits: the sums of squares come from 32-bit numbers."""
 
 
 def inverse_of(matrix: Array) -> Array | None:

@@ -135,7 +135,7 @@ class PoseGraph:
         return 0 if self._solution is None else len(self._solution.across) // 3
 
     def factorise(self) -> None:
-        """Prepare covariances of the poses where they are."""
+        """Prepare covariances of the poses at their current values."""
         self._solution = self._system()[0]
 
     def covariances(self, numbers: Sequence[int]) -> Array:
@@ -307,6 +307,6 @@ def step_errors(ones: Array, others: Array, steps: Array) -> tuple[Array, Array,
 
 
 def carried(pose: Array, first: Array) -> Array:
-    """Return the derivative of a pose by the first one of its graph, which the graph follows, shape (3, 3)."""
+    """Return the derivative of a pose by the first pose of its graph, moved as one rigid body, shape (3, 3)."""
     dx, dy = pose[:2] - first[:2]
     return np.array([[1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0]])

@@ -52,9 +52,9 @@ ANYWHERE = (10.0, 10.0, 1.0)
 AGREEING = 0.7
 """Proportion of the sightings that a new pose must explain."""
 MIN_DISTANCE = 0.5
-"""Least distance between the two sightings that give a pose [m]."""
+"""Minimum distance between the two sightings that give a pose [m]."""
 MAX_SIGHTINGS = 200
-"""Most sightings used, the newest ones."""
+"""Maximum number of sightings used, the newest ones."""
 
 Places = Mapping[Any, Array]
 """Positions of landmarks by their names, shape (2,) each [m]."""

@@ -1,4 +1,4 @@
-"""Drives to goals by what it sees: obstacles remembered, ways planned, motions sampled."""
+"""Drives to goals by what it sees: obstacles remembered, paths planned, motions sampled."""
 
 from mjsim.faces import face
 

@@ -29,18 +29,18 @@ SLOWEST, GROWTH = 0.3, 3.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CostToGo:
-    """Time to a goal from each cell, and the way there."""
+    """Time to a goal from each cell, and the path there."""
 
     lower: Array
     """Corner of the grid with the smallest x and y, shape (2,) [m]."""
     cell: float
     """Side of a cell [m]."""
     seconds: Array
-    """Shape (rows, columns) [s]; `UNREACHED` where there is no way."""
+    """Shape (rows, columns) [s]; `UNREACHED` where there is no path."""
     slope: Array
     """Derivatives by x and y, shape (2, rows, columns) [s/m]."""
     before: NDArray[np.int32]
-    """Next cell on the way to the goal, as a flat index; negative at the goal and where there is no way."""
+    """Next cell on the path to the goal, as a flat index; negative at the goal and where there is no path."""
     goal: Array
     """Shape (2,) [m]."""
 
@@ -66,7 +66,7 @@ class CostToGo:
         return -self.slope[0].ravel()[flat], -self.slope[1].ravel()[flat]
 
     def path(self, start: Array) -> Array:
-        """Return the way from a point (2,) to the goal, shape (n, 2) [m]; only the point if there is none."""
+        """Return the path from a point (2,) to the goal, shape (n, 2) [m]; only the point if there is none."""
         rows, columns = self.seconds.shape
         column, row = np.clip(((start - self.lower) / self.cell).astype(int), 0, (columns - 1, rows - 1))
         cells, next_cells = [int(row * columns + column)], self.before
@@ -153,7 +153,7 @@ class Planner:
         return CostToGo(self.lower, self.cell, _extended(grid), self._slope(grid), before, goal)
 
     def is_connected(self, price: Array, goal: Array, place: Array) -> bool:
-        """Return whether there is a way from a place (2,) to a goal (2,) [m] over the prices of `cost_to_go`."""
+        """Return whether there is a path from a place (2,) to a goal (2,) [m] over the prices of `cost_to_go`."""
         price, cell = self._passable(price, goal)
         _, regions = cv2.connectedComponents(np.isfinite(price).astype(np.uint8), connectivity=8)
         ((j,), (i,)) = self.cells(place[None])

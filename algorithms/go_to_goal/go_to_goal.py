@@ -32,8 +32,7 @@ FINE = 0.025
 FORGET, TOUCHED = 60.0, 10.0
 """Time for which an obstacle that is not seen again is remembered, and without progress one that was touched [s]."""
 LOOK, SLOW_LOOK, SPACING = 0.08, 0.16, 0.16
-"""Time between scans that are used, that of slow robots and in the open, and the way that a robot drives meanwhile [s,
-s, m]."""
+"""Minimum and maximum time between scans that are used, and distance that a robot drives in between [s, s, m]."""
 ROOM, AHEAD, UNHURRIED = 0.1, 0.15, 0.32
 """A motion is in the open with at least this clearance, plus this time at its speed; then it is chosen anew only after
 the third [m, s, s]."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array, Pose
 
 GAP = 0.15
-"""Fresh points this near to each other are one thing [m]."""
+"""Fresh points within this distance of each other are one thing [m]."""
 FEWEST = 3
 """Things of fewer points are noise."""
 LARGEST = 1.2
@@ -25,11 +25,11 @@ first over two less the first, Kalata's relation in section 6.5."""
 SLOWEST, FASTEST = 0.12, 3.0
 """Speeds of things that move [m/s]."""
 CONFIRMED = 4
-"""Number of sightings from which a thing counts."""
+"""Minimum number of sightings of a thing for it to count."""
 TRAVELLED, STRAY = 0.15, 0.15
 """How far a thing must have gone, and its mean error at most, to count as moving [m]."""
 MAX_PREDICTED = 6
-"""Number of things that are predicted: the nearest."""
+"""Maximum number of things that are predicted, the nearest ones."""
 BEHIND = 0.7
 """Distance between the middle of a round thing and the mean of the side that is seen [radii]."""
 

@@ -31,7 +31,7 @@ CLOSER = 0.004
 HIT = 50.0
 """Cost of a collision [s]."""
 LAST = 0.6
-"""Weight of the end of a motion; the rest is that of its way."""
+"""Weight of the end of a motion in its cost; the rest is that of the motion itself."""
 TOO_FAST = 2.0
 """Cost of a speed above the allowed one [s/m]."""
 CLOSE, COMFORT = 0.5, 0.12

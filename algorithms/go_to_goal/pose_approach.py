@@ -34,7 +34,7 @@ PLACES, HEADINGS = 8.0, 60
 CUSP = 1.0
 """Cost of a change of direction [radii]."""
 EXPANDED, BATCH = 1000, 8
-"""Number of poses that are expanded, at most, and in a tick."""
+"""Maximum number of expanded poses, in total and per tick."""
 TRIED = 4
 """Number of shortest curves that are tried."""
 CONVERGENCE = 5.0
@@ -50,7 +50,7 @@ TOUCH = 0.02
 """Obstacles may seem this much nearer than they are [m]."""
 
 Clearance = Callable[[Array], Array]
-"""Tells the clearances of poses, shape (n, 3) [m]."""
+"""Returns the clearances of poses, shape (n, 3) [m]."""
 
 
 class PoseSearch:
@@ -160,7 +160,7 @@ class PoseApproach:
         return now >= self._paused and (near or self._at < len(self._poses))
 
     def since(self, now: float) -> float:
-        """Return how long it has looked for a way [s]."""
+        """Return how long it has searched for a path [s]."""
         return 0.0 if self._begun is None else now - self._begun
 
     def command(self, pose: Pose, speed: float, goal: Array, map: ObstacleMap, now: float) -> Command:

@@ -24,7 +24,7 @@ BACK, BACKING = 0.7, 3.0
 LOOKING = 4.0
 """Duration of a look round [s]."""
 SPACING = 0.1
-"""Distance between the remembered places of its own way [m]."""
+"""Distance between the remembered places on its own path [m]."""
 REMEMBERED = 200
 """Number of these places."""
 
@@ -73,7 +73,7 @@ class Around:
 class Recovery:
     """Follows the progress of a robot, and chooses what it tries.
 
-    Without progress the robot backs out on its own way, then looks round; places where it got stuck cost more
+    Without progress the robot backs out along its own path, then looks round; places where it got stuck cost more
     afterwards, so that it tries other ways.
     """
 
@@ -95,7 +95,7 @@ class Recovery:
         self.target: Array = np.zeros(2)
 
     def silent(self, now: float) -> bool:
-        """Return whether there was no progress for so long that the robot must say why."""
+        """Return whether there was no progress for so long that the robot must report why."""
         return now - self.since > SILENT + (0.0 if self._tries else self._detour)
 
     def update(self, pose: Pose, seconds: float, now: float, *, area: float = 0.0, barred: bool = False) -> bool:
@@ -125,7 +125,7 @@ class Recovery:
         return self._begin(pose, now) if standing or roaming else False
 
     def _note(self, pose: Pose, now: float) -> None:
-        """Remember the way and when the robot last moved."""
+        """Remember the path and when the robot last moved."""
         if self._rest is None or _apart(self._rest, pose) > MOVED or _turned(self._rest, pose) > TURNED:
             self._rest, self._rested = pose, now
         if not self._trail or _apart(self._trail[-1], pose) > SPACING:

@@ -1,4 +1,4 @@
-"""Plans ways to goals on a grid of what has been seen, anew when something changes on the way."""
+"""Plans paths to goals on a grid of what has been seen, anew when something changes on the way."""
 
 import math
 
@@ -24,7 +24,7 @@ CELLS = 90_000
 SIGHT, RAYS = 8.0, 180
 """Range [m] and number of beams of a scan that mark cells as seen."""
 EXPLAINED = 0.15
-"""Hits this near to a wall of the map are that wall [m]."""
+"""Hits within this distance of a wall of the map belong to that wall [m]."""
 BARRIER, BEFORE = 30.0, 0.2
 """Time per metre through obstacles where there is no way around them, and distance at which a robot stops before them
 [s/m, m]."""
@@ -164,7 +164,7 @@ class WayPlan:
         return bool(np.isinf(self._price[self._planner.cells(ahead)]).any())
 
     def costs(self, place: Array, *, half: float) -> tuple[Array, Array]:
-        """Return the costs planned with around a place (2,), and the corner of the first cell, shape (2,) [m].
+        """Return the costs used for planning around a place (2,), and the corner of the first cell, shape (2,) [m].
 
         Costs are 0 where the robot may be as fast as it can, and 1 where it cannot be.
         """

@@ -15,7 +15,7 @@ DRIVEN, TURNED = 0.15, 0.25
 RANGE, CELL = 5.0, 0.05
 """Range of the points that are compared, and side of the cells [m]."""
 FEWEST = 8
-"""Fewer points tell nothing."""
+"""Minimum number of points for a comparison."""
 FAR = 0.2
 """Largest distance of a point from those of the other scan that counts [m]."""
 CHANGED = 0.05

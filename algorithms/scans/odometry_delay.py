@@ -38,9 +38,9 @@ WINDOW = 0.2
 UNFORESEEN = np.array([0.2, 0.05, 0.3])
 """Standard deviation of the change of velocity while odometry is late [m/s, m/s, rad/s]."""
 BESIDE = 3
-"""Number of delays on either side of the best one through whose costs a parabola is laid."""
+"""Number of delays on either side of the best one to whose costs a parabola is fitted."""
 FIT = np.linalg.pinv(np.vander(np.arange(-BESIDE, BESIDE + 1.0), 3, increasing=True))
-"""Gives its coefficients."""
+"""Matrix that gives its coefficients."""
 
 
 class OdometryDelay:
@@ -125,7 +125,7 @@ class OdometryDelay:
 
 
 class SynchronousOdometry:
-    """Odometry of the time of the scans: late odometry is waited for, and early odometry waits."""
+    """Odometry at the time of the scans: the estimator waits for late odometry, and holds early odometry back."""
 
     def __init__(self) -> None:
         """Start at rest."""
@@ -201,7 +201,7 @@ def retimed(times: Array, true: Array, poses: Sequence[Array]) -> Array:
 
 
 def _best(costs: Array, clear: float) -> float:
-    """Return the delay with the least cost, between those that are compared; 0 unless none costs more by `clear`."""
+    """Return the delay with the lowest cost, between those that are compared; 0 unless none costs more by `clear`."""
     best, none = int(costs.argmin()), len(costs) // 2
     if costs[none - 1 : none + 2].min() - costs[best] < clear or not BESIDE <= best < len(costs) - BESIDE:
         return 0.0

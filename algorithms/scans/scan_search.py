@@ -57,7 +57,7 @@ THROUGH = 0.17
 """Maximum share of walls of either side that scans of the other one have seen through, for a place far from odometry;
 0.155 in 471 correct loops of a real log, with doors and people."""
 ANYWHERE = np.diag([10.0, 10.0, math.pi / math.sqrt(3.0)]) ** 2
-"""Covariance of the step of a robot that is lost: any heading, and not known where."""
+"""Covariance of the step of a robot that is lost: any heading, and an unknown position."""
 
 
 Through = Callable[[Array], tuple[float, float]]

@@ -1,4 +1,4 @@
-"""Estimators as the textbook prints them, one short file each: what to read first, and what to measure others beside.
+"""Estimators as the textbook prints them, one short file each, to read first and to compare others with.
 
 Formulas, names and tables are those of Thrun, Burgard, Fox, Probabilistic Robotics (2005). Nothing is gated, learnt or
 made robust: `EkfSlam`, `FastSlam` and `MonteCarloLocalization` show what that takes.

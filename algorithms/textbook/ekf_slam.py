@@ -1,7 +1,7 @@
 """EKF-SLAM as the textbook has it: one Gaussian over the robot's pose and all landmarks.
 
-The state is mu = (x, y, theta, m_1x, m_1y, m_2x, m_2y, ...) with covariance Sigma. Sightings tell which landmark they
-are of (known correspondence); what has no name is ignored.
+The state is mu = (x, y, theta, m_1x, m_1y, m_2x, m_2y, ...) with covariance Sigma. Sightings
+state their landmark (known correspondence); those without a name are ignored.
 """
 
 import math

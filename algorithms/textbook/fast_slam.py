@@ -1,8 +1,8 @@
 """FastSLAM 1.0 as the textbook has it: particles over the trajectory, each with a small Kalman filter per landmark.
 
-Given the trajectory, landmarks are independent of each other, so no covariance grows with the map. Sightings tell which
-landmark they are of (known correspondence); what has no name is ignored. All particles are computed at once: the first
-axis of each array counts them.
+Given the trajectory, landmarks are independent of each other, so no covariance grows with the map. Sightings
+state their landmark (known correspondence); those without a name are ignored. All particles are computed at once: the
+first axis of each array counts them.
 """
 
 from collections.abc import Hashable, Mapping

@@ -28,7 +28,7 @@ DISCOVERY_SECONDS = 1.0
 SERVICE_TIMEOUT = 30.0
 """Maximum time that a service waits for its action [s]."""
 SUBSCRIBED_TOPICS = ("/cmd_vel", "/goal_pose")
-"""Ends of the topics that the bridge subscribes to."""
+"""Suffixes of the topics that the bridge subscribes to."""
 TWIST_TYPES = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 """Types accepted as commands; Nav2 sends the second since Kilted."""
 

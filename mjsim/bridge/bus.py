@@ -26,8 +26,7 @@ MAX_DOMAIN = 232
 MAX_PROCESS_LENGTH = 100
 """Maximum length of the description that others send of their process."""
 MAX_ENTITIES, POLL_SECONDS, SETTLING_SECONDS = 10_000, 0.02, 0.25
-"""Maximum number of entities of other participants that are read, how often, and until how long after the last one
-[s]."""
+"""Maximum number of entities of other participants that are read, interval [s], and time to wait for another [s]."""
 FIRST_PORT, PORTS = 7400, 250
 """First port of domain 0, and number of ports per domain, as in RTPS."""
 

@@ -50,7 +50,7 @@ Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace existing f
 
 
 def recorded(path: Path) -> "Recording":
-    """Return a recording, and say so if it is incomplete."""
+    """Return a recording, and print a note if it is incomplete."""
     from mjsim.record import INCOMPLETE, read_recording
 
     run = read_recording(path)

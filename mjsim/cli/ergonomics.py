@@ -32,7 +32,7 @@ def ergonomics(
 
 
 def _lines(name: str, figures: dict[str, Any]) -> Iterator[str]:
-    """Yield the key figures of a person as text."""
+    """Yield the key results of a person as text."""
     errors = [value for key, each in figures["contacts"].items() if key != "gaze" for value in each.values()]
     yield f"{name}: {len(figures['contacts'])} contacts, the largest error {max(errors, default=0.0):.4g} mm"
     for contact in figures["missed"]:

@@ -104,7 +104,7 @@ def _imaginary(text: str) -> str:
 
 
 def _lines(name: str, figures: dict[str, Any]) -> list[str]:
-    """Return the key figures of a plant as text."""
+    """Return the key numbers of a plant as text."""
     from mjsim.lab import complex_text
 
     def shown(pairs: list[list[float]]) -> str:

@@ -45,7 +45,7 @@ def bench(
 ) -> None:
     """Measure the speed of mjsim on this machine.
 
-    Print name, median, min, max, unit and runs of each figure, then the required ratios.
+    Print name, median, min, max, unit and runs of each measurement, then the required ratios.
     """
     from mjsim.bench import measure
 

@@ -20,7 +20,7 @@ def report(
 ) -> None:
     """Write statistics, tables and plots of a run.
 
-    Write statistics.json, report.html, tables and plots of the run or a section of it; print the key figures.
+    Write statistics.json, report.html, tables and plots of the run or a section of it; print the key statistics.
     """
     from mjsim.report import REPORT_FILES, key_table, parse_formats, write_report
 

@@ -13,7 +13,7 @@ from mjsim.models import pose_keys
 from mjsim.world import MechanismBody
 
 THICKNESS_RATIO = 0.3
-"""Thickness of a body other than a rod, relative to its least half size, so that joints do not hide it."""
+"""Thickness of a body other than a rod, relative to its smallest half size, so that joints do not hide it."""
 
 
 def lowest(body: MechanismBody, world_from_shape: Array) -> float:
@@ -36,7 +36,7 @@ def lowest(body: MechanismBody, world_from_shape: Array) -> float:
 
 
 def thickness(body: MechanismBody) -> float:
-    """Return the radius of a rod; for other bodies a part of the least half size [m]."""
+    """Return the radius of a rod; for other bodies a part of the smallest half size [m]."""
     match body:
         case _ if hasattr(body, "rod"):
             return float(body.rod[1])

@@ -25,7 +25,7 @@ SEEN = 0
 MAX_MASS = 1e6
 """[kg]"""
 MIN_INERTIA = 1e-12
-"""Least inertia of a moving body [kg m^2]: slightly above MuJoCo's own bound."""
+"""Minimum inertia of a moving body [kg m^2]: slightly above MuJoCo's own bound."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -33,7 +33,7 @@ from mjsim.world import Camera, Robot, World, gc_paused
 NEAR_CLIPPING = 0.02
 """Near clipping distance of cameras, independent of the size of the world [m]."""
 MIN_BUFFER_WIDTH, MIN_BUFFER_HEIGHT = 1920, 1080
-"""Least size of the offscreen buffer [px]."""
+"""Minimum size of the offscreen buffer [px]."""
 CHASE_AT, CHASE_TILT, CHASE_FOV = (-1.6, 0.0, 2.7), math.radians(46.0), 55.0
 """Position in the robot's frame [m], above most walls so that none hides the robot; downward tilt [rad]; vertical field
 of view [deg]."""

@@ -58,7 +58,9 @@ def _lines(recorded: RecordedRobots, robot: str) -> Iterator[str]:
     if len(lidars) > MAX_LASERS:
         raise UsageError(f"robot '{robot}' has {len(lidars)} lidars; CARMEN supports at most {MAX_LASERS}")
     if moving := recorded.on_arms(robot) & {*lidars}:
-        raise UsageError(f"lidar '{min(moving)}' of robot '{robot}' moves with an arm; CARMEN has only fixed ones")
+        raise UsageError(
+            f"lidar '{min(moving)}' of robot '{robot}' moves with an arm; CARMEN supports only fixed lidars"
+        )
     yield "# CARMEN Logfile"
     yield f"# a run of mjsim, seed {recorded.recording.seed}; robot {robot}"
     mounts = {

@@ -65,11 +65,11 @@ def export_euroc(
         robots = [robot for robot in recording.robots if _sensors(recorded, robot, "camera", "imu")]
         carried = _carried(recorded)
         if not robots and carried:
-            raise UsageError(f"{carried[0]} moves with an arm; EuRoC has only sensors that are fixed")
+            raise UsageError(f"{carried[0]} moves with an arm; EuRoC supports only fixed sensors")
         if not robots:
             raise UsageError(f"'{recording.path}' has no camera and no inertial sensor; a EuRoC data set needs one")
         for each in carried:
-            say(f"{each} moves with an arm; EuRoC has only sensors that are fixed: it is left out")
+            say(f"{each} moves with an arm; EuRoC supports only fixed sensors: it is left out")
         places = [Path(folder) / robot for robot in robots]
         with new_folders(places, files=FILES, overwrite=overwrite) as parts:
             for robot, part in zip(robots, parts, strict=True):

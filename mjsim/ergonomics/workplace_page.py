@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 def page_files(study: PersonStudy) -> dict[str, bytes]:
-    """Return the files of a person by name: page, figures as JSON, plots, and pictures if OpenGL is available."""
+    """Return the files of a person by name: page, results as JSON, plots, and pictures if OpenGL is available."""
     name = study.person.name
     plots = {"posture": posture_plot, "reach": reach_plot, "sight": sight_plot}
     drawn = {kind: png_of(plot(study)) for kind, plot in plots.items()}

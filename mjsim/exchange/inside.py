@@ -12,7 +12,7 @@ from mjsim.guarded import Plain
 from mjsim.world import format_world
 
 NAMED_FILE, MAX_NAMED = 50_000, 500
-"""For what size each file counts that a scene names [bytes], and the maximum number of those that count."""
+"""Size counted for each file that a scene names [bytes], and the maximum number of files counted."""
 NAMING = (b"<uri>", b"<mesh ", b"Mesh {", b"EXTERNPROTO")
 """Text before the name of a file in a scene."""
 MAX_SCENE = 8_000_000
@@ -20,7 +20,7 @@ MAX_SCENE = 8_000_000
 
 
 def claimed_size(path: Path) -> int:
-    """Return with which size the limits of reading a file grow: a scene counts with the files that it names [bytes]."""
+    """Return the size with which the limits of reading a file grow: with those that a scene names [bytes]."""
     size = size_of_file(path)
     if path.suffix.lower() not in SCENE_SUFFIXES or size > MAX_SCENE:
         return size

@@ -179,7 +179,7 @@ EXPERIMENTS: Mapping[str, Callable[[Recording], Result]] = MappingProxyType(
 def run_experiments(
     folder: str | Path, *, only: Sequence[str] = (), progress: Progress | None = None, overwrite: bool = False
 ) -> tuple[Result, ...]:
-    """Run the classic experiments, and write a page with their figures, plots and recordings after each.
+    """Run the classic experiments, and write a page with their findings, plots and recordings after each.
 
     In a folder that has such a page, experiments that are on it are not run again, and the others are added to it.
 

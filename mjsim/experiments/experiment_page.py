@@ -1,4 +1,4 @@
-"""The page of the classic experiments: verdicts, figures and plots, in files that open offline."""
+"""The page of the classic experiments: verdicts, findings and plots, in files that open offline."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -33,7 +33,7 @@ def write_page(folder: Path, results: Sequence[Result], *, overwrite: bool = Fal
 
 
 def lines(results: Sequence[Result]) -> list[str]:
-    """Return the figures of experiments as lines for a terminal."""
+    """Return the findings of experiments as lines for a terminal."""
     rows = []
     for result in results:
         rows.append(f"{result.title}: {verdict(result.holds)}")
@@ -47,7 +47,7 @@ def verdict(holds: bool) -> str:
 
 
 def number(finding: Finding) -> str:
-    """Return the value of a figure with a reasonable number of digits."""
+    """Return the value of a finding with a reasonable number of digits."""
     return f"{finding.value:.0f}" if finding.value == round(finding.value) else f"{finding.value:.3g}"
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
-    """One figure of an experiment."""
+    """One result of an experiment, with its expected value."""
 
     what: str
     """A measured quantity with its unit."""
@@ -37,25 +37,25 @@ class Result:
 
     @property
     def holds(self) -> bool:
-        """Whether all figures meet the expectations."""
+        """Whether all findings meet the expectations."""
         return all(finding.holds for finding in self.findings)
 
 
 def at_least(what: str, value: float, least: float) -> Finding:
-    """Return a figure that must not be smaller than a bound."""
+    """Return a finding that must not be smaller than a bound."""
     return Finding(what=what, value=float(value), wanted=f"at least {least:g}", holds=bool(value >= least))
 
 
 def at_most(what: str, value: float, bound: float) -> Finding:
-    """Return a figure that must not be larger than a bound."""
+    """Return a finding that must not be larger than a bound."""
     return Finding(what=what, value=float(value), wanted=f"at most {bound:g}", holds=bool(value <= bound))
 
 
 def exactly(what: str, value: float, wanted: float) -> Finding:
-    """Return a figure that must equal a value."""
+    """Return a finding that must equal a value."""
     return Finding(what=what, value=float(value), wanted=f"{wanted:g}", holds=bool(value == wanted))
 
 
 def within(what: str, value: float, low: float, high: float) -> Finding:
-    """Return a figure that must lie between two bounds."""
+    """Return a finding that must lie between two bounds."""
     return Finding(what=what, value=float(value), wanted=f"{low:g} to {high:g}", holds=bool(low <= value <= high))

@@ -1,7 +1,7 @@
 """Encodes trees as binary doubles for Octave, with an expression that rebuilds the struct; decodes Octave's answers.
 
 The expression depends on the structure alone, not on the numbers: Octave compiles it once, as a function of `d`
-(numbers), `e` (where those end that differ in count) and `b` (bytes of pictures).
+(numbers), `e` (ends of those whose count varies) and `b` (bytes of pictures).
 """
 
 import json

@@ -91,7 +91,7 @@ class Scan:
     """
 
     stamp: Stamp
-    """When it was taken: of a lidar that rotates, when its last beam was [s]."""
+    """When it was taken; for a rotating lidar, the time of its last beam [s]."""
     ranges: Annotated[Array, Form("one a beam [m]; infinite as ROS REP 117 has it", packed="<f8")]
     """Ranges along the beams, shape (beams,) [m]."""
     angle_min: Annotated[float, Form("Of the first beam, left positive [rad]")]

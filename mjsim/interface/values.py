@@ -246,7 +246,7 @@ class RobotInfo:
     sensors: Mapping[str, SensorInfo] = field(default_factory=dict)
     """Data sheets of its sensors, by name."""
     max_left: float = 0.0
-    """Largest speed sideways [m/s]; 0 for robots that cannot move so."""
+    """Maximum sideways speed [m/s]; 0 for robots that cannot move sideways."""
     max_curvature: float = math.inf
     """Maximum curvature [1/m]; infinite for robots that can turn on the spot."""
     twist_from_wheels: Array | None = None

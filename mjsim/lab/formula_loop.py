@@ -13,7 +13,7 @@ from mjsim.lab.plant_study import system_of, theory
 from mjsim.world import Plant
 
 STEPS = 4_000
-"""Fewest steps of a response in continuous time."""
+"""Minimum number of steps of a response in continuous time."""
 
 
 class FormulaLoop:

@@ -1,4 +1,4 @@
-"""The page of a plant: matrices, figures, plots and controllers in one HTML file that opens offline."""
+"""The page of a plant: matrices, numbers, plots and controllers in one HTML file that opens offline."""
 
 import io
 import json
@@ -26,7 +26,7 @@ table.matrix { width: auto; } table.matrix td, table.matrix th { font-size: 0.9r
 
 
 def page_files(experiment: Experiment) -> dict[str, bytes]:
-    """Return the files of a plant by name: page, figures as JSON, plots, and their data as CSV."""
+    """Return the files of a plant by name: page, results as JSON, plots, and their data as CSV."""
     from mjsim.lab.plant_plots import tables
 
     name, pictures = experiment.name, {key: png_of(figure) for key, figure in _figures(experiment).items()}
@@ -40,7 +40,7 @@ def page_files(experiment: Experiment) -> dict[str, bytes]:
 
 
 def card_of(experiment: Experiment) -> str:
-    """Return what a notebook shows of a plant: its figures, its responses and its root locus, as HTML."""
+    """Return what a notebook shows of a plant: its key numbers, its responses and its root locus, as HTML."""
     from mjsim.lab import plant_plots as plots
 
     study, labels = experiment.study, experiment.labels

@@ -28,16 +28,16 @@ from mjsim.progress import say
 from mjsim.world import LampEvent, World, item_names, leaves
 
 MIN_CELL_SIDE, MAX_CELLS = 0.1, 110_000
-"""Least side of a cell [m], and the approximate limit of cells above which they are larger."""
+"""Minimum side of a cell [m], and the approximate limit of cells above which they are larger."""
 RAYS = 12
 """Rays per side of the hemisphere of a cell."""
 PROBE_RAYS = 8
 """The same for a side of a probe."""
 TEST_RAYS, MAX_BURIED_SHARE = 3, 0.85
-"""Rays per side of the hemisphere that find texels within solids or narrow gaps, and the least share that do."""
+"""Rays per side of the hemisphere that find texels within solids or narrow gaps, and the minimum share that do."""
 CONVERGENCE, MAX_BOUNCES = 0.01, 40
-"""Largest change of light, relative to full light, from which on each reflection is the same share of the one before,
-and the most reflections."""
+"""Change of light, relative to full light, below which each reflection is a constant share of the one before, and the
+maximum number of reflections."""
 MAX_SHARE = 0.95
 """Largest share of light that a reflection keeps, for rooms that are almost white."""
 MEAN_LIGHT, MIN_GAIN, MAX_GAIN = 0.75, 0.3, 4.0

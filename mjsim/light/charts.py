@@ -12,19 +12,19 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 
 MIN_FLAT_COSINE = 0.999
-"""Least cosine between the normals of a triangle's corners and its own for a flat triangle."""
+"""Minimum cosine between the normals of a triangle's corners and its own for a flat triangle."""
 NORMAL_STEPS, DISTANCE_STEPS, CORNER_STEPS = 200.0, 1000.0, 5000.0
 """Steps per unit of normals, distances of planes [1/m] and corners [1/m] within which values are equal."""
 ROUNDING_OFFSET = 0.318
 """Offset of rounding, so that round values do not lie on a boundary between two steps."""
 MIN_LEVEL_COSINE = 0.99
-"""Least vertical component of the normal of a level chart."""
+"""Minimum vertical component of the normal of a level chart."""
 MIN_AREA = 1e-10
 """Area below which a triangle has no chart [m^2]."""
 MIN_WIDTH = 512
-"""Least width of an atlas [texels]."""
+"""Minimum width of an atlas [texels]."""
 MAX_CHART_SIDE = 8000
-"""Most columns and rows of a chart [texels]: OpenGL refuses textures of more than 16384, some of more than 8192."""
+"""Maximum columns and rows of a chart [texels]: OpenGL refuses textures of more than 16384, sometimes than 8192."""
 BORDER_TEXELS = 1
 """Texels around each chart, which repeat its edge."""
 

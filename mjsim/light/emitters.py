@@ -19,7 +19,7 @@ SKY_RADIANCE = 1.0 / math.pi
 DAYLIGHT_RATIO = 2.0
 """Radiance of windows relative to that of the sky without a ceiling: days are brighter than rooms."""
 SKY_SHARE_LIMIT = 0.1
-"""Least share of rays that reach the sky from the outer side of a window, and largest from the inner."""
+"""Minimum share of rays that reach the sky from the outer side of a window, and maximum from the inner."""
 VIEW_DEPTH = 0.5
 """Distance behind a window within which lies what it shows [m]."""
 RAYS_PER_SIDE, PROBE_DISTANCE = 16, 0.5
@@ -98,7 +98,7 @@ def sky_share(room: Room, points: Array, normals: Array) -> Array:
 
 
 def inside_of(world: World) -> Callable[[Array], Array]:
-    """Return a function for whether points, shape (n, 2) [m], lie in a room that walls close; all do where none do."""
+    """Return a function that tells whether points, shape (n, 2) [m], are inside a room; without rooms, all are."""
     import shapely
 
     rooms = shapely.union_all(room_polygons(world.walls))

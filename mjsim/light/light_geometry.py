@@ -17,7 +17,7 @@ from mjsim.light.texels import Texels, texels_of
 from mjsim.world import CloseEvent, OpenEvent, RemoveEvent, World, leaves
 
 MIN_TEXEL = 0.05
-"""Least side of a texel [m]."""
+"""Minimum side of a texel [m]."""
 MAX_TEXELS = 1_100_000
 """Approximate limit of texels in all maps of a world; above it texels are larger."""
 MAX_DOORS = 4

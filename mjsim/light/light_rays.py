@@ -24,7 +24,7 @@ COARSE_RAYS, FINE_RAYS = 2, 8
 HORIZON_TOLERANCE = 1e-5
 """Height above the horizon of a point that counts as on it [m]."""
 NEGLIGIBLE_LIGHT = 4e-4
-"""Largest part of full light that is neglected of a rectangle."""
+"""Light of a rectangle that is neglected, at most, relative to full light."""
 
 NARROW_GAP = 0.08
 """Distance below which what a ray hits is very near: the dark of narrow gaps must not spread beyond them [m]."""

@@ -14,7 +14,7 @@ from mjsim.world import World
 PROBE_HEIGHTS = (0.15, 0.65, 1.15, 1.65)
 """Heights of the probes [m]."""
 MIN_SPACING, MAX_POINTS = 0.5, 8000
-"""Least distance of neighbours [m], and the approximate limit of probes above which it is larger."""
+"""Minimum distance of neighbours [m], and the approximate limit of probes above which it is larger."""
 MAX_BURIED_SHARE = 0.25
 """Share of rays that hit surfaces from behind above which a probe lies in a solid."""
 SIDES = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=float)

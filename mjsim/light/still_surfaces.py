@@ -13,7 +13,7 @@ from mjsim.light.baked import GAMMA
 VISIBLE_GROUPS = (0, 1, 5)
 """Groups of geoms that cameras see, or that are removed now."""
 MIN_OPAQUE_ALPHA = 0.5
-"""Least alpha of a surface that casts a shadow."""
+"""Minimum alpha of a surface that casts a shadow."""
 PIXEL_STRIDE = 17
 """Step in pixels for the mean colour of a picture: coprime with usual widths."""
 PICTURE_PREFIX, CEILING, BACK_SUFFIX = "beacon/", "ceiling", ":back"

@@ -226,7 +226,7 @@ def _from_arrays(arrays: dict[str, NDArray[np.generic]], key: str) -> BakedLight
     """
     about = json.loads(str(arrays["about"]))
     if about["key"] != key:
-        raise ValueError("this file holds other light")
+        raise ValueError("this file holds the light of another scene")
     corners, faces, pictured = arrays["corners"], arrays["faces"], arrays["pictured"]
     cuts = np.cumsum(corners)[:-1]
     points, normals = (np.split(arrays[name].astype(float), cuts) for name in ("points", "normals"))

@@ -11,7 +11,7 @@ from mjsim.light.charts import Charts, Whole
 BATCH_TEXELS = 250_000
 """Candidates of texels that are tested at a time."""
 MIN_BARYCENTRIC = -1e-6
-"""Least barycentric coordinate of a point in a triangle, for texels on the edge between two."""
+"""Minimum barycentric coordinate of a point in a triangle, for texels on the edge between two."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -145,7 +145,7 @@ def _checked(part: Any) -> tuple[float, list[Any]]:
     """Return the progress and the pieces in a part.
 
     Raises:
-        ValueError: It is none.
+        ValueError: It is not one.
     """
     match part:
         case (float(done), list(pieces)) if 0.0 <= done <= 100.0:

@@ -20,7 +20,7 @@ AXIS_LENGTH = 0.15
 
 
 def drawing(name: str, links: tuple[Link, ...], chain: Chain, posture: Posture) -> "Figure":
-    """Return a picture of an arm at k postures, the last one drawn strongest, with the tool's way between them.
+    """Return a picture of an arm at k postures, the last one drawn strongest, with the tool's path between them.
 
     Args:
         name: Name of the arm.
@@ -49,7 +49,7 @@ def draw_arm(
         links: From the base outwards.
         chain: The same as arrays.
         posture: Where the parts are, arrays with one leading axis of k.
-        bounds: Points that the view includes, shape (m, 3) [m]; by default those of the arm, with the way of its tool.
+        bounds: Points that the view includes, shape (m, 3) [m]; by default those of the arm, with the path of its tool.
     """
     lines, fingers = _lines(links, chain, posture), _fingers(links, chain, posture)
     strengths = [0.25] * (len(lines) - 1) + [1.0]

@@ -94,6 +94,6 @@ def _check_numbers(link: Link) -> None:
         raise ValueError("gear is 0; it must not be 0")
     if link.coulomb[0] < 0.0 or link.coulomb[1] > 0.0:
         plus, minus = link.coulomb
-        raise ValueError(f"coulomb is [{plus:g}, {minus:g}]; the first must not be below 0, the second not above")
+        raise ValueError(f"coulomb is [{plus:g}, {minus:g}]; the first must be 0 or more, the second 0 or less")
     if not link.lower < link.upper:
         raise ValueError(f"range is [{link.lower:g}, {link.upper:g}]; the first must be below the second")

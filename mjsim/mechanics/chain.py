@@ -82,12 +82,12 @@ def parents_of(links: tuple[Link, ...]) -> tuple[int, ...]:
     """Return the number of the link that carries each, -1 for the base.
 
     Raises:
-        ValueError: A link stands before the one that carries it.
+        ValueError: A link comes before the one that carries it.
     """
     parents = tuple(number - 1 if link.parent is None else link.parent for number, link in enumerate(links))
     for number, parent in enumerate(parents):
         if not -1 <= parent < number:
-            raise ValueError(f"link {number + 1} is carried by number {parent}; it must be one before it, or -1")
+            raise ValueError(f"link {number + 1} is carried by link {parent}; it must be an earlier link, or -1")
     return parents
 
 

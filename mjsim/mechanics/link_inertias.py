@@ -77,7 +77,7 @@ def check_inertia(inertia: Six) -> None:
     moments = np.linalg.eigvalsh(tensor(inertia))
     if moments[0] < -ROUNDING * np.abs(moments).max():
         raise ValueError(
-            f"the least principal moment of the inertia is {moments[0]:.4g} kg m^2; it must not be below 0"
+            f"the smallest principal moment of the inertia is {moments[0]:.4g} kg m^2; it must not be below 0"
         )
 
 

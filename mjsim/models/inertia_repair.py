@@ -30,7 +30,7 @@ FEATHER_MASS = 1e-6
 LIGHT = 0.01
 """Bodies with less mass [kg], and less than this share of the robot's moment of inertia, may have any inertia."""
 IMPOSSIBLE, USUAL_SHARE = 2.0, 0.5
-"""Radius of gyration, as a share of the reach of the shapes of a body, beyond which it is mended, and to which."""
+"""Radius of gyration, as a share of the reach of the shapes of a body, beyond which it is reduced, and to which."""
 MIN_STATED = 1e-9
 """A smaller mass is a placeholder of an exporter for none [kg]."""
 FEATHER_SIZE = 1e-4

@@ -1,4 +1,4 @@
-"""Files of a robot or an arm, as published by manufacturers: a faulty mesh or picture is left out, and told."""
+"""Files of a robot or an arm, as published by manufacturers: a faulty mesh or picture is left out and reported."""
 
 import posixpath
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ INSTEAD = {"mesh": "collision shapes are used instead", "texture": "plain colour
 
 
 class LenientGatherer(Gatherer):
-    """Reads the files of a description; what is faulty is left out, and meshes become such as MuJoCo takes."""
+    """Reads the files of a description; leaves out what is faulty, and converts meshes to forms that MuJoCo reads."""
 
     def __init__(self, path: str, read: Read, *, up_axis: bool = True, guarded: bool = False) -> None:
         """Store functions; the arguments are those of `Gatherer` and of `PlainMeshes`."""
@@ -31,7 +31,7 @@ class LenientGatherer(Gatherer):
         return super().file(self._resolved(name))
 
     def file(self, path: str) -> bytes:
-        """Return a file; in URDF, meshes become such as MuJoCo takes."""
+        """Return a file; in URDF, meshes are converted to forms that MuJoCo reads."""
         data = super().file(path)
         if not path.lower().endswith(".stl"):
             return mended_obj(data) if self._urdf and path.lower().endswith(".obj") else data

@@ -29,7 +29,7 @@ MAX_CELLS = 400
 COARSENING_RATIO = 0.75
 """Factor on the number of cells in each further one."""
 FLAT, SPECK, MIN_SPECK = 1e-9, 2e-3, 3e-5
-"""Volume of a flat mesh at most, as a share of the cube of its size; and the side of the speck that it gets, as a share
+"""Maximum volume of a flat mesh, as a share of the cube of its size; and the side of the speck that it gets, as a share
 of its size, and at least [m]."""
 SPECK_FACES = ((0, 2, 1), (0, 3, 2), (0, 1, 3), (1, 2, 3))
 MAX_SIDE = 1024
@@ -117,8 +117,8 @@ def gazebo_triangles(path: str, data: bytes, *, named: str = "") -> tuple[Array,
 
 
 def alone(name: str) -> bytes:
-    """Return no file: what a mesh names is left out."""
-    raise ValueError(f"'{name}' is not read")
+    """Refuse every file: files that a mesh names are left out."""
+    raise ValueError(f"files that a mesh names are not read, such as '{name}'")
 
 
 def _meshes(

@@ -308,7 +308,9 @@ class Gatherer:
             path = posixpath.normpath(posixpath.join(base, rest))
             if not path.startswith(("/", "..")) and self._exists(path):
                 return path
-        raise ValueError(f"'{self._path}' names '{name}', which is not below any folder around it; put it there")
+        raise ValueError(
+            f"'{self._path}' names '{name}', which is not found from any folder that contains the model; put it in one"
+        )
 
     def _exists(self, path: str) -> bool:
         try:

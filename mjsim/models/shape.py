@@ -81,7 +81,7 @@ def read_model(path: str, read: Read) -> ModelShape:
     except ValueError as error:
         raise ValueError(f"'{path}' cannot be placed in a room: {error}") from None
     if not parts:
-        raise ValueError(f"'{path}' has no shape for a room; give it geoms")
+        raise ValueError(f"'{path}' has no shape; give it geoms")
     columns = [(_hull(part[:, :2]), float(np.min(part[:, 2])), float(np.max(part[:, 2]))) for part in parts]
     return ModelShape(files, model, tuple(columns))
 

@@ -115,7 +115,7 @@ class _Check:
             self._parser.StartDoctypeDeclHandler = self._doctype
 
     def run(self, text: str) -> tuple[int, list[str]]:
-        """Return where the root's tag has its name behind it, and the prefixes that are not declared."""
+        """Return the position after the name in the root's tag, and the prefixes that are not declared."""
         data = text.encode()
         with suppress(expat.ExpatError):
             self._parser.Parse(data, True)

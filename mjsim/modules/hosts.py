@@ -56,7 +56,7 @@ class Offer:
     about: str = ""
     keys: Sequence[Key] = field(default=())
     parts: frozenset[str] = frozenset()
-    """Fields of `RobotInfo` for whose sake it refuses robots: arms, balancing, max_left."""
+    """Fields of `RobotInfo` because of which it refuses robots: arms, balancing, max_left."""
 
 
 class Host(ABC):
@@ -145,7 +145,7 @@ def beside(name: str, source: Source, *, folder: bool = False) -> Path:
             return path
     except OutsideError:
         raise ValueError(
-            Sentence("path '{name}' leaves the folder of the world; keep it beside the world file", name)
+            Sentence("path '{name}' is outside the folder of the world; keep it beside the world file", name)
         ) from None
     except ValueError:
         pass  # There is no file of such a name.

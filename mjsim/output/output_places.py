@@ -45,7 +45,7 @@ def free_paths(folder: str | Path, names: Iterable[str], *, overwrite: bool = Fa
     """Return the paths of files in a folder, after checking that all may be written.
 
     Raises:
-        UsageError: One exists and may not be replaced, or its name leads out of the folder.
+        UsageError: One exists and may not be replaced, or its name is outside the folder.
     """
     paths = []
     for name in names:

@@ -118,7 +118,7 @@ def check_own(table: Survey, own: Mapping[str, float]) -> None:
             raise MeasureError(name, f"no measure '{name}'{did_you_mean(name, table.names)}")
         place = table.index(name)
         if name in OUTSIDE:
-            raise MeasureError(name, f"a figure does not reproduce {name}: {OUTSIDE[name]}; leave it out")
+            raise MeasureError(name, f"the model of a person does not reproduce {name}: {OUTSIDE[name]}; leave it out")
         _check_deviation(name, value, table.mean[place], table.sd[place], f"of {_PEOPLE[table.sex]}")
     for name, value in own.items():
         mean, sd = table.given({other: each for other, each in own.items() if other != name})

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 INCOMPLETE = "the recording is incomplete: the run was killed, or the file was cut"
-"""What is said of a recording without an end."""
+"""Message about a recording without an end."""
 SAME_TIME = 1e-6
 """Times that differ by less are equal [s]."""
 
@@ -134,7 +134,7 @@ class Recording(Viewed):
         rows = np.flatnonzero((self.time >= first - SAME_TIME) & (self.time <= last + SAME_TIME))
         if not len(rows):
             span = f"{self.time[0]:g} to {self.time[-1]:g} s"
-            raise UsageError(f"no tick is between {first:g} and {last:g} s; the recording has those from {span}")
+            raise UsageError(f"no tick is between {first:g} and {last:g} s; the recording has ticks from {span}")
         if len(rows) == len(self.time):
             return self
         until = float(self.time[rows[-1]]) + SAME_TIME

@@ -41,7 +41,7 @@ def _verdict_lines(comparison: Comparison) -> Iterator[str]:
 
 
 def comparison_csv(comparison: Comparison) -> str:
-    """Return a row for each group and figure, then one for each difference, with all digits."""
+    """Return a row for each group and statistic, then one for each difference, with all digits."""
     columns = ("kind", "label", "robot", "figure", "unit", "count", "mean", "low", "high", "confidence", "verdict")
     rows = [
         (
@@ -177,7 +177,7 @@ def _counts(groups: Sequence[Group]) -> str:
     return (
         Sentence("{counts} each", counts[0])
         if len(set(counts)) == 1
-        else Sentence("from left to right {counts}", ", ".join(counts))
+        else Sentence("{counts}, from left to right", ", ".join(counts))
     )
 
 

@@ -46,7 +46,7 @@ def shared_errors_of(robot: Mapping[str, Any]) -> str:
 
 
 def key_table(figures: dict[str, Any]) -> list[str]:
-    """Return the key figures of each robot as lines for a terminal, from the contents of `statistics.json`."""
+    """Return the key statistics of each robot as lines for a terminal, from the contents of `statistics.json`."""
     lines = []
     for name, robot in figures["robots"].items():
         lines.append(f"{name:<34}{'estimate':>10}{'odometry':>10}")
@@ -63,7 +63,7 @@ def key_table(figures: dict[str, Any]) -> list[str]:
 
 
 def csv_table(figures: dict[str, Any]) -> str:
-    """Return a row for each robot and figure, with all digits; a missing value is an empty field."""
+    """Return a row for each robot and statistic, with all digits; a missing value is an empty field."""
     return csv_text(
         ("robot", "figure", "unit", "estimate", "odometry"),
         (

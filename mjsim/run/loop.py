@@ -224,7 +224,9 @@ def _simulated(sim: "Simulation | World | str | Path", seed: int | None) -> "Abs
     if not isinstance(sim, Simulation):
         return Simulation(sim if isinstance(sim, World) else load_runnable(sim), seed=seed)
     if seed is not None:
-        raise UsageError("a simulation has its seed; write Simulation(world, seed=...), or give the world to run")
+        raise UsageError(
+            "a simulation already has its seed; write Simulation(world, seed=...), or give the world to run"
+        )
     return nullcontext(sim)
 
 

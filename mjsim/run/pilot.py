@@ -388,7 +388,7 @@ class Pilot(Closes):
         return self._boundary.check(part, module, now, method, check, answer)
 
     def _checked_estimate(self, belief: object) -> Estimate:
-        """Return a checked estimate; the joint covariance, which is expensive, is checked in full once a second."""
+        """Return a checked estimate; the joint covariance, which is expensive, is checked in full once per second."""
         self._unchecked -= 1
         if self._unchecked > 0:
             return checked_estimate(belief, whole=False)

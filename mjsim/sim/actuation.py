@@ -23,7 +23,7 @@ class Actuation(Protocol):
 
 
 class ServoActuation:
-    """The set-points of a rolling base's servos, once a tick."""
+    """The set-points of a rolling base's servos, set once per tick."""
 
     def __init__(self, data: mujoco.MjData, gear: RunningGear, servos: Sequence[int], *, every: int) -> None:
         """Initialise.

@@ -25,7 +25,7 @@ DURATION_SAMPLES = 64
 STRETCH_RATIO = 1.2
 """Factor by which a motion that would be too fast, during another one, is lengthened, repeatedly."""
 MAX_STRETCHES = 12
-"""Most such repetitions."""
+"""Maximum number of such repetitions."""
 ARRIVAL_DISTANCE = 0.002
 """Distance from its goal within which a hand counts as arrived [m]."""
 

@@ -287,7 +287,7 @@ def _turned(
         motors = [int(model.actuator(name).id) for name in names]
     except KeyError as error:
         raise UsageError(
-            f"robot '{robot.name}' lacks a hinge or a servo of a wheel its drive names: {str(error).split('.')[0]}"
+            f"robot '{robot.name}' lacks a hinge or a servo for a wheel of its drive: {str(error).split('.')[0]}"
         ) from None
     places, speeds = ([getattr(hinge, key)[0] for hinge in hinges] for key in ("qposadr", "dofadr"))
     return np.array(places, dtype=np.intp), np.array(speeds, dtype=np.intp), motors
@@ -303,7 +303,7 @@ def _arms_at_work(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, *, t
 
 
 MIN_SUPPORT_COSINE = 0.7
-"""A contact whose normal is steeper than this supports wheels and casters, and is no bump."""
+"""A contact whose normal is steeper than this supports wheels and casters, and is not a bump."""
 
 
 class Bumper:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 MAX_TRIES = 6
 """Places that are tried for a thing."""
 MIN_GAP = 0.12
-"""Least distance between things, and from corners and frames [m]."""
+"""Minimum distance between things, and from corners and frames [m]."""
 FRAME_WIDTH = 0.07
 """Width of the frames of doors and windows [m]."""
 

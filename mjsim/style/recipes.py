@@ -53,7 +53,7 @@ class WallItem:
     most: int = 20
     """Largest number of them in a room."""
     least: float = 0.0
-    """Least length of a wall that has one [m]."""
+    """Minimum length of a wall that has one [m]."""
 
 
 @dataclass(frozen=True, slots=True)

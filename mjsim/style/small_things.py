@@ -16,11 +16,11 @@ from mjsim.world import BoxObstacle, ModelObstacle, Obstacle, World, hung, stays
 MAX_BOARD_THICKNESS = 0.05
 """Greatest thickness of a shelf's board or a table's top [m]."""
 MIN_AREA = 0.1
-"""Least area of one [m^2]."""
+"""Minimum area of one [m^2]."""
 TABLE_AREA, TABLE_HIGH, TABLE_LOW = 0.4, 0.85, 0.6
-"""Least area [m^2] and heights [m] of the top of a table."""
+"""Minimum area [m^2] and heights [m] of the top of a table."""
 MAX_CARTON_SIDE, MIN_CARTON_HEIGHT = 0.55, 0.25
-"""Longest side of a carton, and least height of a box that is made of cartons [m]."""
+"""Longest side of a carton, and minimum height of a box that is made of cartons [m]."""
 MAX_CARTONS = 50
 """Largest number of cartons side by side and above each other; on larger boxes they are larger."""
 BEACON_CLEARANCE, ROBOT_CLEARANCE = 0.1, 1.0

@@ -29,7 +29,7 @@ class Sweep(Viewed):
 
     folder: Path
     rows: Sequence[Mapping[str, Any]]
-    """The table: one row per robot and run, with case, seed, settings, robot, error, and figures such as
+    """The table: one row per robot and run, with case, seed, settings, robot, error, and statistics such as
     'position_error_m.rmse'."""
     summary: Mapping[str, Any]
     """Content of summary.json."""

@@ -51,7 +51,7 @@ def arm_of(fields: Mapping[str, Any]) -> Arm:
     """Return the arm of the fields of a robot; masses are left out, as pictures need none.
 
     Raises:
-        ValueError: Its base or tool is no pose.
+        ValueError: Its base or tool is not a pose.
     """
     rows, convention = arm_rows(fields)
     base, tool = (np.asarray(fields[key], dtype=float) for key in ("base", "tool"))

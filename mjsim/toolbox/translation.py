@@ -12,7 +12,7 @@ from mjsim.toolbox.method_calls import is_old, with_calls
 SCRIPT = "mjsim_script"
 """Name of a script that is translated."""
 OWN = "mjsim_own_"
-"""Begin of the names of translated functions: Octave would take the files of the script's folder first."""
+"""Prefix of the names of translated functions: Octave would take the files of the script's folder first."""
 BEYOND = re.compile(rb"[\x80-\xff]+")
 """Bytes beyond ASCII."""
 TAKES_NAMES = re.compile(
@@ -65,7 +65,7 @@ def translate(script: Path, own: Path) -> Translation:
 
 
 def renamed(text: str, names: Collection[str]) -> str:
-    """Return text in which functions, and their names where these are called, have a begin of our own."""
+    """Return text in which functions, and their names where these are called, have a prefix of our own."""
     names = [name for name in names if not _is_variable(name, text)]
     if not names:
         return text

@@ -20,7 +20,7 @@ POSTURES = 200
 AXIS = 0.12
 """Length of the axes of a tool's frame, as a fraction of the width of the view."""
 LINES = 10
-"""Fewest squares of the floor across the view."""
+"""Minimum number of squares of the floor across the view."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -155,5 +155,5 @@ def test_a_path_that_cannot_be_is_refused_in_one_sentence(sentence, keys):
 
 
 def test_an_arm_without_limits_of_speed_asks_for_seconds():
-    with pytest.raises(ValueError, match=r"^arm 'arm' has no limits of speed; give seconds$"):
+    with pytest.raises(ValueError, match=r"^arm 'arm' has no speed limits; give seconds$"):
         followed(JointPath([10] * 6), 0.1, arm=mjsim.arm("motoman_up6"))

@@ -42,9 +42,9 @@ def test_the_joint_loop_brings_a_joint_to_its_goal():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: TransferLaw([1, 2, 3], [1, 2]), "num must not have the higher degree"),
+        (lambda: TransferLaw([1, 2, 3], [1, 2]), "num must not have a higher degree than den"),
         (lambda: TransferLaw([1], [0]), "neither may be 0"),
-        (lambda: StateFeedback([1, 2]), "give four finite numbers, of way, lean, and their rates"),
+        (lambda: StateFeedback([1, 2]), "give four finite numbers, for distance, lean, and their rates"),
         (lambda: SpeedLoop(num=[1], den=[1], reference={"step": {}}), "to is missing"),
     ],
 )

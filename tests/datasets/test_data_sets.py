@@ -298,7 +298,7 @@ BOMB = "x0: &x0 [1]\n" + "".join(f"x{k}: &x{k} [{', '.join([f'*x{k - 1}'] * 10)}
         ("resolution: [", "resolution: ]", "(of a calibration in YAML)"),
         ("intrinsics: [", f"{BOMB}intrinsics: *x8 #", "the text holds more than 250000 values, with aliases expanded"),
         ("T_BS:", "T_CB:", "T_BS is not a pose; its data are 16 numbers of a rigid transform"),
-        ("intrinsics: [", "intrinsics: [0, ", "they are fu, fv, cu, cv in pixels"),
+        ("intrinsics: [", "intrinsics: [0, ", "they must be fu, fv, cu, cv in pixels"),
         ("equidistant", "omni", "a lens of model 'omni'; radial-tangential,"),
     ],
 )
@@ -370,7 +370,7 @@ def test_sensors_that_arms_carry_are_left_out_of_euroc_and_named(tmp_path: Path,
     assert {each.name for each in (place / "mav0").iterdir()} == {"cam0", "state_groundtruth_estimate0", "body.yaml"}
     assert "up6/eye" in (place / "mav0" / "cam0" / "sensor.yaml").read_text()
     assert "'hand' of robot 'up6' moves with an arm" in capsys.readouterr().err
-    with pytest.raises(UsageError, match="'hand' of robot 'up6' moves with an arm; EuRoC has only sensors that are"):
+    with pytest.raises(UsageError, match="'hand' of robot 'up6' moves with an arm; EuRoC supports only fixed sensors"):
         export_euroc(mjsim.read_recording(tmp_path / "hand.mcap"), tmp_path / "none")
 
 

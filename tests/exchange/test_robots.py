@@ -290,7 +290,7 @@ def test_meshes_in_text_and_of_too_many_triangles_are_read(tmp_path, count, text
     ("keys", "what"),
     [
         ("preset: gone.yaml", "no file 'gone.yaml' beside the world file or in assets"),
-        ("preset: ../x.yaml", "path '../x.yaml' leaves its folder"),
+        ("preset: ../x.yaml", "path '../x.yaml' is outside its folder"),
         ("preset: two.yaml", "'two.yaml' is a world without exactly one robot"),
         ("preset: bad.yaml", "bad.yaml:2:1: this is not YAML"),
         (

@@ -146,7 +146,7 @@ def test_joints_that_the_user_names_for_steering_steer_or_are_refused():
     # As casters they would be passive.
     gear = geared(car(ZERO, trail=0.05), steering=["steer_l", "steer_r"])
     assert gear.drive == "ackermann"
-    with pytest.raises(UsageError, match=r"--steering 'left' of r\.urdf carries no wheel about a vertical axis; leave"):
+    with pytest.raises(UsageError, match=r"--steering 'left' of r\.urdf turns no wheel about a vertical axis; leave"):
         find_gear(anatomy_of(cart()), RobotOptions(steering=["left"]), file="r.urdf", urdf=True)
 
 

@@ -83,7 +83,10 @@ def test_a_picture_that_claims_to_be_huge_is_not_decoded():
     plain = cv2.imencode(".png", np.zeros((16, 32), dtype=np.uint8))[1].tobytes()
     size = Intrinsics(32, 16, 10.0, 10.0, 15.5, 7.5)
     assert filed_frame(plain, 0.0, size).image.shape == (16, 32, 3)
-    for width, height, said in ((9000, 2, "a picture of 9000 x 2 pixels among others"), (40000, 40000, "megapixels")):
+    for width, height, said in (
+        (9000, 2, "a picture of 9000 x 2 pixels among pictures of another size"),
+        (40000, 40000, "megapixels"),
+    ):
         # Its checksum is wrong too: who decoded it would call it broken.
         with pytest.raises(ValueError, match=said):
             filed_frame(plain[:16] + struct.pack(">II", width, height) + plain[24:], 0.0, size)

@@ -92,7 +92,7 @@ def test_a_part_of_a_log_is_cut_out(begin, seconds, found):
 
 def test_a_part_has_two_ticks():
     assert cut(10.0, 20.0, begin=9.75, seconds=None, rate_hz=4.0) == (19.75, 20.0)
-    with pytest.raises(UsageError, match=r"0.2 s of a log of 10 s are left; two ticks are 0.25 s apart"):
+    with pytest.raises(UsageError, match=r"0.2 s of a log of 10 s remain; two ticks are 0.25 s apart"):
         cut(10.0, 20.0, begin=9.8, seconds=None, rate_hz=4.0)
     with pytest.raises(UsageError, match="some files of the log end at 10 s, before others begin, at 20 s"):
         cut(20.0, 10.0, begin=0.0, seconds=None, rate_hz=4.0)

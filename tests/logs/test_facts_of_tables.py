@@ -79,7 +79,7 @@ def test_velocities_are_rows_in_order_of_time(tmp_path, text, twists):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("marks.csv", "../marks.csv", "leaves the folder of the description; put the table beside it"),
+        ("marks.csv", "../marks.csv", "is outside the folder of the description; put the table beside it"),
         ("scans: [", f"scans: [{SCAN}, ", "same name"),
     ],
 )  # fmt: skip

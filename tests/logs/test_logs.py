@@ -151,7 +151,7 @@ def test_only_the_robots_and_the_seconds_that_were_asked_for_are_read(mrclam):
     assert part.world.run.map == "known"
     with pytest.raises(UsageError, match=r"no robot 7 in '.*'; there are 1, 2"):
         imported(mrclam.metadata["log folder"], wishes=Wishes(robots=["7"]))
-    with pytest.raises(UsageError, match=r"0 s of a log of 5\.9\d+ s are left; two ticks are 0.1 s apart"):
+    with pytest.raises(UsageError, match=r"0 s of a log of 5\.9\d+ s remain; two ticks are 0.1 s apart"):
         imported(mrclam.metadata["log folder"], wishes=Wishes(begin=100.0))
 
 

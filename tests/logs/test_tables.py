@@ -95,7 +95,7 @@ def test_tables_are_read_by_their_description(tmp_path):
         ("heading_deg: yaw", "heading_deg: jaw", "no column 'jaw' in"),
         (", heading_deg: yaw", "", "name one of heading [rad], heading_deg and quaternion"),
         ("file: marks.csv", "file: mark.csv", "cannot read"),
-        ("file: marks.csv", "file: ../marks.csv", "leaves the folder of the description"),
+        ("file: marks.csv", "file: ../marks.csv", "is outside the folder of the description"),
         ("time: 1, x: 2", "time: 1, x: 9", "has 4 columns; there is no column 9"),
         ("range: r,", "range: what,", "what is 'a'; it must be a finite number"),
         ("scan.csv, time: t, ranges: r_", "odd.csv, time: t, ranges: r_", "odd.csv:2: r_1 is 'x'; it must be a number"),

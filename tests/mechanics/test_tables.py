@@ -77,11 +77,11 @@ BAD = {
     "row 1: mass is -1; it must not be below 0": [{"mass": -1}],
     "row 1: center is given without mass; give mass too, or neither": [{"center": [0, 0, 0]}],
     "row 1: inertia holds 3 numbers; it must hold 6": [{"mass": 1, "inertia": [1, 1, 1]}],
-    "row 1: the least principal moment of the inertia is -1 kg m^2; it must not be below 0": [
+    "row 1: the smallest principal moment of the inertia is -1 kg m^2; it must not be below 0": [
         {"mass": 1, "inertia": [1, 1, -1, 0, 0, 0]}
     ],
     "row 1: gear is 0; it must not be 0": [{"gear": 0}],
-    "row 1: coulomb is [-1, 1]; the first must not be below 0, the second not above": [
+    "row 1: coulomb is [-1, 1]; the first must be 0 or more, the second 0 or less": [
         {"friction": {"coulomb": [-1, 1]}}
     ],
     "row 1: range is [3, -3]; the first must be below the second": [{"range": [3, -3]}],

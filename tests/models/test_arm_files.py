@@ -194,7 +194,7 @@ def test_a_wrong_model_is_reported_alone_with_its_place(tmp_path):
 def test_an_end_that_is_not_there_is_told_with_a_near_name(tmp_path):
     with pytest.raises(WorldError, match=r"has no body or site 'gripp'; did you mean 'grip'\?$"):
         mjsim.arm(GRIPPER, end="gripp")
-    with pytest.raises(WorldError, match=r"'stand' of 'gripper.xml' is moved by no joint"):
+    with pytest.raises(WorldError, match=r"'stand' of 'gripper.xml' does not move with any joint"):
         mjsim.arm(GRIPPER, end="stand")
     with pytest.raises(UsageError, match="end is 'x'; it is for models"):
         mjsim.arm("puma560", end="x")

@@ -32,7 +32,7 @@ HOSTILE = {
         "names the file '/etc/passwd.obj'",
     ),
     "a way up": ('<mujoco><asset><texture file="../../a.png"/></asset></mujoco>', "names the file '../../a.png'"),
-    "a link that leads out": ('<mujoco><include file="out/secret.xml"/></mujoco>', "leaves its folder"),
+    "a link that leads out": ('<mujoco><include file="out/secret.xml"/></mujoco>', "is outside its folder"),
     "a file that is not there": ('<mujoco><asset><mesh file="none.obj"/></asset></mujoco>', "no file 'none.obj'"),
     "a plugin": ('<mujoco><extension><plugin plugin="x"/></extension></mujoco>', "has plugins (<extension>)"),
     "a document type": ('<!DOCTYPE a [<!ENTITY b "c">]><mujoco/>', "declares a document type"),
@@ -44,7 +44,7 @@ HOSTILE = {
     "a deep nest": ("<mujoco>" + "<body>" * 100, "is nested more than 64 deep"),
     "no XML": ("<mujoco><geom></mujoco>", "is not XML: mismatched tag"),
     "another kind of XML": ("<svg/>", "begins with <svg>; a model begins with <mujoco> (MJCF) or <robot> (URDF)"),
-    "nothing solid": ("<mujoco/>", "has no shape for a room"),
+    "nothing solid": ("<mujoco/>", "has no shape; give it geoms"),
     "no number": (
         '<mujoco><worldbody><geom size="a"/></worldbody></mujoco>',
         "MuJoCo cannot read 'bad.xml': XML Error: bad format in attribute 'size'",

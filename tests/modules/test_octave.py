@@ -254,7 +254,7 @@ def test_a_sweep_has_one_octave_a_worker_and_a_session_one_of_its_own(tmp_path, 
         ("%{\nfunction not(this)\n%}\nfunction [est, state] = other(a, ...\n b, c) % why\n", None),
         ("function varargout = mine(varargin)\n", None),
         ("function [est,state]=mine(obs,robot,state,more)\n", None),
-        ("x = 1;\n", "mine.m:1: begins with no function; a script cannot be a module"),
+        ("x = 1;\n", "mine.m:1: does not begin with a function; a script cannot be a module"),
         ("% nothing\n", "mine.m holds no function"),
         (
             "\nfunction [est, state] = mine(obs, state)\n",
@@ -282,10 +282,10 @@ def test_check_looks_into_the_file_without_running_it(tmp_path, text, line):
     ("module", "line"),
     [
         ("use: my.m", "no file 'my.m' beside the world file; did you mean 'mine.m'?"),
-        ("use: ../mine.m", "path '../mine.m' leaves the folder of the world; keep it beside the world file"),
+        ("use: ../mine.m", "path '../mine.m' is outside the folder of the world; keep it beside the world file"),
         ("use: 2nd.m", "'2nd' cannot be the name of a function; a name has letters, digits and '_'"),
         ("use: mine.m, patience: soon", "patience is 'soon'; it must be a time above 0 [s]"),
-        ("use: mine.m, paths: [../other]", "path '../other' leaves the folder of the world;"),
+        ("use: mine.m, paths: [../other]", "path '../other' is outside the folder of the world;"),
     ],
 )
 def test_what_is_not_there_is_the_worlds_mistake(tmp_path, module, line):

@@ -213,11 +213,11 @@ def test_a_program_that_may_be_run_but_not_read_is_no_defect(tmp_path):
     [
         ("use: 'exec:./absent'", "8: no file './absent' beside the world file; there are ahead.sh, plain, room.yaml"),
         ("use: 'exec:./plain'", "8: './plain' cannot be executed; type: chmod +x plain"),
-        ("use: 'exec:../up'", "8: path '../up' leaves the folder of the world; keep it beside the world file"),
-        ("use: 'exec:/bin/sh'", "8: path '/bin/sh' leaves the folder of the world; keep it beside the world file"),
+        ("use: 'exec:../up'", "8: path '../up' is outside the folder of the world; keep it beside the world file"),
+        ("use: 'exec:/bin/sh'", "8: path '/bin/sh' is outside the folder of the world; keep it beside the world file"),
         ("use: 'exec:nosuchprogram x'", "8: no program 'nosuchprogram' is installed; one beside the world file is"),
         ("use: 'exec:./ahead.sh', patience: -1", "33: patience is -1; it must be a time above 0 [s]"),
-        ("use: 'exec:./ahead.sh', paths: ['../x']", "33: path '../x' leaves the folder of the world;"),
+        ("use: 'exec:./ahead.sh', paths: ['../x']", "33: path '../x' is outside the folder of the world;"),
         ("use: 'exec:./ahead.sh', paths: [lib]", "33: no folder 'lib' beside the world file"),
     ],
 )

@@ -37,7 +37,7 @@ Alias: type = Avoid
         ("math:Anything", None),
         ("mine.py:Avoyd", "no class 'Avoyd' in mine.py; did you mean 'Avoid'?"),
         ("min.py:Avoid", "no file 'min.py' beside the world file; did you mean 'mine.py'?"),
-        ("../mine.py:Avoid", "path '../mine.py' leaves the folder of the world; keep it beside the world file"),
+        ("../mine.py:Avoid", "path '../mine.py' is outside the folder of the world; keep it beside the world file"),
         ("broken.py:Avoid", "broken.py:2: '(' was never closed; this is not Python"),
         ("mjsim.algorithms.textbook:TextbookFastSlam", None),
         (

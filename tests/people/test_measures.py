@@ -84,7 +84,7 @@ def test_proportion_and_corpulence_are_percentiles_among_people_of_the_same_stat
         ({"stature": 1.6, "cervicale_height": 1.5}, "stature is 1.6 m; beside the other measures it lies between"),
         (
             {"span": 1.8},
-            "a figure does not reproduce span: the shoulder blades move inwards when arms are raised sideways",
+            "the model of a person does not reproduce span: the shoulder blades move inwards when arms are raised",
         ),
     ],
 )

@@ -275,7 +275,7 @@ def test_events_and_things_are_told_in_tables_and_in_the_report(recorded, tmp_pa
     recording = read_recording(recorded[0])
     export_csv(recording, tmp_path)
     events = (tmp_path / "events.csv").read_text().splitlines()
-    assert events[:3] == ["time,text", "0.32,the ambient light becomes 0.4", '0.32,"r is placed at [3, 3]"']
+    assert events[:3] == ["time,text", "0.32,the ambient light is set to 0.4", '0.32,"r is placed at [3, 3]"']
     things = (tmp_path / "things.csv").read_text().splitlines()
     assert len(things) == 1 + 3 * 25
     assert "0.04,obstacle/ball,6.02,1.0,0.0" in things

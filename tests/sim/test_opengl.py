@@ -88,13 +88,13 @@ def test_an_unknown_opengl_backend_is_a_one_line_error_with_a_remedy():
 def test_an_egl_without_drivers_is_passed_over_unless_it_is_wished_for():
     wished = in_a_process(MUJOCO_GL="egl", **NO_VENDOR)
     assert wished.returncode == 1
-    assert wished.stderr.startswith("no way to draw pictures (egl: ")
+    assert wished.stderr.startswith("cannot draw pictures (egl: ")
     assert wished.stderr.endswith("; type: unset MUJOCO_GL\n")
     free = in_a_process(**NO_VENDOR)
     if has_system_osmesa() or has_package():
         assert free.stdout.startswith("osmesa")
     else:
-        assert free.stderr.startswith("no way to draw pictures (egl: ")
+        assert free.stderr.startswith("cannot draw pictures (egl: ")
         assert free.stderr.endswith((f"; type: {CHECKOUT}/scripts/setup\n", f"; type: {APT_LINE}\n"))
 
 
@@ -104,7 +104,7 @@ def test_who_installed_a_wheel_is_advised_what_works_there(tmp_path):
         pytest.skip("something else than EGL draws here")
     shutil.copytree(CHECKOUT / "mjsim", tmp_path / "mjsim", ignore=shutil.ignore_patterns("page", "__pycache__"))
     advised = in_a_process(tmp_path, PYTHONPATH=str(tmp_path), **NO_VENDOR).stderr
-    assert advised.startswith("no way to draw pictures (egl: ")
+    assert advised.startswith("cannot draw pictures (egl: ")
     locked = (CHECKOUT / "scripts" / "bootstrap" / "osmesa.in").read_text().split()[-1]
     wheel = how_to_install("--no-deps", locked) if sys.version_info < (3, 14) else APT_LINE
     assert advised.endswith((f"; type: {wheel}\n", f"; type: {APT_LINE}\n"))

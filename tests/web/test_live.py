@@ -212,7 +212,7 @@ def test_closing_frees_the_port_and_the_thread_and_showing_after_it_is_no_fault(
 
 
 def test_a_port_that_is_taken_is_refused_with_a_line(live):
-    with pytest.raises(UsageError, match=r"cannot serve on port \d+: .*; 0 takes a free one"):
+    with pytest.raises(UsageError, match=r"cannot serve on port \d+: .*; 0 selects a free one"):
         LiveView(WORLD, port=httpx.URL(live.url).port)
 
 

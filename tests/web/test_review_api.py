@@ -93,7 +93,7 @@ def test_the_page_receives_all_data_of_a_recording(page, recording):
     assert told["bytes"] == recording.path.stat().st_size
     assert told["cameras"] == ["scout/front"]
     assert told["scene"]["bounds"] == [-2.0, -2.0, 2.0, 2.0]
-    assert [event["text"] for event in told["events"]] == ["the ambient light becomes 0.3"]
+    assert [event["text"] for event in told["events"]] == ["the ambient light is set to 0.3"]
     track = told["tracks"]["scout"]
     np.testing.assert_allclose(track["truth"], recording.robots["scout"].truth, atol=1e-4)
     np.testing.assert_allclose(track["time"], recording.time, atol=1e-9)
@@ -221,7 +221,7 @@ def test_a_dropped_file_is_kept_only_if_it_is_a_recording(page, folder):
 @pytest.mark.parametrize(
     ("address", "keys", "status", "complaint"),
     [
-        ("/api/recording", {"path": "../run.mcap"}, 403, "leaves the folder"),
+        ("/api/recording", {"path": "../run.mcap"}, 403, "is outside the folder"),
         ("/api/recording", {"path": "none.mcap"}, 404, "no file 'none.mcap'"),
         ("/api/recording", {"path": "secret.txt"}, 400, "is not an MCAP file"),
         ("/api/recording/tick", {"path": RUN, "time": "nan"}, 400, "time is 'nan'; it must be a number"),

@@ -306,8 +306,8 @@ def test_modules_are_chosen_and_a_failing_one_reaches_every_browser(page):
     ("keys", "complaint"),
     [
         ({"text": "mjsim: 1\nwals: []"}, "room.yaml:2:1: unknown key 'wals'; did you mean 'walls'?"),
-        ({"path": "../room.yaml"}, "leaves the folder"),
-        ({"record": "/tmp/run.mcap"}, "leaves the folder"),
+        ({"path": "../room.yaml"}, "is outside the folder"),
+        ({"record": "/tmp/run.mcap"}, "is outside the folder"),
         ({"record": "run.txt"}, "cannot record as 'run.txt'; name it .mcap"),
         ({"drivers": {"scut": {}}}, "no robot 'scut' to drive in this world; did you mean 'scout'"),
         ({"drivers": {"scout": {"navigator": {"use": "my.py:Mine"}}}}, "no file 'my.py'"),

@@ -157,7 +157,7 @@ def test_nothing_outside_is_listed_or_seen_through_a_link(client):
         assert answer.status_code == 404
     world = f"{ROOM}beacons: [{{name: lion, image: away/lion.jpg, at: [1, 1]}}]\n"
     (problem,) = asks(client, "/api/parse", path="room.yaml", text=world).json()["problems"]
-    assert "leaves its folder" in problem["message"]
+    assert "is outside its folder" in problem["message"]
 
 
 def test_only_worlds_are_written_and_none_that_are_hidden(client, folder):

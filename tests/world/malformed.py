@@ -172,14 +172,17 @@ TEXTS = {
         "floor: {texture: none.png}",
         "1:18: no file 'none.png' beside the world file or in assets",
     ),
-    "a path that leaves": ("floor: {texture: ../oak.png}", "1:18: path '../oak.png' leaves its folder; name a file"),
+    "a path that leaves": (
+        "floor: {texture: ../oak.png}",
+        "1:18: path '../oak.png' is outside its folder; name a file",
+    ),
     "a path as on Windows": (
         "floor: {texture: 'floors\\oak.jpg'}",
         "1:18: path 'floors\\oak.jpg' has a backslash; write / between folders",
     ),
     "a path from the root": (
         "floor: {texture: /etc/passwd}",
-        "1:18: path '/etc/passwd' leaves its folder; name a file",
+        "1:18: path '/etc/passwd' is outside its folder; name a file",
     ),
     "a path longer than a system takes": (
         f"floor: {{texture: {'é' * 190}}}",
@@ -190,7 +193,10 @@ TEXTS = {
         f"1:18: no file '{'é' * 190}/a.png' beside the world file or in assets",
     ),
     "an include longer than a system takes": (f"include: [{'a' * 300}]", f"1:11: no file '{'a' * 300}' beside the"),
-    "a path through a link": ("floor: {texture: link/secret.png}", "1:18: path 'link/secret.png' leaves its folder"),
+    "a path through a link": (
+        "floor: {texture: link/secret.png}",
+        "1:18: path 'link/secret.png' is outside its folder",
+    ),
     "a picture that is text": ("floor: {texture: world.yaml}", "1:18: 'world.yaml' is not a PNG or JPEG picture"),
     "a picture cut short": (
         "floor: {texture: short.png}",

@@ -100,7 +100,7 @@ BAD = {
     "w.yaml:7:49: inertia is [1, 1, 1]; it must be [ixx, iyy, izz, ixy, iyz, ixz]": (
         "- {dh: {rows: [{a: 0.1, mass: 1, inertia: [1, 1, 1]}]}}"
     ),
-    "w.yaml:7:49: the least principal moment of the inertia is -1 kg m^2; it must not be below 0": (
+    "w.yaml:7:49: the smallest principal moment of the inertia is -1 kg m^2; it must not be below 0": (
         "- {dh: {rows: [{mass: 1, a: 0.1, inertia: [1, 1, -1, 0, 0, 0]}]}}"
     ),
     "w.yaml:7:37: center is given without mass; give mass too, or neither": (
@@ -111,7 +111,7 @@ BAD = {
     ),
     "w.yaml:7:36: range is not for a joint that revolves; give range_deg": "- {dh: {rows: [{a: 1, range: [0, 1]}]}}",
     "w.yaml:7:35: gear is 0; it must not be 0": "- {dh: {rows: [{a: 1, gear: 0}]}}",
-    "w.yaml:7:49: coulomb is [-1, 1]; the first must not be below 0, the second not above": (
+    "w.yaml:7:49: coulomb is [-1, 1]; the first must be 0 or more, the second 0 or less": (
         "- {dh: {rows: [{a: 1, friction: {coulomb: [-1, 1]}}]}}"
     ),
     "w.yaml:7:37: torque is 0; it must be above 0": "- {dh: {rows: [{a: 1, torque: 0}]}}",

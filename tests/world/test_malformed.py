@@ -144,7 +144,10 @@ def test_every_pattern_of_the_language_is_put_into_words():
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("robots: [{at: [0, 0], preset: ../robot.yaml}]", "path '../robot.yaml' leaves its folder; name a file beside"),
+        (
+            "robots: [{at: [0, 0], preset: ../robot.yaml}]",
+            "path '../robot.yaml' is outside its folder; name a file beside",
+        ),
         (
             "robots: [{at: [0, 0], preset: mein Röbi.yaml}]",
             "no file 'mein Röbi.yaml' beside the world file or in assets",

@@ -60,12 +60,13 @@ MISTAKES = [
     (
         "rod: [1.0, 0.05]}",
         "rod: [1.0, 0.05], inertia: [1, 1, 3, 0, 0, 0]}",
-        "5:55: the principal moments of inertia are 1, 1 and 3 kg m^2; no body has one above the sum of the others",
+        "5:55: the principal moments of inertia are 1, 1 and 3 kg m^2; "
+        "the largest must not exceed the sum of the others",
     ),
     (
         "rod: [1.0, 0.05]}",
         "rod: [1.0, 0.05], inertia: [1, 1, -1, 0, 0, 0]}",
-        "5:55: the inertia has a principal moment of -1 kg m^2; none is below 0",
+        "5:55: the inertia has a principal moment of -1 kg m^2; it must not be below 0",
     ),
     (
         "crank.end, coupler",

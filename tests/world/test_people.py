@@ -48,7 +48,7 @@ MALFORMED = {
     ),
     "a measure that a figure does not keep": (
         f"{HIS}, measures: {{span: 1.8}}",
-        "60: a figure does not reproduce span: the shoulder blades move inwards",
+        "60: the model of a person does not reproduce span: the shoulder blades move inwards",
     ),
     "corpulence beside a weight": (
         f"{HIS}, measures: {{weight: 80}}, corpulence: 70",
@@ -64,7 +64,7 @@ MALFORMED = {
     ),
     "a joint bent backwards": (
         f"{HIS}, joints_deg: {{left_knee_flexion: -5}}",
-        "75: left_knee_flexion is -5 degrees; it turns from 0 to 140",
+        "75: left_knee_flexion is -5 degrees; its range is 0 to 140",
     ),
     "an angle that is not a number": (
         f"{HIS}, joints_deg: {{left_knee_flexion: .inf}}",

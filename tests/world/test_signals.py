@@ -33,7 +33,10 @@ WRONG = {
         "{table: {file: force.cvs}}",
         "no file 'force.cvs' beside the world file or in assets; did",
     ),
-    "a file elsewhere": ("{table: {file: ../force.csv}}", "path '../force.csv' leaves its folder; name a file beside"),
+    "a file elsewhere": (
+        "{table: {file: ../force.csv}}",
+        "path '../force.csv' is outside its folder; name a file beside",
+    ),
     "a column too far": ("{table: {file: force.csv, column: 9}}", "'force.csv' has no column 9; it has 3"),
     "a misspelt column": (
         "{table: {file: force.csv, column: fource}}",

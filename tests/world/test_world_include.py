@@ -109,8 +109,8 @@ def test_an_included_file_that_is_not_there_or_no_world_is_told(tmp_path):
         "bytes.yaml:1:1: character U+DCFF is not text; write the file as UTF-8 text (included by main.yaml:2:73)",
         "list.yaml:1:1: this is not a world file; one begins with 'mjsim: 1' (included by main.yaml:2:46)",
         "main.yaml:2:11: no file 'hal.yaml' beside the world file or in assets; did you mean 'hall.yaml'?",
-        "main.yaml:2:21: path '../up.yaml' leaves its folder; name a file beside the world file or in assets",
-        "main.yaml:2:33: path '/etc/passwd' leaves its folder; name a file beside the world file or in assets",
+        "main.yaml:2:21: path '../up.yaml' is outside its folder; name a file beside the world file or in assets",
+        "main.yaml:2:33: path '/etc/passwd' is outside its folder; name a file beside the world file or in assets",
         "main.yaml:2:70: include names world files, such as include: [hall.yaml]",
     ]
 
@@ -120,7 +120,7 @@ def test_a_link_out_of_the_folder_is_not_followed(tmp_path):
     (tmp_path / "w").mkdir()
     (tmp_path / "w" / "link.yaml").symlink_to(tmp_path / "secret.yaml")
     (line,) = faults_of(tmp_path, {"w/main.yaml": "include: [link.yaml]\n"})
-    assert "path 'link.yaml' leaves its folder" in line
+    assert "path 'link.yaml' is outside its folder" in line
 
 
 @pytest.mark.slow

@@ -39,11 +39,11 @@ from mjsim.world import Camera, ModelBody, Robot, Wheel
 MIN_CONTACT_HEIGHT = 0.2
 """Geoms of a body below this height, relative to the wheels' radius, do not collide: casters replace them."""
 MIN_MASS_RATIO = 1e-3
-"""Least mass of a moving part, relative to the robot's."""
+"""Minimum mass of a moving part, relative to the robot's."""
 MAX_FITTING = 0.25
 """[m]"""
 MIN_ARMATURE_RATIO = 1e-4
-"""Least armature of a held joint, relative to the robot's mass at its radius."""
+"""Minimum armature of a held joint, relative to the robot's mass at its radius."""
 
 
 @dataclass(slots=True, eq=False)

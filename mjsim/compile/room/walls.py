@@ -26,7 +26,7 @@ PLANE_SPACING = 1000.0
 CHUNK_SIDE = 12.0
 """Side of the squares into which the meshes of a large floor are divided, so that invisible ones cost nothing [m]."""
 MIN_CORNERS = 4
-"""Least number of vertices of a mesh in MuJoCo."""
+"""Minimum number of vertices of a mesh in MuJoCo."""
 LINES = "walls"
 """Name of the custom numbers in the scene with the positions of walls that reach the floor."""
 ON_FLOOR = 1e-6

@@ -186,7 +186,7 @@ def corner_and_scale(drawing: Drawing, lines: Sequence[Line], scale: float | Non
     if not MIN_FLOOR <= max(size) * scale <= MAX_FLOOR:
         raise UsageError(
             f"'{drawing.name}' is {size[0] * scale:.7g} x {size[1] * scale:.7g} m at {scale:g}m per unit;"
-            f" a floor has {MIN_FLOOR:g} to {MAX_FLOOR:g} m, give another --scale{_guessed(max(size))}"
+            f" a floor measures {MIN_FLOOR:g} to {MAX_FLOOR:g} m, give another --scale{_guessed(max(size))}"
         )
     return low, scale
 

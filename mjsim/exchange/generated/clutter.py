@@ -65,7 +65,7 @@ def clutter_world(
 
     if not all(MIN_ROOM_SIDE <= side <= MAX_ROOM_SIDE for side in size):
         raise UsageError(
-            f"the room is {size[0]:g} x {size[1]:g} m; a side has {MIN_ROOM_SIDE:g} to {MAX_ROOM_SIDE:g} m"
+            f"the room is {size[0]:g} x {size[1]:g} m; each side must be {MIN_ROOM_SIDE:g} to {MAX_ROOM_SIDE:g} m"
         )
     rng = np.random.default_rng(seed)
     room = shapely.box(0.0, 0.0, *size)

@@ -62,7 +62,7 @@ def maze_world(
         UsageError: The maze would be too large, its cells too narrow, or labmaze is not installed.
     """
     if not all(FEWEST <= side <= MAX_SIDE for side in size):
-        raise UsageError(f"the maze has {size[0]} x {size[1]} cells; a side has {FEWEST} to {MAX_SIDE}")
+        raise UsageError(f"the maze has {size[0]} x {size[1]} cells; each side must be {FEWEST} to {MAX_SIDE}")
     if not MIN_CELL_SIDE <= cell <= MAX_CELL_SIDE:
         raise UsageError(f"a cell is {cell:g} m wide; it must be {MIN_CELL_SIDE:g} to {MAX_CELL_SIDE:g} m")
     if not 0 <= beacons <= MAX_BEACONS:

@@ -51,7 +51,7 @@ def without_specks(grid: Grid) -> Cleaned:
     chosen[0] = False
     if (parts := int(np.count_nonzero(chosen))) > MAX_PARTS:
         raise UsageError(
-            f"the map has {parts} parts, and that of a building at most {MAX_PARTS}; clean it in an image editor"
+            f"the map has {parts} parts; the map of a building has at most {MAX_PARTS}, clean it in an image editor"
         )
     return Cleaned(np.asarray(chosen[groups] & grid.occupied, dtype=bool), noise)
 

@@ -16,7 +16,7 @@ MIN_COVERED_DEPTH = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Fidelity:
-    """Figures that compare a world with a map; specks count like all other cells."""
+    """Statistics that compare a world with a map; specks count like all other cells."""
 
     occupied: int
     """Number of occupied cells in the map."""

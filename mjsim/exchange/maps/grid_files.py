@@ -58,10 +58,10 @@ def read_grid(path: str | Path, *, resolution: float | None = None) -> Grid:
 
 
 def claimed_size(path: Path) -> int:
-    """Return with which size the limits of reading a file grow: that of a map's picture, or of the file [bytes].
+    """Return the size with which the limits of reading a file grow: that of a map's picture, or of the file [bytes].
 
     Raises:
-        UsageError: The file is the YAML file of a map, and not as it should be.
+        UsageError: The file is the YAML file of a map, and malformed.
     """
     file = picture_beside(path, read_header(path).image) if path.suffix.lower() in HEADERS else path
     if not is_picture(file):

@@ -55,7 +55,7 @@ def read_header(path: Path) -> MapHeader:
     if problems and data.strip():
         raise UsageError("\n".join(map(str, problems)))
     if node is None or not isinstance(node.value, dict) or "image" not in node.value:
-        raise UsageError(f"{path}: this is not a map; it names an image, a resolution and an origin")
+        raise UsageError(f"{path}: this is not a map; a map names an image, a resolution and an origin")
     keys = _Keys(path, node)
     occupied = keys.number("occupied_thresh", OCCUPIED_THRESH)
     free = keys.number("free_thresh", FREE_THRESH)
@@ -112,7 +112,7 @@ def _image(keys: _Keys) -> str:
         raise UsageError(f"{keys.at('image')}: image is {name!r:.40}; name the picture of a map")
     parts = PurePosixPath(name).parts if not _absolute(name) else ()
     if ".." in parts or not name.isprintable():
-        raise UsageError(f"{keys.at('image')}: image {name!r:.60} leaves its folder; put it beside the YAML file")
+        raise UsageError(f"{keys.at('image')}: image {name!r:.60} is outside its folder; put it beside the YAML file")
     return name
 
 
@@ -139,7 +139,7 @@ def checked_resolution(resolution: float, place: str) -> float:
         UsageError: It is not a plausible cell size.
     """
     if not 1e-3 <= resolution <= 10.0:
-        raise UsageError(f"{place}: resolution is {resolution:g} m; a map has cells of 0.001 to 10 m")
+        raise UsageError(f"{place}: resolution is {resolution:g} m; cells must be 0.001 to 10 m")
     return resolution
 
 

@@ -31,7 +31,7 @@ def gray_of(data: bytes) -> tuple[Array, Cells]:
 
 
 def claimed_pixels(data: bytes) -> int:
-    """Return the number of pixels that a picture claims to have; 0 if it is no such picture."""
+    """Return the number of pixels that a picture claims to have; 0 if it is not such a picture."""
     head = _SIZE.match(data[:_HEAD])
     try:
         columns, rows = map(int, head.groups()[1:]) if head else any_picture_size(data)
@@ -69,12 +69,14 @@ def _of_pnm(data: bytes) -> NDArray[np.float32]:
         limit = _LARGEST.match(data[: _HEAD + 20], end)
         largest, end = (int(limit[1]), limit.end()) if limit else (0, end)
     if not columns or not rows or not 0 < largest <= 65535:
-        raise ValueError(f"is a picture of {columns} x {rows} pixels up to {largest}; write 8 or 16 bits each")
+        raise ValueError(
+            f"is a picture of {columns} x {rows} pixels with values up to {largest}; write 8 or 16 bits per pixel"
+        )
     bounded_size(columns, rows)
     depth = 3 if kind in (3, 6) else 1
     values = _plain(data[end:], kind) if kind < 4 else _raw(data[end + 1 :], kind, columns, largest)
     if len(values) < rows * columns * depth:
-        raise ValueError(f"is truncated; {columns} x {rows} pixels are {rows * columns * depth} numbers")
+        raise ValueError(f"is truncated; {columns} x {rows} pixels need {rows * columns * depth} numbers")
     share = values[: rows * columns * depth].astype(np.float32).reshape(rows, columns, depth) / np.float32(largest)
     return np.asarray(1.0 - share if kind in (1, 4) else np.minimum(share, 1.0), dtype=np.float32)
 

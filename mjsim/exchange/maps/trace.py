@@ -145,7 +145,7 @@ def _walls(network: Cells, grid: Grid) -> list[Bar]:
 def _bounded(count: int, limit: int, kind: str) -> None:
     if count > limit:
         raise UsageError(
-            f"the map has {count} {kind}, and that of a building at most {limit}; clean it in an image editor"
+            f"the map has {count} {kind}; the map of a building has at most {limit}, clean it in an image editor"
         )
 
 

@@ -188,7 +188,7 @@ def _named(content: Mapping[str, Any]) -> Iterator[tuple[str, str | None, str, A
 
 
 def owner_of(name: str) -> str | None:
-    """Return whose values a struct of a name holds: robot or sensor; None if that is not known."""
+    """Return the owner of the values in a struct, by its name: robot or sensor; None if unknown."""
     return OWNERS.get(DATA.sub("", name.lower()))
 
 

@@ -135,7 +135,7 @@ def read_landmarks(path: Path, *, scale: float, rows: bool = False) -> LandmarkM
     )
     farthest = float(np.abs(map.points).max())
     if farthest > MAX_DISTANCE:
-        raise UsageError(f"'{path}' reaches {farthest:g} m; the farthest is {MAX_DISTANCE:g} m, give a smaller --scale")
+        raise UsageError(f"'{path}' extends to {farthest:g} m; the limit is {MAX_DISTANCE:g} m, give a smaller --scale")
     return map
 
 

@@ -1,4 +1,4 @@
-"""Tables of MATLAB: which way they lie, and their rows as values."""
+"""Tables of MATLAB: their orientation, and their rows as values."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -33,7 +33,7 @@ class Tables:
             limit: Maximum number of items.
 
         Raises:
-            UsageError: It is no such table.
+            UsageError: It is not such a table.
         """
         try:
             table = _entries(value)
@@ -57,11 +57,11 @@ class Tables:
         by_row = lying and (not upright or self.rows)
         if upright and lying and high > 1 and wide > 1:
             taken, other = ("row", "leave out --rows") if by_row else ("column", "--rows")
-            self.told.append(f"{name} is {high} x {wide}: each {taken} is one; {other} turns it")
+            self.told.append(f"{name} is {high} x {wide}: each {taken} is one landmark; {other} reverses that")
         items = [list(row) for row in (table if by_row else zip(*table, strict=True))]
         if len(items) > limit:
             kind = "rows" if by_row else "columns"
-            raise UsageError(f"'{self.file}' has {len(items)} {kind} in {name}; {limit} can be read")
+            raise UsageError(f"'{self.file}' has {len(items)} {kind} in {name}; at most {limit} can be read")
         return items
 
     def points(self, name: str, value: Any, *, limit: int) -> Array:

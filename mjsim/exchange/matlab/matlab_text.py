@@ -83,7 +83,7 @@ class _Statement:
         """Store the value of the statement.
 
         Raises:
-            NotLiteralError: It is no literal assignment.
+            NotLiteralError: It is not a literal assignment.
         """
         name = self._next("name").text
         keys: list[Any] = []

@@ -123,7 +123,9 @@ def _named(anatomy: Anatomy, names: Sequence[str], file: str) -> list[FoundWheel
             raise UsageError(f"no hinge '{name}' in {file}{did_you_mean(name, known)}")
         joint = known[name]
         if abs(joint.axis[2]) > MAX_AXLE_RISE:
-            raise UsageError(f"joint '{name}' of {file} turns about {shown(joint.axis)}; a wheel's axle is level")
+            raise UsageError(
+                f"joint '{name}' of {file} turns about {shown(joint.axis)}; the axle of a wheel must be horizontal"
+            )
         wheels = measured(anatomy, joint) or [bare(joint)]
         found += [replace(wheel, swivels=False) for wheel in wheels[:1]]
     return found
@@ -214,7 +216,7 @@ def _omnidirectional(
     rows = tuple(tuple(tuple(side) for side in by_side(row, left, options)) for row in axles_of(chosen, forward))
     if len(rows) != 2 or any(len(side) != 1 for row in rows for side in row):
         raise UsageError(
-            f"{file}: {listed([w.name for w in chosen])} do not stand at the corners of a rectangle; name the four"
+            f"{file}: {listed([w.name for w in chosen])} are not at the corners of a rectangle; name the four"
             " wheels with --left-wheel JOINT and --right-wheel JOINT, twice each"
         )
     return Gear(kind, tuple((row[0], row[1]) for row in rows), bearing, floor, forward, notes)
@@ -228,8 +230,8 @@ def _common_axis(wheels: Sequence[FoundWheel], file: str) -> Array:
         if abs(float(wheel.axis[:2] @ axis)) < PARALLEL:
             names = listed([w.name for w in fixed])
             raise UsageError(
-                f"{file}: the axles of {names} point different ways; mjsim has omni3 for three wheels in a ring, name"
-                f" those that drive with --left-wheel JOINT and --right-wheel JOINT, or {OWN}"
+                f"{file}: the axles of {names} point in different directions; mjsim has omni3 for three wheels in a"
+                f" ring, name the driven ones with --left-wheel JOINT and --right-wheel JOINT, or {OWN}"
             )
     return np.asarray(axis / np.linalg.norm(axis))
 
@@ -301,7 +303,7 @@ def _check_abreast(anatomy: Anatomy, wheels: Sequence[FoundWheel], left: Array, 
         held = [j.name for j in anatomy.joints if "wheel" in j.name.lower() and not turns_freely(j)]
         others = f", while {listed(held[:4])} do not turn round and round: make them continuous" if held else ""
         raise UsageError(
-            f"{file}: its wheels {listed([wheel.name for wheel in wheels])} stand one behind the other, as those of a"
+            f"{file}: its wheels {listed([wheel.name for wheel in wheels])} are one behind the other, as on a"
             f" bicycle{others}; it must be one of {', '.join(DRIVES)}"
         )
 
@@ -328,8 +330,8 @@ def _tricycle(
     offsets = (right.middle - left_one.middle)[:2] @ forward, (steered.middle[:2] - middle) @ left
     if any(abs(float(value)) > 0.5 * steered.radius for value in offsets):
         raise UsageError(
-            f"{file}: '{steered.name}' steers, but '{left_one.name}' and '{right.name}' do not stand on one axle"
-            " to both sides of it, as on a tricycle; name the wheels that drive with --left-wheel and --right-wheel"
+            f"{file}: '{steered.name}' steers, but '{left_one.name}' and '{right.name}' are not on one axle"
+            " on both sides of it, as on a tricycle; name the driven wheels with --left-wheel and --right-wheel"
         )
     if not steered.joint.driven:
         notes = (*notes, f"'{steered.name}' steers and drives")
@@ -343,13 +345,13 @@ def _check_drive(
     file: str,
 ) -> None:
     if drive == "tricycle":
-        raise UsageError(f"{file} has no single wheel that steers before or behind an axle; name it with --steering")
+        raise UsageError(f"{file} has no single steered wheel in front of or behind an axle; name it with --steering")
     if len(steered) == len(sides) == 2:
         turned = dict.fromkeys(w.steer.name for side in sides[0] for w in side if w.steer is not None)
         front = " ".join(f"--steering {name}" for name in turned)
         raise UsageError(
             f"{file} steers all four wheels, a drive that mjsim does not have; {front} makes it a car"
-            f" whose wheels behind are held straight, or {OWN}"
+            f" whose rear wheels are held straight, or {OWN}"
         )
     if drive == "ackermann":
         if len(sides) != 2 or len(steered) != 1 or steered[0] is not sides[0]:
@@ -360,6 +362,6 @@ def _check_drive(
     elif steered:
         raise UsageError(f"{file} has wheels that steer; that is a car, leave out --drive {drive}")
     if drive == "differential" and len(sides) != 1:
-        raise UsageError(f"{file} has {len(sides)} axles that drive; a differential drive has one, name its two wheels")
+        raise UsageError(f"{file} has {len(sides)} driven axles; a differential drive has one, name its two wheels")
     if drive == "skid_steer" and len(sides) < 2:
-        raise UsageError(f"{file} has one axle that drives; skid steering needs two or more")
+        raise UsageError(f"{file} has one driven axle; skid steering needs two or more")

@@ -97,7 +97,7 @@ class Folders:
             beside: Folder from which a relative path starts.
 
         Raises:
-            XacroError: A package was not found, or the path leads out of the folders.
+            XacroError: A package was not found, or the path is outside the folders.
         """
         package, _, rest = name.removeprefix("package://").partition("/")
         if name.startswith("package://"):
@@ -119,7 +119,7 @@ class Folders:
         """Return the contents of a file in one of the folders.
 
         Raises:
-            XacroError: It is not in them, is no file, or is too large.
+            XacroError: It is not in them, is not a file, or is too large.
         """
         place = self._inside(path)
         try:
@@ -130,7 +130,7 @@ class Folders:
             raise XacroError(f"'{path}' cannot be read: {error.strerror}; name a smaller or another file") from None
 
     def moved(self, path: Path) -> Path | None:
-        """Return where a file is that is named by the absolute path that it had elsewhere; None if it is not here."""
+        """Return the path here of a file named by its absolute path on another machine; None if it is missing."""
         if any(path.is_relative_to(folder) for folder in (self.root, *self._packages.values())):
             return None
         tails = [Path(*path.parts[start:]) for start in range(1, len(path.parts))]
@@ -146,7 +146,7 @@ class Folders:
         """Return a path without links.
 
         Raises:
-            XacroError: It leads out of the folders.
+            XacroError: It is outside the folders.
         """
         allowed = [self.root, *self._packages.values()]
         place = Path(os.path.normpath(path))

@@ -1,4 +1,4 @@
-"""What was kept, guessed, mended, added and left out of a robot's file."""
+"""What was kept, guessed, repaired, added and left out of a robot's file."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path

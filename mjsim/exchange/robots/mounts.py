@@ -26,7 +26,7 @@ MAX_TWIN_DISTANCE = 0.15
 ALIKE = math.cos(math.radians(20.0))
 """Sensors whose directions differ by less than this angle look the same way."""
 MAX_GUESSED = {"lidar": 2, "camera": 2, "imu": 1}
-"""Maximum number of sensors of each kind that only names suggest; all that are described come in."""
+"""Maximum number of sensors of each kind that only names suggest; all that are described are taken."""
 MAX_FAN_BEAMS, MAX_FAN_RANGE = 16, 5.0
 """A fan of at most this many beams and rings, which reach no farther than this, is a proximity sensor [m]."""
 MAX_BEAMS, MAX_RINGS, MAX_SIDE = 10_000, 256, 1920

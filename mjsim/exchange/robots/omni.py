@@ -68,8 +68,8 @@ def omni_kind(wheels: Sequence[FoundWheel], file: str) -> str:
         return "omni3"
     names = ", ".join(f"'{wheel.name}'" for wheel in wheels[:8])
     raise UsageError(
-        f"{file}: {names} have rollers; of such drives mjsim has mecanum, four on parallel axles, and omni3, three in a"
-        f" ring: name their wheels with --left-wheel and --right-wheel, or {OWN}"
+        f"{file}: {names} have rollers; for these mjsim has mecanum, four on parallel axles, and omni3, three in a"
+        f" ring: name the wheels with --left-wheel and --right-wheel, or {OWN}"
     )
 
 

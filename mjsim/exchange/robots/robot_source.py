@@ -269,5 +269,5 @@ def _check_loops(root: Element, data: bytes, path: Path) -> None:
             at = above[at][0]
         if at and at in seen:
             raise UsageError(
-                f"{_location(name, data, path)}: joint '{name}' closes a loop of links; URDF has trees only"
+                f"{_location(name, data, path)}: joint '{name}' closes a loop of links; URDF allows only trees"
             )

@@ -31,7 +31,7 @@ def steered_as_named(
             raise UsageError(f"no hinge '{name}' in {file}{did_you_mean(name, known)}")
         if name not in steered:
             others_that = f"; {listed(sorted(steered))} do" if steered else "; leave out --steering"
-            raise UsageError(f"--steering '{name}' of {file} carries no wheel about a vertical axis{others_that}")
+            raise UsageError(f"--steering '{name}' of {file} turns no wheel about a vertical axis{others_that}")
 
     def is_steered(wheel: FoundWheel) -> bool:
         return wheel.steer is not None and wheel.steer.name in names

@@ -18,7 +18,7 @@ MAX_COORDINATE = 1e4
 MAX_TILT_SINE = 1e-3
 """Maximum sine of the tilt of an upright solid."""
 MAX_MASS = 1e5
-"""Maximum mass of what moves; heavier things are meant not to [kg]."""
+"""Maximum mass of what moves; heavier things are taken as static [kg]."""
 MAX_SOLIDS = 20_000
 MAX_NAME = 100
 """Maximum length of a name in the report."""
@@ -133,7 +133,9 @@ class ScenePart:
         """
         numbers = np.array([(joint.anchor, joint.axis) for joint in self.joints])
         if not (np.abs(numbers) <= MAX_COORDINATE).all():
-            raise ValueError(f"a joint of '{self.name}' is not finite, or above {MAX_COORDINATE:g} m away; correct it")
+            raise ValueError(
+                f"a joint of '{self.name}' is not finite, or more than {MAX_COORDINATE:g} m away; correct it"
+            )
 
     def all_solids(self) -> list[SceneSolid]:
         """Return its solids and those of its parts."""

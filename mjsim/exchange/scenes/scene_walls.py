@@ -101,7 +101,7 @@ def _walls_on_line(slabs: dict[int, Slab]) -> list[tuple[Wall, list[int]]]:
 
 
 Profile = tuple[float, float, float] | None
-"""Sill and head of the hole in a stretch of a wall, equal for none, and its top [m]; None where it is no wall."""
+"""Sill and head of the hole in a stretch of a wall, equal for none, and its top [m]; None where it is not a wall."""
 Stretch = tuple[float, float, list[int], Profile]
 
 

@@ -177,7 +177,7 @@ class _Reader:
     def _links(
         self, model: Element, frames: SdfFrames, world_from_model: Array, file: Path, name: str, *, static: bool
     ) -> None:
-        """Take the links of a model as one thing, with parts that joints move."""
+        """Add the links of a model as one thing, with the parts that joints move."""
         links, bare = [], 0
         for link in model.findall("link"):
             found = list(self._solids(link, frames, world_from_model, file, name))

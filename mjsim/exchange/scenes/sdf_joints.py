@@ -85,7 +85,7 @@ class _Forest:
     """Roots that a joint moves."""
 
     def grow(self) -> None:
-        """Merge what does not move, then hang what moves on its parents."""
+        """Merge what does not move, then attach what moves to its parents."""
         self.owner = {each: each for each in (WORLD, *(link.name for link in self.links))}
         joints = [joint for joint in self.model.findall("joint") if joint.get("type") is not None]
         moving = [joint for joint in joints if self._moves(joint)]

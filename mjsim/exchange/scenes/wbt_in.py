@@ -50,7 +50,7 @@ def read_wbt(path: Path) -> Scene:
     """Return the scene of a world of Webots.
 
     Raises:
-        UsageError: The file cannot be read, or is not as it should be.
+        UsageError: The file cannot be read, or is malformed.
         ValueError: A number in it makes no sense.
     """
     text = read_bounded(path, limit=MAX_TEXT, kind="a world of Webots").decode("utf-8-sig", "replace")

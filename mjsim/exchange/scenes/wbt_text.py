@@ -106,7 +106,7 @@ class Parser:
         """Yield the nodes of a world.
 
         Raises:
-            UsageError: The text is not as it should be.
+            UsageError: The text is malformed.
         """
         while self._place < len(self._tokens):
             token = self._tokens[self._place]
@@ -122,7 +122,7 @@ class Parser:
         """Return the fields of a PROTO with their usual values, and its node.
 
         Raises:
-            UsageError: The text is not as it should be.
+            UsageError: The text is malformed.
         """
         while self._peek() in ("EXTERNPROTO", "IMPORTABLE"):
             self._place += 1 if self._peek() == "IMPORTABLE" else 2

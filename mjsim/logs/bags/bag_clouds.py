@@ -77,7 +77,7 @@ def _rows(message: Any) -> NDArray[np.void]:
     step, data = int(message.row_step) or size * width, np.asarray(message.data, dtype=np.uint8)
     ends = [int(field.offset) + kinds[name].itemsize for name, field in known.items()]
     if not max(ends) <= size or step < size * width or len(data) < step * height:
-        raise ValueError(f"a cloud of {width} x {height} points of {size} bytes in {len(data)} bytes, {step} a row")
+        raise ValueError(f"a cloud of {width} x {height} points of {size} bytes in {len(data)} bytes, {step} per row")
     packed = data[: step * height].reshape(height, step)[:, : size * width]
     layout: Any = {
         "names": list(known),

@@ -313,7 +313,7 @@ class Contents:
 
 
 def unread_topics(bag: Bag, robots: Sequence[RobotTopics]) -> dict[str, str]:
-    """Return the metadata about topics of a bag that are not read of robots."""
+    """Return the metadata about topics of robots in a bag that are not read."""
     read = {topic for robot in robots for topic in robot.all()}
     return {
         f"{topic} left out": f"{count} messages of {bag.types[topic]}"

@@ -206,7 +206,7 @@ def intrinsics_of(message: Any, *, width: int, height: int, rectified: bool) -> 
 
 
 def unread_lens(message: Any) -> str:
-    """Return what of the lens in a `sensor_msgs/CameraInfo` is not supported, '' if all is."""
+    """Return which part of the lens in a `sensor_msgs/CameraInfo` is not supported, '' if all is."""
     D = np.asarray(getattr(message, "d", getattr(message, "D", ())), dtype=float).ravel()
     if D.any() and message.distortion_model not in (*FISHEYES, *BROWNS):
         known = ", ".join(filter(None, (*BROWNS, *FISHEYES)))

@@ -176,7 +176,7 @@ def _require_rows(message: Any, count: int, used: int) -> None:
     step, size = int(message.step), len(message.data)
     if not 0 < used <= step or size < step * count:
         pixels = f"{int(message.width)} x {int(message.height)}"
-        raise ValueError(f"a picture of {pixels} pixels in {size} bytes, {step} a row")
+        raise ValueError(f"a picture of {pixels} pixels in {size} bytes, {step} per row")
 
 
 def _row_bytes(message: Any) -> int:

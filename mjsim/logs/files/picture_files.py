@@ -94,7 +94,9 @@ def _listed(
             # A list that was written on Windows.
             file = path.parent / folder / name.replace("\\", "/")
         if not np.isfinite(stamp) or not lies_in(file, path.parent):
-            raise UsageError(f"{path}:{number}: {line.strip()[:60]!r}; the time is finite, the path in the folder")
+            raise UsageError(
+                f"{path}:{number}: {line.strip()[:60]!r}; the time must be finite, and the path in the folder"
+            )
         if not file.is_file():
             missing.append(f"{path}:{number}: no file '{name}'"[:MAX_MESSAGE_LENGTH])
             continue

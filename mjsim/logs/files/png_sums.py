@@ -13,7 +13,7 @@ REQUIRED_CHUNKS = (b"IHDR", b"PLTE", b"IDAT")
 HEADER = struct.Struct(">I4s")
 """Length and kind of a chunk."""
 CHECKSUM_BYTES = 4
-"""Length of the sum behind each chunk [bytes]."""
+"""Length of the checksum after each chunk [bytes]."""
 
 
 def require_sound(data: bytes) -> None:

@@ -73,7 +73,7 @@ def lies_in(path: Path, folder: Path) -> bool:
 
 
 def left_out_cut(path: Path, line: str, notes: dict[str, str] | None) -> bool:
-    """Return whether an invalid line was cut, as its end is missing, and note that it is left out."""
+    """Return whether an invalid line was truncated, as its end is missing, and note that it is left out."""
     if notes is None or line.endswith("\n"):
         return False
     notes[f"last line of {_called(path)}, cut short, left out"] = "1"

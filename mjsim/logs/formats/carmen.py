@@ -302,7 +302,7 @@ def _step(count: int, given: str | None) -> float:
         except ValueError:
             resolution = 0.0
         if not 0.0 < resolution * (count - 1) <= 360.0:
-            raise ValueError(f"a laser has {count} beams {given[:40]} degrees apart; they cover 0 to 360 degrees")
+            raise ValueError(f"a laser has {count} beams {given[:40]} degrees apart; they must cover 0 to 360 degrees")
         return math.radians(resolution)
     return math.radians(steps.get(count, 180.0 / (count - 1)))
 

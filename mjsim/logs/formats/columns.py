@@ -177,7 +177,7 @@ class _Tables:
         if key not in self._read:
             path = self._folder / spec.file
             if not lies_in(path, self._folder):
-                raise UsageError(f"'{spec.file}' leaves the folder of the description; put the table beside it")
+                raise UsageError(f"'{spec.file}' is outside the folder of the description; put the table beside it")
             self._read[key] = read_csv(path, skip=spec.skip, notes=self._notes)
         return self._read[key]
 

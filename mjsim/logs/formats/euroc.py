@@ -194,7 +194,7 @@ def _intrinsics(file: Path, sheet: Mapping[str, Any], width: int, height: int) -
     """Return the calibration of a camera, for pictures of some size [px]."""
     numbers, lens = (_numbers(sheet.get(key)) for key in ("intrinsics", "distortion_coefficients"))
     if numbers.shape != (4,) or min(numbers[:2]) <= 0.0:
-        raise UsageError(f"'{file}': intrinsics are {sheet.get('intrinsics')}; they are fu, fv, cu, cv in pixels")
+        raise UsageError(f"'{file}': intrinsics are {sheet.get('intrinsics')}; they must be fu, fv, cu, cv in pixels")
     fx, fy, cx, cy = numbers.tolist()
     if not lens.any():
         return Intrinsics(width, height, fx, fy, cx, cy)

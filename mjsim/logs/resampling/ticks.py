@@ -117,7 +117,7 @@ def cut(first: float, last: float, *, begin: float, seconds: float | None, rate_
     left, dt = max(end - start, 0.0), 1.0 / rate_hz
     if left < dt:
         raise UsageError(
-            f"{left:.6g} s of a log of {last - first:.6g} s are left; two ticks are {dt:g} s apart: give less --begin,"
+            f"{left:.6g} s of a log of {last - first:.6g} s remain; two ticks are {dt:g} s apart: give less --begin,"
             " or more --seconds"
         )
     return start, end

@@ -209,7 +209,9 @@ def _end(model: mujoco.MjModel, tree: ArmTree, path: str, end: str | None) -> tu
             if getattr(model, kind)(number).name == end:
                 root, flange = _placed(model, tree, kind, number)
                 if not root:
-                    raise ArmFileError(f"'{end}' of '{path}' is moved by no joint; name what the last joint moves", end)
+                    raise ArmFileError(
+                        f"'{end}' of '{path}' does not move with any joint; name what the last joint moves", end
+                    )
                 return root, flange, ""
     known = [model.body(n).name for n in range(1, model.nbody)] + [model.site(n).name for n in range(model.nsite)]
     raise ArmFileError(f"'{path}' has no body or site '{end}'{did_you_mean(end, known)}")
@@ -265,7 +267,7 @@ def _arm(
     tree = tree.with_rigid(held)
     links, number_of = _links(model, tree, active, motors)
     if bare := [link.name for link in links if link.mass is None]:
-        notes.append(f"no mass: what {', '.join(bare)} move; capsules of 1000 kg/m^3 instead")
+        notes.append(f"no mass: links of {', '.join(bare)}; capsules of 1000 kg/m^3 instead")
     pairs = coupled(couplings, [link.name for link in links])
     for moved, moving, ratio, offset in pairs:
         more = f" + {offset:g}" if offset else ""

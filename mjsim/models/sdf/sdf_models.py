@@ -37,7 +37,7 @@ def mjcf_of_sdf(root: Element, path: str) -> Element:
     if len(models) != 1 or root.find("world") is not None:
         raise ValueError(f"'{path}' has {len(models)} models beside its worlds; an object has one, else {SCENE}")
     if models[0].find("include") is not None or models[0].find("model") is not None:
-        raise ValueError(f"'{path}' has models in its model; {SCENE}")
+        raise ValueError(f"'{path}' has models inside its model; {SCENE}")
     made = Element("mujoco")
     SubElement(made, "compiler", angle="radian")
     asset, body = SubElement(made, "asset"), SubElement(SubElement(made, "worldbody"), "body")

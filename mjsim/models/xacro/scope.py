@@ -70,7 +70,7 @@ class Scope:
         """Return the scope from which a macro is called.
 
         Raises:
-            XacroError: This is no scope of a macro.
+            XacroError: This is not the scope of a macro.
         """
         for scope in self._outwards():
             if scope is not self and (self.namespace or not scope.namespace):

@@ -161,7 +161,7 @@ class Substitution:
     def _variable(self, name: str) -> str:
         self.asked.add(name)
         if name not in self._given.environment:
-            raise XacroError(f"$(env {name:.60}) has no value, as no variable is read; give --env {name:.60}=VALUE")
+            raise XacroError(f"$(env {name:.60}) is not read from your environment; give --env {name:.60}=VALUE")
         return self._given.environment[name]
 
     def _optional_variable(self, name: str, *default: str) -> str:

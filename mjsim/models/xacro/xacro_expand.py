@@ -253,7 +253,7 @@ class Expander:
         """Return the parameters of a macro for a call."""
         names = [name for name in macro.parameters if name.startswith("*")]
         if len(blocks) != len(names):
-            raise XacroError(f"the macro takes {len(names)} blocks, and has {len(blocks)}; give as many")
+            raise XacroError(f"the macro takes {len(names)} blocks, but gets {len(blocks)}; give as many")
         for name in values:
             if name not in macro.parameters:
                 raise XacroError(f"the macro has no parameter '{name:.60}'{likely(name, macro.parameters)}")

@@ -1,4 +1,4 @@
-"""Modules written for Octave and MATLAB: one Octave process a module."""
+"""Modules written for Octave and MATLAB: one Octave process per module."""
 
 from mjsim.faces import face
 

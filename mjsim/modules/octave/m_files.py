@@ -61,7 +61,9 @@ def read_function(path: Path) -> FunctionFile:
         head = _HEAD.match(_continued(lines, number).strip())
         if head is None:
             raise ValueError(
-                Sentence("{name}:{number}: begins with no function; a script cannot be a module", path.name, number)
+                Sentence(
+                    "{name}:{number}: does not begin with a function; a script cannot be a module", path.name, number
+                )
             )
         return FunctionFile(
             file=path.name,

@@ -23,7 +23,7 @@ from mjsim.world import Source, Use
 
 _MARK = "exec:"
 _SHEBANG_BYTES = 256
-"""Length of what Linux reads of a first line [bytes]."""
+"""Number of bytes of a first line that Linux reads."""
 _INTERPRETERS = {
     ".py": "python3",
     ".js": "node",

@@ -82,7 +82,7 @@ def parts_of(name: str) -> list[str]:
     """Return the parts of a dotted module name.
 
     Raises:
-        ValueError: It is none.
+        ValueError: It is not one.
     """
     parts = name.split(".")
     if not all(part.isidentifier() for part in parts):

@@ -42,7 +42,7 @@ def offers_in(files: Sequence[tuple[Path, str]]) -> Iterator[Offer]:
 
 
 def faults_in(files: Sequence[tuple[Path, str]]) -> Iterator[tuple[str, str]]:
-    """Yield why files cannot be imported, or classes in them that begin as a module are none; nothing is run."""
+    """Yield why files cannot be imported, and why classes that look like modules are not; nothing is run."""
     for path, place in files:
         try:
             body = tree_of(path).body
@@ -71,7 +71,7 @@ def _unfinished(body: Sequence[ast.stmt], place: str) -> Iterator[tuple[str, str
                 listed = ", ".join(f"{name}()" for name in own)
                 yield (
                     f"{place}:{item.name}",
-                    Sentence("it has start(), and none of {methods}; add that of its role", listed),
+                    Sentence("it has start(), but none of {methods}; add the method of its role", listed),
                 )
 
 

@@ -85,7 +85,7 @@ def require_size(size: tuple[int, int], intrinsics: Intrinsics) -> None:
     """
     width, height = size
     if size != (intrinsics.width, intrinsics.height):
-        raise ValueError(f"a picture of {width} x {height} pixels among others")
+        raise ValueError(f"a picture of {width} x {height} pixels among pictures of another size")
 
 
 def decode_picture(data: bytes) -> Picture:

@@ -60,7 +60,7 @@ class EglContext:
         egl.choose_config(display, attributes, ctypes.byref(config), 1, ctypes.byref(count))
         self._context = egl.create_context(display, config, None, None) if count.value else None
         if not self._context:
-            raise OpenGLError("EGL gives no OpenGL context")
+            raise OpenGLError("EGL cannot create an OpenGL context")
 
     def make_current(self) -> None:
         """Make this the context of the OpenGL calls of this thread."""

@@ -96,7 +96,7 @@ def _choice() -> tuple[str, ContextMaker]:
             reasons.append(f"{name}: {error}")
         else:
             return name, maker
-    raise OpenGLError(f"no way to draw pictures ({'; '.join(reasons)}); type: {_remedy()}")
+    raise OpenGLError(f"cannot draw pictures ({'; '.join(reasons)}); type: {_remedy()}")
 
 
 def _candidates(requested: str) -> tuple[str, ...]:

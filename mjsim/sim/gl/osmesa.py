@@ -55,7 +55,7 @@ class OsmesaContext:
         self._buffer = (c_ubyte * (4 * width * height))()
         self._context = create(RGBA, DEPTH_BITS, STENCIL_BITS, 0, None)
         if not self._context:
-            raise OpenGLError("OSMesa gives no OpenGL context")
+            raise OpenGLError("OSMesa cannot create an OpenGL context")
 
     def make_current(self) -> None:
         """Make this the context of the OpenGL calls of this thread."""

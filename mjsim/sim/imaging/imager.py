@@ -1,4 +1,4 @@
-"""The way from the light of a scene to the picture of a camera, with exposure, gain and white balance."""
+"""The pipeline from the light of a scene to the picture of a camera, with exposure, gain and white balance."""
 
 import math
 from dataclasses import dataclass

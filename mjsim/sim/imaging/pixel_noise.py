@@ -1,4 +1,4 @@
-"""Normally distributed errors of pixels, from two random bytes a value."""
+"""Normally distributed errors of pixels, from two random bytes per value."""
 
 import math
 from typing import Any

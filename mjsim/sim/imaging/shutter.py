@@ -17,7 +17,7 @@ from mjsim.world import Camera
 MAX_EXPOSURES = 24
 """Maximum number of images averaged into one."""
 MIN_OBJECT_DISTANCE = 1.0
-"""Least distance of objects assumed for their motion in the image [m]."""
+"""Minimum distance of objects assumed for their motion in the image [m]."""
 
 V = TypeVar("V", bound=np.generic)
 

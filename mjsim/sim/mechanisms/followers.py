@@ -16,7 +16,7 @@ from mjsim.world import Motion
 MAX_JOINT_SPEED = 1.0
 """Largest speed of a joint on its way to a goal, unless it is faster already [rad/s, m/s]."""
 MIN_DURATION = 0.4
-"""Least duration of a motion to a goal [s]."""
+"""Minimum duration of a motion to a goal [s]."""
 STRETCHES = tuple(1.1**k for k in range(20))
 """Factors on the duration from rest that are tried if a joint moves away from its goal."""
 SPEED_TOLERANCE = 1.0 + 1e-6

@@ -11,7 +11,7 @@ from mjsim.sim.rays.embree import Standing, has_embree, is_clear
 from mjsim.sim.rays.ray_fan import SOLID, RayHits, Rays
 
 MIN_COMPONENT = 1e-12
-"""Least component of a ray perpendicular to a face that it runs along."""
+"""Minimum component of a ray perpendicular to a face that it runs along."""
 
 
 class BatchRays:

@@ -1,6 +1,6 @@
 """A model on the graphics processor: its meshes and textures, and the buffer for images.
 
-Whether MuJoCo draws as baked light needs it is checked, as a new version may change that.
+It is checked whether MuJoCo draws as baked light requires, since a new version may change that.
 """
 
 import functools

@@ -14,8 +14,8 @@ def instances_of(model: mujoco.MjModel) -> tuple[NDArray[np.int32], tuple[str, .
     """Return the instance of each geom, and the names of all instances.
 
     Names are those of the compiled scene: 'beacon/NAME', 'obstacle/NAME', 'door/NAME', the name of a robot, and
-    'wall', 'floor' and 'ceiling' for all of them. A mesh merged from several objects is no instance: segmented pictures
-    show its parts.
+    'wall', 'floor' and 'ceiling' for all of them. A mesh merged from several objects is not an instance:
+    segmented pictures show its parts.
     """
     names: dict[str, int] = {}
     mesh_of, instances = merged_into(model), np.zeros(model.ngeom, dtype=np.int32)

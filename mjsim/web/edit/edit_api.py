@@ -179,7 +179,7 @@ class EditApi:
         """Return the world of a text.
 
         Raises:
-            RefusedError: The text is invalid, or the path leaves the folder.
+            RefusedError: The text is invalid, or the path is outside the folder.
         """
         try:
             return parse_world(text, source=self._trust.guarded(source_of(self._folder, path)))

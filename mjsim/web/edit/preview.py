@@ -67,7 +67,7 @@ class Preview:
 
     def _draw(self, request: PreviewRequest, number: int) -> tuple[bytes, float]:
         if number != self._newest:
-            raise RefusedError(409, "a newer view was asked for", superseded=True)
+            raise RefusedError(409, "a newer view was requested", superseded=True)
         request = replace(request, world=_with_fixed(request))
         began = time.perf_counter()
         if self._set is None or not self._set.serves(request):

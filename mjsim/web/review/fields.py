@@ -28,7 +28,7 @@ _SKIPPED = {"timestamp", "time", "shown", "entities", "deletions"}
 
 
 def fields_json(recording: Recording) -> dict[str, Any]:
-    """Return what is in a recording.
+    """Return the topics and fields of a recording.
 
     Returns:
         `fields`: (topic, field) of each number, sorted by topic. `topics`: by name, the type of its messages, what they

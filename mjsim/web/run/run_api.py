@@ -164,7 +164,7 @@ class RunApi:
         Raises:
             WorldError: It is invalid or implausible.
             UsageError: A robot does not exist, or a module is not valid for it.
-            RefusedError: The path leaves the folder.
+            RefusedError: The path is outside the folder.
         """
         world = parse_world(request.text, source=self._trust.guarded(source_of(folder, request.path or "")))
         world = with_drivers(world, request.drivers)
@@ -218,7 +218,7 @@ def _reserved(folder: Folder, name: str) -> NewFile:
 
     Raises:
         UsageError: The name is not one of a recording, or the existing file is not a recording.
-        RefusedError: The path leaves the folder.
+        RefusedError: The path is outside the folder.
         RecordingError: It cannot be written.
     """
     path = folder.path(name)

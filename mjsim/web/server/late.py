@@ -21,7 +21,7 @@ class Loaded(NamedTuple):
 
 
 RETRY_SECONDS = 0.2
-"""Time until routes are loaded again that found no free file descriptor [s]."""
+"""Time after which routes are loaded again if no file descriptor was free [s]."""
 
 
 class LateRoutes:

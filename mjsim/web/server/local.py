@@ -33,7 +33,7 @@ def is_loopback(host: str) -> bool:
 
 
 def listen(port: int, *, host: str = LOOPBACK) -> socket.socket:
-    """Return a listening socket; port 0 takes a free one.
+    """Return a listening socket; port 0 selects a free one.
 
     Raises:
         UsageError: The port is taken, or the address does not belong to this machine.
@@ -50,7 +50,7 @@ def listen(port: int, *, host: str = LOOPBACK) -> socket.socket:
         if isinstance(error, socket.gaierror) or "assign" in str(error):
             raise UsageError(f"cannot serve at '{host}': it is not an address of this machine; try 0.0.0.0") from error
         reason = error.strerror if isinstance(error, OSError) else "there are ports 0 to 65535"
-        raise UsageError(f"cannot serve on port {port}: {reason}; 0 takes a free one") from error
+        raise UsageError(f"cannot serve on port {port}: {reason}; 0 selects a free one") from error
     return listener
 
 

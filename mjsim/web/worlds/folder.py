@@ -41,7 +41,7 @@ class Folder:
             )
         if given.is_absolute() or ".." in given.parts or name[1:2] == ":":
             raise RefusedError(
-                403, Sentence("path '{name:.60}' leaves the folder of the studio; name a file in it", name)
+                403, Sentence("path '{name:.60}' is outside the folder of the studio; name a file in it", name)
             )
         try:
             path = place_in(self.root, name).resolve()
@@ -51,7 +51,7 @@ class Folder:
             raise RefusedError(400, str(error)) from None
         if path == self.root:
             raise RefusedError(
-                403, Sentence("path '{name:.60}' leads out of the folder of the studio; name a file in it", name)
+                403, Sentence("path '{name:.60}' is outside the folder of the studio; name a file in it", name)
             )
         if os.path.lexists(path) and not (os.path.isfile(path) or os.path.isdir(path)):
             raise RefusedError(400, Sentence("path '{name:.60}' is a pipe or a device; name a file", name))

@@ -83,7 +83,7 @@ class DiskWatch:
             files: Files that the world names, with their signs when it was read.
 
         Raises:
-            RefusedError: The path leaves the folder.
+            RefusedError: The path is outside the folder.
         """
         source_of(self._folder, path)
         self._path, self._reported, self._seen = path, stamp or "", stamp or ""

@@ -66,7 +66,7 @@ def source_of(folder: Folder, path: str) -> Source:
     """Return the source of a world: in its own folder, or in that of the studio if it is not saved yet.
 
     Raises:
-        RefusedError: The path leaves the folder.
+        RefusedError: The path is outside the folder.
     """
     if path.startswith(SHIPPED) or not path:
         return Source(file=path or "new world", folder=folder.root)

@@ -12,7 +12,7 @@ MAX_NAME_LENGTH = 255
 
 
 class OutsideError(ValueError):
-    """A name leads out of the folder that it is relative to."""
+    """A name is outside the folder that it is relative to."""
 
 
 def place_in(folder: Path, name: str) -> Path:
@@ -44,7 +44,7 @@ def place_in(folder: Path, name: str) -> Path:
     except (OSError, RuntimeError):
         raise ValueError(Sentence("path '{name:.60}' cannot be resolved; name another", name)) from None
     if not resolved.is_relative_to(home):
-        raise OutsideError(Sentence("path '{name}' leaves its folder", name))
+        raise OutsideError(Sentence("path '{name}' is outside its folder", name))
     return path if path.is_relative_to(home) else resolved
 
 

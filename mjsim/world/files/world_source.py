@@ -17,7 +17,7 @@ from mjsim.world.files.within import OutsideError, place_in, read_regular
 
 MAX_BYTES = 64_000_000
 """Maximum size of a picture [bytes]."""
-_LEAVES = "path '{name}' leaves its folder; name a file beside the world file or in assets"
+_LEAVES = "path '{name}' is outside its folder; name a file beside the world file or in assets"
 _BACKSLASH = "path '{name}' has a backslash; write / between folders"
 
 

@@ -9,7 +9,7 @@ from mjsim.sentences import Sentence
 RESERVED = ("beacon", "ceiling", "door", "floor", "obstacle", "wall", "world")
 """First part of names in the scene for everything other than robots, mechanisms and people."""
 RUN = "run"
-"""Key of the figures of a run among those of its robots."""
+"""Key of the statistics of a run among those of its robots."""
 INVISIBLE = frozenset(
     "\u034f\u115f\u1160\u17b4\u17b5\u180b\u180c\u180d\u180f\u3164\uffa0"
     + "".join(map(chr, (*range(0xFE00, 0xFE10), *range(0xE0100, 0xE01F0))))

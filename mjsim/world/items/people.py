@@ -246,7 +246,7 @@ def _check_joint(figure: "Figure", name: str, degrees: float) -> None:
     low, high = (round(math.degrees(each), 6) for each in (joint.low, joint.high))
     if not low <= degrees <= high:
         raise fault(
-            Sentence("{name} is {degrees:g} degrees; it turns from {low:g} to {high:g}", name, degrees, low, high),
+            Sentence("{name} is {degrees:g} degrees; its range is {low:g} to {high:g}", name, degrees, low, high),
             "joints_deg",
             name,
         )

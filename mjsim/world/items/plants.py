@@ -106,7 +106,7 @@ class ZerosPolesGain(_DelayedFormula):
             alone = next((root for root in roots if roots.count(root) != roots.count(root.conjugate())), None)
             if alone is not None:
                 raise fault(
-                    Sentence("{key} have {alone:g} without {conjugate:g}; give both", key, alone, alone.conjugate()),
+                    Sentence("{key} contain {alone:g} without {conjugate:g}; give both", key, alone, alone.conjugate()),
                     key,
                 )
         return self
@@ -116,9 +116,9 @@ class ZerosPolesGain(_DelayedFormula):
         try:
             value = complex_root(root)
         except ValueError:
-            raise fault(Sentence("{key} have '{root}'; write a complex number as -1+2j", key, root), key) from None
+            raise fault(Sentence("{key} contain '{root}'; write a complex number as -1+2j", key, root), key) from None
         if not abs(value) <= 1e12:
-            raise fault(Sentence("{key} have '{root}'; it must be at most 1e12", key, root), key)
+            raise fault(Sentence("{key} contain '{root}'; it must be at most 1e12", key, root), key)
         return value
 
 

@@ -81,7 +81,7 @@ class View(Model):
 
 
 def whole_steps(rate_hz: float, step: float) -> bool:
-    """Return whether a period at this rate is a whole number of physics steps [s]."""
+    """Return whether a period at this rate is a whole number of physics steps."""
     steps = 1.0 / (rate_hz * step)
     return steps > 0.5 and abs(steps - round(steps)) < 1e-9
 

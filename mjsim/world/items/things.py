@@ -245,7 +245,7 @@ class Beacon(Model):
     """The obstacle or robot that carries it; default: fixed in the room."""
 
     anchor: bool = False
-    """Whether it has a radio anchor; an anchor without a picture or marker is no reflector."""
+    """Whether it has a radio anchor; an anchor without a picture or marker is not a reflector."""
     group: Name | None = None
     """Group that the studio selects, moves and rotates together; no effect on runs."""
 

@@ -64,7 +64,7 @@ def grid_of(world: World, *, resolution: float = 0.05, height: float = SLICE, mo
             million cells.
     """
     if not 1e-3 <= resolution <= 10.0:
-        raise UsageError(Sentence("resolution is {resolution:g} m; a map has cells of 0.001 to 10 m", resolution))
+        raise UsageError(Sentence("resolution is {resolution:g} m; cells must be 0.001 to 10 m", resolution))
     shape = solid(world, height=height)
     if shape.is_empty:
         raise UsageError(

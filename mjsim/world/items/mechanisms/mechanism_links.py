@@ -123,13 +123,14 @@ def _check_inertia(inertia: tuple[float, ...]) -> None:
     smallest, middle, largest = np.linalg.eigvalsh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])).tolist()
     if smallest < -1e-9 * max(largest, 1e-300):
         raise fault(
-            Sentence("the inertia has a principal moment of {smallest:g} kg m^2; none is below 0", smallest), "inertia"
+            Sentence("the inertia has a principal moment of {smallest:g} kg m^2; it must not be below 0", smallest),
+            "inertia",
         )
     if smallest + middle < largest * (1.0 - 1e-9):
         raise fault(
             Sentence(
-                "the principal moments of inertia are {smallest:g}, {middle:g} and {largest:g} kg m^2; no"
-                " body has one above the sum of the others",
+                "the principal moments of inertia are {smallest:g}, {middle:g} and {largest:g} kg m^2; the"
+                " largest must not exceed the sum of the others",
                 *(smallest, middle, largest),
             ),
             "inertia",

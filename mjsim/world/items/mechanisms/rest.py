@@ -119,7 +119,7 @@ class _Balance:
 
 
 def _no_file(name: str) -> bytes:
-    raise ValueError(Sentence("trimming reads no file, such as '{name}'", name))
+    raise ValueError(Sentence("trimming cannot read files such as '{name}'", name))
 
 
 def _newton(balance: _Balance, values: Array, free: Array) -> tuple[Array, Array, float]:

@@ -55,7 +55,7 @@ def _check_actuator(mechanism: MechanismParts, found: Assembly, name: str, path:
         )
     if name not in found.names and name not in [drive.name for drive in found.drives]:
         raise fault(
-            Sentence("what acts on body '{name}' is its signal; leave this sensor out", name), *path, "actuator"
+            Sentence("the load on body '{name}' is given by its signal; leave this sensor out", name), *path, "actuator"
         )
 
 

@@ -61,7 +61,7 @@ class Stereo(Model):
     steepest_deg: Annotated[float, Field(gt=0, le=90)] = 80.0
     """Largest angle between the line of sight and the normal of a surface."""
     texture: Annotated[float, Field(ge=0, le=128)] = 1.5
-    """Least standard deviation of pixel values in a window, on a 0 to 255 scale; plainer surfaces have no depth."""
+    """Minimum standard deviation of pixel values in a window, on a 0 to 255 scale; plainer surfaces have no depth."""
     projector: Annotated[float, Field(ge=0, le=1000)] = 0.0
     """Standard deviation that its projected pattern adds at 1 m; it falls with the square of the distance."""
 

@@ -32,9 +32,9 @@ def event_text(event: WorldEvent) -> str:
         case CloseEvent():
             return Sentence("door {close} swings shut", event.close)
         case LightEvent():
-            return Sentence("the ambient light becomes {light:g}", event.light)
+            return Sentence("the ambient light is set to {light:g}", event.light)
         case LampEvent():
-            return Sentence("lamp {lamp} becomes {brightness:g}", event.lamp, event.brightness)
+            return Sentence("lamp {lamp} is set to {brightness:g}", event.lamp, event.brightness)
         case NoiseEvent():
             return Sentence("{noise} becomes {value:g}", event.noise, event.value)
         case RemoveEvent():
@@ -46,7 +46,7 @@ def event_text(event: WorldEvent) -> str:
         case PushEvent():
             duration = "" if event.seconds is None else Sentence(" for {seconds:g} s", event.seconds)
             return Sentence(
-                "{push} is pushed with a force of the kind {kind}{duration}", event.push, event.signal.kind, duration
+                "{push} is pushed; its force is a {kind} signal{duration}", event.push, event.signal.kind, duration
             )
         case ReachEvent() | LeadEvent():
             return _motion_text(event)
