@@ -304,7 +304,7 @@ def test_a_scene_of_mujoco_is_the_surroundings_of_a_world(tmp_path):
         (model(link("0 0 0 0 0 0", BOX.format("inf 1 1"))), "is not 3 finite numbers"),
         (
             model(link("0 0 0 0 0 0", "<geometry><cylinder/></geometry>")),
-            "m: its <cylinder> has no <radius>; give it one",
+            "m: its <cylinder> has no <radius>; give",
         ),
         (model(link("0 0 0 0 0 0", "<geometry><sphere/></geometry>")), "room.world': m: its <sphere> has no <radius>;"),
         ("<model name='m'><pose relative_to='x'>0 0 0 0 0 0</pose></model>", "no frame 'x'; frames are m"),

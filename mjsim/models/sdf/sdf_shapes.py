@@ -12,7 +12,7 @@ _SIZES: Mapping[str, Mapping[str, int]] = {
     "box": {"size": 3},
     "ellipsoid": {"radii": 3},
     "sphere": {"radius": 1},
-    **dict.fromkeys(("cylinder", "capsule", "cone"), {"radius": 1, "length": 1}),
+    **{shape: {"radius": 1, "length": 1} for shape in ("cylinder", "capsule", "cone")},
 }
 """Shape -> its elements with sizes, and how many numbers each has."""
 
