@@ -63,6 +63,7 @@ from .sdf import has_joint_frames as has_joint_frames
 from .sdf import is_robot as is_robot
 from .sdf import link_named as link_named
 from .sdf import mesh_of as mesh_of
+from .sdf import own_pose as own_pose
 from .sdf import sdf_named_in as sdf_named_in
 from .sdf import sizes_of as sizes_of
 from .shape import ModelShape as ModelShape

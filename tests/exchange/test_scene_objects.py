@@ -44,3 +44,27 @@ def test_models_stand_where_the_state_that_gazebo_saved_has_them(tmp_path):
     assert len(world.walls) == 4
     assert any("place" in line and "'post'" in line and "state" in line for line in found.report)
     assert any(line.startswith("left out: ") and "scale" in line and "'grown'" in line for line in found.report)
+
+
+def test_links_stand_where_the_state_has_them_unless_a_joint_holds_them(tmp_path):
+    saved = "<link name='{}'><pose>{}</pose></link>"
+    loose = link("0 0 0.5 0 0 0", POST, name="a") + link("0 0 0.5 0 0 0", POST, name="b")
+    door = (
+        link("0 0 0.5 0 0 0", BOX.format("0.1 0.1 1"), name="a")
+        + link("0.3 0 0.5 0 0 0", BOX.format("0.4 0.1 1"), name="b")
+        + "<joint name='j' type='revolute'><parent>a</parent><child>b</child></joint>"
+    )
+    state = (
+        "<state world_name='w'><model name='loose'><pose>1 1 0 0 0 1.5708</pose>"
+        f"{saved.format('a', '1 1.001 0.5 0 0 1.5708')}{saved.format('b', '1 3 0.5 0 0 1.5708')}</model>"
+        f"<model name='door'><pose>3 3 0 0 0 0</pose>{saved.format('b', '3 3.3 0.5 0 0 1.5708')}</model>"
+        "<insertions><model name='late'/></insertions></state>"
+    )
+    models = model(loose, name="loose") + model(door, pose="3 3 0 0 0 0", static=False, name="door")
+    world, found = brought(scene(tmp_path, WALLS + models + state))
+    posts = sorted(thing.at for thing in world.obstacles if isinstance(thing, CylinderObstacle))
+    assert posts == [pytest.approx((1.0, 1.0), abs=1e-3), pytest.approx((1.0, 3.0), abs=1e-3)]
+    said = "\n".join(found.report)
+    assert "kept: place of a link 'loose::b': that in the state which Gazebo saved" in said
+    assert "left out: place of a link 'door::b': that in the state which Gazebo saved: it is on a joint" in said
+    assert "left out: state of Gazebo: insertions 'late': not applied" in said

@@ -19,6 +19,7 @@ from mjsim.exchange.scenes.scene_solids import Light, Scene, SceneSkin, SceneSol
 from mjsim.exchange.scenes.sdf_files import Folders
 from mjsim.exchange.scenes.sdf_joints import SdfLink, trees_of
 from mjsim.exchange.scenes.sdf_looks import MAX_PICTURE, SdfLooks
+from mjsim.exchange.scenes.sdf_state import restore
 from mjsim.geometry import Array
 from mjsim.inventory import Fate
 from mjsim.models import SdfFrames, color_of, floats, has_joint_frames, is_robot, mesh_of, sizes_of
@@ -81,7 +82,7 @@ class _Reader:
 
     def world(self, world: Element) -> None:
         """Take the models, lights and includes of a world, or of a file without one."""
-        self._restore(world)
+        restore(world, self.scene, self._placed)
         frames = self._frames(world, self._path)
         for child in world:
             if child.tag in ("model", "include"):
@@ -91,31 +92,17 @@ class _Reader:
             elif child.tag in ("actor", "road", "population"):
                 self.scene.tell(Fate.LEFT_OUT, child.tag, child.get("name", ""), "mjsim has no such thing from a file")
 
-    def _restore(self, world: Element) -> None:
-        """Put the models of a world where its first `<state>`, which Gazebo saves and restores, has them."""
-        saved = {each.get("name"): each for each in world.findall("state[1]/model")}
-        for model in world.findall("model") + world.findall("include"):
-            name = model.get("name") or (model.findtext("name") or "").strip()
-            state = saved.get(name)
-            pose = None if state is None else state.find("pose")
-            if state is None or pose is None:
-                continue
-            for old in model.findall("pose"):
-                if (old.text or "").split() != (pose.text or "").split():
-                    self.scene.tell(Fate.KEPT, "place", name, "that in the state which Gazebo saved")
-                model.remove(old)
-            model.append(pose)
-            if any(word.strip("0") not in ("1.", "1") for word in (state.findtext("scale") or "").split()):
-                self.scene.tell(
-                    Fate.LEFT_OUT, "scale", name, "the state which Gazebo saved; it has the size of its model"
-                )
-
     def _frames(self, element: Element, file: Path) -> SdfFrames:
         def inner(child: Element) -> SdfFrames | None:
             found = self._opened(child, file)
             return None if found is None else self._frames(*found)
 
         return SdfFrames(element, str(self._path), inner)
+
+    def _placed(self, element: Element) -> tuple[Element, SdfFrames] | None:
+        """Return the model in an element of the world, and its frames."""
+        found = self._opened(element, self._path)
+        return None if found is None else (found[0], self._frames(*found))
 
     def _opened(self, element: Element, file: Path) -> tuple[Element, Path] | None:
         """Return the model in an element, which may include a file, and its file; None if it cannot be read."""

@@ -4,6 +4,7 @@ from .sdf_axes import has_joint_frames as has_joint_frames
 from .sdf_axes import link_named as link_named
 from .sdf_frames import SdfFrames as SdfFrames
 from .sdf_frames import floats as floats
+from .sdf_frames import own_pose as own_pose
 from .sdf_models import is_robot as is_robot
 from .sdf_models import mjcf_of_sdf as mjcf_of_sdf
 from .sdf_models import sdf_named_in as sdf_named_in
