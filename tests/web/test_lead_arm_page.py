@@ -58,7 +58,8 @@ def a_tool_follows_the_pointer_and_in_a_paused_run_waits_until_it_is_let_go(stud
     until(studio, page, lambda tick: tick["time"] == pytest.approx(before + 0.1))
     page.get_by_role("button", name="Resume", exact=True).click()
     expect(page.locator(".run-state")).to_have_text("Running")
-    pick(page, tool_at(now(studio)), "Return control to its navigator")
+    until(studio, page, lambda tick: near(tool_at(tick), 1.7, 2.5))
+    pick(page, tool_at(until(studio, page, tool_rests())), "Return control to its navigator")
     until(studio, page, lambda _: len(touched(studio)) == 3)
     dragged, placed, back = touched(studio)
     assert dragged["then"]
