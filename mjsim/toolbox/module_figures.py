@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from mjsim.errors import MjsimError
 from mjsim.output import write_set
 from mjsim.toolbox.calls import read_calls, write_recorders
 from mjsim.toolbox.script import HERE, drawn_files
@@ -36,7 +37,10 @@ def module_figures(recording: Path, *, overwrite: bool) -> Iterator[list[str]]:
             yield told
         finally:
             del os.environ[VARIABLE]
-            told += _written(Path(place), recording, overwrite=overwrite)
+            try:
+                told += _written(Path(place), recording, overwrite=overwrite)
+            except (OSError, MjsimError) as error:  # the line of a fault of the run is more important
+                told.append(f"the figures of its modules are not written: {error}")
 
 
 def _written(records: Path, recording: Path, *, overwrite: bool) -> list[str]:

@@ -159,3 +159,10 @@ def test_figures_of_a_module_are_beside_the_recording(tmp_path):
     assert "too far" in done.stderr
     assert sorted(file.name for file in (tmp_path / "v-figures").glob("turn*")) == names
     assert sorted(done.stdout.split()) == [f"v-figures/{name}" for name in names]
+    # Where they cannot be written, the fault is told as well.
+    (tmp_path / "u-figures").write_text("mine")
+    command = [sys.executable, "-m", "mjsim.cli", "run", "w.yaml", "-o", "u.mcap", "--overwrite"]
+    done = completed(command, cwd=tmp_path, check=False)
+    assert done.stdout.startswith("the figures of its modules are not written: ")
+    assert "too far" in done.stderr
+    assert (tmp_path / "u-figures").read_text() == "mine"
