@@ -198,7 +198,7 @@ class GraphSlam:
                     self._failing.append((len(self._steps), sighting))
 
     def _relocate(self, time: float) -> list[Sighting]:
-        """Return sightings that a lost robot can be found by, after the step to there; none as long as there are none.
+        """Return sightings by which a lost robot is relocalized, after the step to its pose; none until there are any.
 
         The step of odometry since the last pose is replaced by an unknown one.
         """
@@ -211,7 +211,7 @@ class GraphSlam:
         return list(found.sightings.values())
 
     def _displace(self) -> None:
-        """Record that the robot was displaced: what it has seen since sightings fail is from elsewhere."""
+        """Record that the robot was displaced: what it has seen since sightings began to fail is from elsewhere."""
         end = len(self._steps)
         failing = [(tick, self._mended(sighting)) for tick, sighting in self._failing if tick < end]
         self._failing.clear()

@@ -210,7 +210,7 @@ class LidarSlam:
         return grid
 
     def _due(self, level_scan: LevelScan | None) -> LevelScan | None:
-        """Return the newest scan of whose time there is odometry; later ones wait, with that of this tick."""
+        """Return the newest scan for whose time odometry is available; later ones wait, with that of this tick."""
         if level_scan is not None:
             self._held.append(level_scan)
         due = None
@@ -276,7 +276,7 @@ class LidarSlam:
             self._witnesses += 1.0
 
     def _compare_turn(self, stamp: float, matched: MatchedPose) -> None:
-        """Let the delay of odometry be learnt from the turn of a step to a scan of some time [s]."""
+        """Update the delay of odometry with the turn of a step to a scan of some time [s]."""
         before, self._turn_since = self._turn_since, self._odometry.turn_since(stamp)
         turn = float(matched.pose[2]) + before - self._turn_since
         by_sheet, by_scans = float(self._step_covariance[2, 2]), float(matched.own[2, 2])

@@ -1,11 +1,11 @@
-"""A plugin of mypy that lets it look for cycles of what it no longer needs less often: less time for more memory."""
+"""A plugin of mypy that makes garbage collection less frequent: less time for more memory."""
 
 import gc
 
 from mypy.plugin import Plugin
 
 FEWER_PASSES = 5_000_000
-"""New objects until a pass; a check of all makes 30 million, and takes 1.3 GB then, not 0.9."""
+"""Number of new objects between collections; a full check makes 30 million, and takes 1.3 GB instead of 0.9."""
 
 
 def plugin(version: str) -> type[Plugin]:

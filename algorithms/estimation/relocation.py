@@ -37,9 +37,9 @@ WRONG = 1, 100
 """Prior number of looks at the map that fail although the pose is correct, and of all. The sightings of one
 look fail together: all share the tilt of the robot."""
 FAR = 4.0
-"""One look that misses by less than this times the gate is no evidence: errors may be twice as large as stated."""
+"""One look that misses by less than this times the gate is not evidence: errors may be twice as large as stated."""
 RARE = 0.02
-"""Proportion of innocent times without an expected sighting that is no evidence: longer ones are evidence."""
+"""Proportion of innocent times without an expected sighting that is not evidence: longer ones are evidence."""
 TRIAL = 3
 """Failures, with no agreement between, after which a robot that was found is lost again."""
 ANY_HEADING = np.pi**2 / 3.0
@@ -158,7 +158,7 @@ class Relocation:
         """Return the pose that explains the newest sighting of each landmark since they fail; None if none does.
 
         A landmark whose last sightings disagree with each other, given odometry, was seen while the robot was pushed or
-        slipped; it is no evidence of where the robot is now.
+        slipped; it is not evidence of where the robot is now.
 
         Args:
             motion: Motion of the last seconds.
@@ -178,7 +178,7 @@ class Relocation:
         return Refound(found.pose, {name: steady[name] for name in found.sightings})
 
     def _found(self) -> None:
-        """Forget what failed before a new pose; it is on trial."""
+        """Forget what failed before a new pose, which is on probation."""
         self._records.clear()
         self._clear_row()
         self._failed = deque([True] * (FAILING - TRIAL), maxlen=COUNTED)

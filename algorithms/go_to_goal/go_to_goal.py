@@ -282,7 +282,7 @@ class GoToGoal:
         return self._alignment.pose
 
     def _strange(self, points: Array) -> NDArray[np.bool_]:
-        """Return which points (n, 2) [m] do not help to locate the robot: those that move, or may unless most do."""
+        """Return which points (n, 2) [m] cannot locate the robot: all that may move, or those that move if most may."""
         away = {thing: np.hypot(*(points - thing.place).T) < thing.radius + GATE for thing in self._moving.tracked}
         may = np.logical_or.reduce([np.zeros(len(points), dtype=bool), *away.values()])
         if np.count_nonzero(may) <= MOSTLY * len(points):
@@ -334,7 +334,7 @@ class GoToGoal:
         self._memory.add(pose, views, points, now)
 
     def _is_hurried(self, now: float) -> bool:
-        """Return whether to choose a motion now: always, but in the open from time to time."""
+        """Return whether to choose a motion now: always, or in the open from time to time."""
         waits = self._is_open and now < self._chosen + UNHURRIED - 1e-6 and self._recovery.attempt is Attempt.DRIVE
         return not waits or bool(self._moving.tracked) or self._local.apart(self._scan) < 0.5 * self._room
 

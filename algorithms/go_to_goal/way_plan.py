@@ -196,7 +196,7 @@ class WayPlan:
         return np.asarray(self._planner.drawn(points) | self._built)
 
     def _grow(self, goal: Array, place: Array, points: Array) -> bool:
-        """Lay out a larger grid if obstacles reach beyond its inner part: a way around them may; return whether it is.
+        """Lay out a larger grid if obstacles, or paths around them, reach beyond its inner part; return whether it was.
 
         It grows by steps, since the cells of a large grid are coarse.
         """

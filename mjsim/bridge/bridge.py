@@ -128,7 +128,7 @@ class Bridge(Closes):
         self._bus.close()
 
     def _require_alone(self) -> None:
-        """Check that no other program publishes the clock; one that publishes other topics of ours is said."""
+        """Check that no other program publishes the clock; one that publishes other topics of ours is reported."""
         own = tuple(f"{robot}/" for robot in self.robots if robot != "/")
         others = self._bus.publishers(
             lambda topic: topic == CLOCK.name or (topic.startswith(own) and not topic.endswith(SUBSCRIBED_TOPICS)),

@@ -246,7 +246,7 @@ class Entities:
             **{str(each.name): _at(each.at, 0.0, math.radians(each.heading_deg)) for each in named},
             **{each.name: _at(each.at, each.center, math.radians(each.heading_deg)) for each in world.beacons},
         }
-        """Of what is no robot, where it stands at the start."""
+        """Poses at the start of all that are not robots."""
 
     def see(self, tick: Tick) -> None:
         """Take the newest tick."""

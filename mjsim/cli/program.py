@@ -197,7 +197,7 @@ def _advised(error: typer.TyperException, text: str) -> str:
 
 
 def _unwritten(error: OSError) -> int:
-    """Return the exit code after an error of standard output, and say so; any other error is raised again."""
+    """Return the exit code after an error of standard output, and report it; any other error is raised again."""
     try:
         os.write(1, b"\n")  # Some devices refuse only what has a length.
     except OSError:

@@ -132,7 +132,7 @@ def _without_rounding(value: float, size: float) -> float:
 
 
 def finite_zeros(loop: Any) -> Array:
-    """Return the zeros of a loop without those that are infinite but for rounding, complex, shape (m,) [rad/s]."""
+    """Return the zeros of a loop without those that are infinite except for rounding, complex, shape (m,) [rad/s]."""
     zeros = np.asarray(loop.zeros(), dtype=complex)
     size = float(np.abs(loop.poles()).max(initial=0.0)) or 1.0
     return np.asarray(zeros[np.abs(zeros) < 1e7 * size])

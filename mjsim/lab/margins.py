@@ -51,7 +51,7 @@ def margins_of(loop: Any, delay: float = 0.0) -> dict[str, float | None]:
 
 
 def _corners(loop: Any) -> Array:
-    """Return the sizes of poles and zeros but those at 0, in continuous time [rad/s]."""
+    """Return the sizes of poles and zeros, except those at 0, in continuous time [rad/s]."""
     corners = np.abs(in_time(np.concatenate([loop.poles(), loop.zeros()]), loop.dt))
     return np.asarray(corners[(corners > REAL_TOLERANCE) & np.isfinite(corners)])
 
@@ -117,7 +117,7 @@ def _delayed_grid(loop: Any, delay: float) -> Array:
 
 
 def _sampled_grid(loop: Any) -> Array:
-    """Return frequencies up to almost Nyquist's, where the response is real but for rounding [rad/s]."""
+    """Return frequencies up to almost Nyquist's, where the response is real except for rounding [rad/s]."""
     high = nyquist_frequency(loop.dt) * (1.0 - 1e-7)
     low = min(_lowest(loop), high) / 1e3
     return np.unique(np.concatenate([np.geomspace(low, high, GRID), np.linspace(low, high, GRID)]))

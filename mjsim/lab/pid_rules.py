@@ -16,7 +16,7 @@ from mjsim.lab.plant_study import MAX_INTEGRATOR_POLE, first_output, shown_secon
 
 OTHERWISE = "take another rule of --pid, or --place, --lqr or --lead"
 ROOT_TOLERANCE = 1e-3
-"""Roots that differ by less than this fraction of their size are equal but for rounding."""
+"""Roots that differ by less than this fraction of their size are equal except for rounding."""
 TINY = 2.0**-20
 """Factor of a loop."""
 CLOSE, MAX_GUESSES = 1.6, 50

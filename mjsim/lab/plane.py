@@ -31,5 +31,5 @@ def in_time(roots: Array, dt: float) -> Array:
 
 
 def nyquist_frequency(dt: float) -> float:
-    """Return the highest frequency that samples show [rad/s]."""
+    """Return the highest frequency that samples can represent [rad/s]."""
     return float(np.pi / dt)

@@ -282,7 +282,7 @@ def is_small_stl(data: bytes) -> bool:
 
 
 def with_volume(data: bytes) -> bytes:
-    """Return a binary STL, with a speck in its middle if it is flat: MuJoCo asks for volume."""
+    """Return a binary STL, with a speck in its middle if it is flat: MuJoCo requires a volume."""
     count = int.from_bytes(data[_HEAD : _HEAD + 4], "little")
     if not count or not is_small_stl(data):
         return data

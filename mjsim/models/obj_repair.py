@@ -28,7 +28,7 @@ def mended_obj(data: bytes) -> bytes:
 
 
 def _with_volume(data: bytes) -> bytes:
-    """Return an OBJ, with a speck in its middle if all its corners lie in a plane: MuJoCo asks for volume."""
+    """Return an OBJ, with a speck in its middle if all its corners lie in a plane: MuJoCo requires a volume."""
     sample = [corner.groups() for corner in islice(_CORNER.finditer(data), SAMPLE)]
     try:
         # The first corners tell that most meshes are not flat.
@@ -43,7 +43,7 @@ def _with_volume(data: bytes) -> bytes:
 
 
 def _is_flat(words: Sequence[tuple[bytes, ...]]) -> bool:
-    """Return whether corners lie in a plane; raises ValueError for what are no numbers."""
+    """Return whether corners lie in a plane; raises ValueError for anything that is not a number."""
     corners = np.array(words, dtype=float)
     if len(corners) < 3 or not np.isfinite(corners).all():
         return False

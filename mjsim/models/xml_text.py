@@ -48,7 +48,7 @@ def xml_text(data: bytes) -> str:
 
 
 def _plain_comments(text: str) -> str:
-    """Return a text of the same length without `--` within comments, invalid but borne by Gazebo and ROS."""
+    """Return a text of the same length without `--` within comments, invalid but tolerated by Gazebo and ROS."""
     pieces, done = [], 0
     for begin in _OPENED.finditer(text):
         if begin.start() < done:

@@ -48,7 +48,7 @@ def _unfed(world: World) -> Iterator[tuple[str, tuple[str | int, ...]]]:
 
 
 def _lacking(named: NamedModule, robot: Robot, world: World) -> str | None:
-    """Return what a module uses and does not get; None if it gets something of what it looks at."""
+    """Return what a module uses and does not get; None if it gets one of the readings that it needs."""
     host, given = host_of(named.use.use), _given(robot, world)
     who, used = f"{named.role} {named.use.use.rpartition(':')[2]}", set[str]()
     for reading in host.readings(named.use, named.role, world.source):
@@ -73,7 +73,7 @@ def _needed(used: Set[str]) -> Set[str]:
 
 
 def _misnamed(named: NamedModule, robot: Robot, reading: str, world: World) -> str | None:
-    """Return that a module names a sensor which its robot does not have; None otherwise."""
+    """Return a note that a module names a sensor which its robot does not have; None otherwise."""
     key = _NAMING.get(reading)
     name = host_of(named.use.use).key(named.use, key, world.source) if key is not None else None
     sensors = [name_of(sensor) for sensor in robot.sensors if sensor.reading == reading]

@@ -170,7 +170,7 @@ def _judged(world: World, images: Mapping[str, str]) -> Mapping[str, _Quality]:
 
 
 def _known(images: Mapping[str, str]) -> Mapping[str, _Quality]:
-    """Return what is noted about a set of pictures; empty if that is nothing of use."""
+    """Return the notes about a set of pictures; empty if they are missing or invalid."""
     data = noted(*_about(images))
     try:
         qualities = _from_rows(json.loads(data)) if data is not None else {}

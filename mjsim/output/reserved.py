@@ -19,7 +19,7 @@ _PART = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
 
 
 class Destination(Closes):
-    """Where a file is written; without `publish`, nothing of it stays."""
+    """Where a file is written; without `publish`, it is deleted."""
 
     path: Path
     """Its destination, as the user named it."""

@@ -66,7 +66,7 @@ def xyz(description: str) -> Schema:
 
 
 def keyed(properties: Schema, description: str = "", *, optional: Collection[str] = ()) -> Schema:
-    """Return the schema of an object; all but the optional properties are required."""
+    """Return the schema of an object; all properties are required except the optional ones."""
     required = [name for name in properties if name not in optional]
     return {"type": "object", "description": description, "properties": properties, "required": required}
 

@@ -58,7 +58,7 @@ class Axes:
         return Quad(self.points((a, front, up), (b, front, up), (b, rear, up), (a, rear, up)), part)
 
     def block(self, across: Range, out: Range, up: Range, front: str, side: str) -> Iterator[Quad]:
-        """Yield the faces of a block but its back."""
+        """Yield the faces of a block except its back."""
         (a, b), (rear, near), (low, high) = across, out, up
         yield self.sheet(across, up, near, front)
         yield Quad(self.points((a, rear, low), (a, near, low), (a, near, high), (a, rear, high)), side)

@@ -77,7 +77,7 @@ class Studio(Closes):
 
 
 def _loaded(folder: Folder, world: str | None) -> Loaded:
-    """Load what edits, runs and reviews: MuJoCo and much else, while the browser gets the page."""
+    """Load what editing, running and reviewing need, such as MuJoCo, while the browser gets the page."""
     from mjsim.web.edit import EditApi
     from mjsim.web.review import ReviewApi
     from mjsim.web.run import RunApi

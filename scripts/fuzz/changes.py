@@ -1,4 +1,4 @@
-"""Changes of whole files that make broken ones."""
+"""Random changes that turn valid files into broken ones."""
 
 import bz2
 import gzip
@@ -27,7 +27,7 @@ PACKERS = (gzip.compress, lzma.compress, bz2.compress)
 
 
 def changed_files(files: Files, rng: Random) -> Files:
-    """Return files of which one or two are changed, or one of several is gone."""
+    """Return files with one or two changed, or one of several removed."""
     names = [rng.choice(list(files)) for _ in range(rng.choice((1, 1, 2)))]
     new = files | {name: changed(files[name], rng) for name in names}
     return {name: data for name, data in new.items() if name != names[0] or len(new) == 1 or rng.random() > 0.02}
@@ -44,7 +44,7 @@ def changed(data: bytes, rng: Random) -> bytes:
 
 
 def _with_word(data: bytes, rng: Random) -> bytes:
-    """Return a text in which a number, or a value or name of XML, is another."""
+    """Return a text with a number, or a value or name of XML, replaced."""
     pattern = rng.choice((NUMBER, VALUE))
     places = [each.span(each.lastindex or 0) for each in pattern.finditer(data)] or [(0, 0)]
     (start, end), (other, last) = rng.choice(places), rng.choice(places)
@@ -52,7 +52,7 @@ def _with_word(data: bytes, rng: Random) -> bytes:
 
 
 def _with_bytes(data: bytes, rng: Random) -> bytes:
-    """Return a file in which bytes are others, sizes are wild, or a piece is missing, doubled or overwritten."""
+    """Return a file with bytes changed, sizes randomised, or a piece removed, doubled or overwritten."""
     at, length = rng.randrange(len(data) + 1), rng.choice((1, 1, 4, 8, 40, 400))
     piece = rng.randrange(len(data) + 1)
     return rng.choice(
@@ -69,7 +69,7 @@ def _with_bytes(data: bytes, rng: Random) -> bytes:
 
 
 def _changed_png(data: bytes, rng: Random) -> bytes:
-    """Return a PNG file in which a chunk or the pixels are changed, with right checksums."""
+    """Return a PNG file in which a chunk or the pixels are changed, with correct checksums."""
     chunks = list(_chunks_of(data))
     at = rng.randrange(len(chunks))
     kind, content = chunks[at]

@@ -1,4 +1,4 @@
-"""Read broken files by the thousand in the guarded reader: each must come in, or be refused in one line.
+"""Read thousands of broken files in the guarded reader: each must be imported, or refused in one line.
 
 python scripts/fuzz/importers.py [--inputs 1000] [--commands 0] [--seed 1] [IMPORTER ...]
 
@@ -50,12 +50,12 @@ LIMITS, SIGNALS = (
     ("it took longer", "it needs more than"),
     ("its reader crashed", "its reader ended", "no valid answer"),
 )
-"""What lines say of files that ended their child."""
+"""Parts of messages about files that ended their child."""
 
 
 @dataclass(frozen=True, slots=True)
 class Importer:
-    """What reads files of a kind."""
+    """Reads files of one kind."""
 
     seeds: Sequence[Files]
     read: Callable[[Reader, Path], object]
@@ -64,7 +64,7 @@ class Importer:
     function: str
     """A function of the child."""
     fresh: Callable[[Random], Files] | None = None
-    """Makes files by chance, instead of seeds."""
+    """Generates random files, instead of seeds."""
 
     def inputs(self, rng: Random) -> Iterator[Files]:
         """Yield broken files."""
@@ -86,7 +86,7 @@ def _robot(_: Reader, path: Path) -> object:
 
 
 def _text(path: Path) -> str:
-    """Return a world in which a picture hangs, or a thing stands."""
+    """Return a world with a picture on a wall, or with an object."""
     if path.stem == "picture":
         return f"mjsim: 1\nbeacons: [{{name: a, image: {path.name}, at: [1, 2], width: 1}}]\n"
     return f"mjsim: 1\nobstacles: [{{name: a, model: {path.name}, at: [1, 2], movable: true}}]\n"
@@ -157,7 +157,7 @@ def placed(importer: Importer, files: Files, folder: Path) -> Path:
 
 
 def end_of(text: str) -> str:
-    """Return what became of a file that is refused."""
+    """Return the outcome of a file that is refused."""
     if not all(line.isprintable() for line in text.splitlines()):
         return "tracebacks"
     kinds = (("ended by limit", LIMITS), ("signals", SIGNALS))
@@ -165,7 +165,7 @@ def end_of(text: str) -> str:
 
 
 def read(importer: Importer, reader: Reader, path: Path) -> str:
-    """Read a file in the guarded child; return what became of it."""
+    """Read a file in the guarded child; return the outcome."""
     try:
         importer.read(reader, path)
     except MjsimError as error:
@@ -177,7 +177,7 @@ def read(importer: Importer, reader: Reader, path: Path) -> str:
 
 
 def tried(importer: Importer, count: int, rng: Random, folder: Path) -> Iterator[tuple[str, Files, float]]:
-    """Yield what became of inputs, the inputs, and the most memory of this process and its child [MB]."""
+    """Yield the outcome of each input, the input, and the peak memory of this process and its child [MB]."""
     inputs = importer.inputs(rng)
     for begin in range(0, count, REUSED):
         log = Reader(CONVERT, folders=[folder], scratch=True) if importer.function == CONVERT else None
@@ -188,7 +188,7 @@ def tried(importer: Importer, count: int, rng: Random, folder: Path) -> Iterator
 
 
 def commanded(importer: Importer, count: int, rng: Random, folder: Path) -> Iterator[tuple[str, Files, float]]:
-    """Yield the same of inputs that the whole command reads."""
+    """Yield the same for inputs that the whole command reads."""
     inputs = importer.inputs(rng)
     for _, files in zip(range(count), inputs, strict=False):
         path = placed(importer, files, folder)
@@ -198,7 +198,7 @@ def commanded(importer: Importer, count: int, rng: Random, folder: Path) -> Iter
 
 
 def command(words: Sequence[str], said: Path) -> tuple[str, float]:
-    """Run mjsim in a copy of this process; return what became of it, and the most memory that it took [MB]."""
+    """Run mjsim in a copy of this process; return the outcome, and the peak memory [MB]."""
     process = os.fork()
     if process == 0:
         serve(words, said)
@@ -217,7 +217,7 @@ def command(words: Sequence[str], said: Path) -> tuple[str, float]:
 
 
 def serve(words: Sequence[str], said: Path) -> None:
-    """Be a process that runs mjsim, until its end."""
+    """Run mjsim as requested, in a process of its own, until it ends."""
     code = 1
     try:
         os.setsid()
@@ -236,7 +236,7 @@ def serve(words: Sequence[str], said: Path) -> None:
 
 
 def memory(process: int) -> float:
-    """Return the sum of the most that a process and its children had in memory [MB]; what copies share is counted."""
+    """Return the sum of the peak memory of a process and its children [MB]; shared memory counts for each."""
     found = 0.0
     with contextlib.suppress(OSError):
         status = Path(f"/proc/{process}/status").read_text()

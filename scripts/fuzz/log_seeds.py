@@ -29,7 +29,7 @@ truth: {file: truth.csv, time: t, x: x, y: y, heading_deg: yaw}
 
 
 def _made(store: Typestore, kind: str, **fields: Any) -> Any:
-    """Return a message of a type, 'sensor_msgs/msg/Imu': some fields as given, zeros and nothing elsewhere."""
+    """Return a message of a type, 'sensor_msgs/msg/Imu': some fields as given, all others zero or empty."""
     _, known = store.fielddefs[kind]
     return store.types[kind](**{name: fields.get(name, _nothing(store, *node)) for name, node in known})
 

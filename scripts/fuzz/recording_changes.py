@@ -52,7 +52,7 @@ WORDS = (
 
 @dataclass(slots=True)
 class Parts:
-    """A recording taken apart: what stands in front, then messages with their topics."""
+    """A recording taken apart: the records before its messages, then the messages with their topics."""
 
     attachments: list[Attachment]
     metadata: list[Metadata]
@@ -72,7 +72,7 @@ def taken_apart(data: bytes) -> Parts:
 
 @cache
 def _pickled(data: bytes) -> bytes:
-    """Return a recording taken apart as bytes, of which a copy is made soon."""
+    """Return a recording taken apart, as bytes that are quick to copy."""
     return pickle.dumps(taken_apart(data))
 
 
@@ -141,7 +141,7 @@ def _content(message: Message) -> Any:
 
 
 def _wild_for(rng: np.random.Generator, content: Any, path: list[Any]) -> Any:
-    """Return a value for a path, half of the time of the same kind as the present one."""
+    """Return a random value for a path, half of the time of the same kind as the current one."""
     for key in path:
         content = content[key]
     if rng.random() < 0.3:
@@ -217,7 +217,7 @@ def _rename(rng: np.random.Generator, parts: Parts) -> None:
 
 
 def _change_head(rng: np.random.Generator, parts: Parts) -> None:
-    """Change the world's text, a file that it names, or what is said of the run."""
+    """Change the world's text, a file that it names, or the metadata of the run."""
     if rng.random() < 0.5 and parts.metadata:
         said = one_of(rng, parts.metadata).metadata
         key = one_of(rng, [*said, "seconds", "modules", "replayed modules", "replayed robot", "replayed estimator"])
@@ -234,7 +234,7 @@ _ODDS = (0.6, 0.08, 0.1, 0.06, 0.08, 0.08)
 
 
 def changed_bytes(rng: np.random.Generator, data: bytes) -> bytes:
-    """Return bytes of which a few are changed, cut out, doubled, or gone from somewhere to the end."""
+    """Return bytes with a few changed, removed or doubled, or truncated somewhere."""
     for _ in range(int(rng.choice((1, 1, 2, 5)))):
         at = int(rng.integers(len(data) + 1))
         other = int(rng.integers(len(data) + 1))

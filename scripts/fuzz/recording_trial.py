@@ -1,4 +1,4 @@
-"""One hostile recording after the other, read and looked at as people would."""
+"""Reads hostile recordings one by one, and uses them as people would."""
 
 import json
 import shutil
@@ -18,9 +18,9 @@ from mjsim.video import make_video
 from mjsim.web.review.reviewing import events_json, recording_json, row_json
 
 LIMIT = 5.0
-"""No input may take longer, of the processor's time [s]."""
+"""Maximum processor time of an input [s]."""
 MEMORY = 1536
-"""No input may need more, this program included [MB]."""
+"""Maximum memory of an input, including this program [MB]."""
 WORLD = """mjsim: 1
 name: everything
 walls: [{points: [[0, 0], [6, 0], [6, 4], [0, 4]], closed: true, openings: [{name: gate, segment: 0, at: 2, width: 0.9,
@@ -124,7 +124,7 @@ class RecordingTrial:
         assert all(path.is_relative_to(out) for path in out.rglob("*"))
 
     def _told(self, what: Callable[[], object]) -> None:
-        """Do something that may be refused in a line for a person."""
+        """Perform an action that may fail with a one-line message."""
         try:
             what()
         except MjsimError as error:

@@ -1,4 +1,4 @@
-"""Read hostile recordings by the thousand: each must be a recording, or be refused in one line.
+"""Read thousands of hostile recordings: each must be read, or refused in one line.
 
 What is read is also looked at: statistics, tables, the studio's review, observations, an export of some kind, now and
 then plots, a replay and a film.
@@ -45,7 +45,7 @@ def run_bytes(trial: RecordingTrial, inputs: int, seed: int, data: list[bytes]) 
 
 
 def run_messages(inputs: int, seed: int) -> int:
-    """Let atheris look for messages in a process of its own, which ends with it; return the exit code."""
+    """Let atheris search for messages in a separate process, which ends with it; return the exit code."""
     KEPT.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         (data, _) = seeds(Path(folder))
@@ -106,7 +106,7 @@ def run_engine(engine: str, inputs: int, seed: int) -> None:
 
 
 def main() -> int:
-    """Read as many inputs as asked, shared evenly by the engines."""
+    """Read the requested number of inputs, shared evenly by the engines."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--inputs", type=int, default=100_000)
     parser.add_argument("--seed", type=int, default=1)

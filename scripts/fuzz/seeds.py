@@ -1,4 +1,4 @@
-"""Small files of every kind that people bring in, logs aside; each comes in as it is."""
+"""Small valid files of every kind that can be imported, except logs."""
 
 import io
 import struct
@@ -143,4 +143,4 @@ SEEDS: Mapping[str, list[Files]] = {
     "jpg": [{"picture.jpg": _picture("jpg")}],
     "png": [{"picture.png": _picture("png")}],
 }
-"""Importer -> files that come in."""
+"""Importer -> valid files."""

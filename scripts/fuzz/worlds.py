@@ -1,4 +1,4 @@
-"""Read hostile world files by the thousand: each must be a world, or be refused in lines that name its place.
+"""Read thousands of hostile world files: each must be valid, or refused with the place of each error.
 
 What is read is also laid out anew, as `mjsim fmt` does, and written back with a change.
 
@@ -32,7 +32,7 @@ from mjsim.world import format_world, world_schema
 from mjsim.world.edit.formatter import format_text
 
 LIMIT = 5.0
-"""No input may take longer, of the processor's time [s]."""
+"""Maximum processor time of an input [s]."""
 SHORT = 2000
 """Every input of at most this length is formatted, of longer ones every tenth [characters]."""
 ROOT = Path(__file__).resolve().parents[2]
@@ -133,7 +133,7 @@ class WorldTrial:
         assert format_text(laid, file="world.yaml") == laid, "laid out twice it is another text"
 
     def _told(self, what: Callable[[], None]) -> None:
-        """Do something that may be refused in lines for a person."""
+        """Perform an action that may fail with messages of one line each."""
         try:
             what()
         except MjsimError as error:
@@ -203,7 +203,7 @@ _CHANGES = (_without_line, _with_line_twice, _with_foreign_lines, _with_wild_val
 
 
 def trees() -> st.SearchStrategy[dict[str, Any]]:
-    """Return worlds of keys that there are, in places where they may not be, with wild values."""
+    """Return worlds of valid keys in random places, with random values."""
     schema = world_schema()
     known = {key for kind in [schema, *schema["$defs"].values()] for key in kind.get("properties", {})}
     keys = st.sampled_from(
@@ -262,7 +262,7 @@ def run_built(trial: WorldTrial, inputs: int, seed: int) -> None:
 
 
 def run_bytes(inputs: int, seed: int) -> int:
-    """Let atheris look for inputs in a process of its own, which ends with it; return the exit code."""
+    """Let atheris search for inputs in a separate process, which ends with it; return the exit code."""
     with tempfile.TemporaryDirectory() as folder:
         for index, text in enumerate(seeds()):
             (Path(folder) / f"{index}.yaml").write_text(text[:4000], encoding="utf-8")
@@ -293,7 +293,7 @@ def engines(name: str) -> Iterator[str]:
 
 
 def main() -> int:
-    """Read as many inputs as asked, shared evenly by the engines."""
+    """Read the requested number of inputs, shared evenly by the engines."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--inputs", type=int, default=100_000)
     parser.add_argument("--seed", type=int, default=1)

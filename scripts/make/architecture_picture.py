@@ -22,7 +22,7 @@ GROUND = {
     *("closing", "errors", "faces", "geometry", "gl_request", "guarded", "output", "progress"),
     *("sentences", "spelling", "syntax", "traces", "views"),
 }
-"""Everyone may use these; they are drawn as one box."""
+"""Parts that all others may import, drawn as one box."""
 LEFT_OUT = {"bench", "doctor"}
 INK, PAPER, LINE = "#1d2a33", "#eef3f6", "#6c8796"
 Graph = Mapping[str, set[str]]
@@ -55,7 +55,7 @@ def levels(graph: Graph) -> dict[str, int]:
 
 
 def essential(graph: Graph) -> dict[str, set[str]]:
-    """Return the imports that no way over other parts stands for."""
+    """Return the imports that no chain through other parts implies."""
     reached: dict[str, set[str]] = {}
     for part in TopologicalSorter(graph).static_order():
         reached[part] = graph[part].union(*(reached[below] for below in graph[part]))
@@ -75,7 +75,7 @@ def table(graph: Graph) -> str:
 
 
 def places(graph: Graph) -> dict[str, tuple[float, float]]:
-    """Return where the middle of each part's box is: a row a level, ordered so that arrows are short."""
+    """Return where the middle of each part's box is: one row per level, ordered so that arrows are short."""
     height, found = levels(graph), dict[str, tuple[float, float]]()
     for level in range(max(height.values()) + 1):
         row = [part for part in graph if height[part] == level]

@@ -22,7 +22,7 @@ TILE = (690, 300)
 MAPS = ("depot", "tb3_sandbox", "cave", "house", "drawn", "intel")
 PLANS = ("office.dxf", "house.dxf", "plain.dxf", "flat.dxf", "inkscape.svg", "illustrator.svg")
 SCALES = {"plain.dxf": 1.0, "illustrator.svg": 0.01}
-"""Metres to one unit of drawings that do not tell it."""
+"""Metres per unit of drawings that do not state it."""
 
 
 def main() -> None:

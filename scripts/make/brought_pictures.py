@@ -1,4 +1,4 @@
-"""Draw docs/images/bring-in/robots.jpg: four robots that `mjsim new --robot-from` brings in, from the tests' files.
+"""Draw docs/images/bring-in/robots.jpg: four robots that `mjsim new --robot-from` imports, from the tests' files.
 
 python scripts/make/brought_pictures.py
 """

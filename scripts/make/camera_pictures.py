@@ -37,7 +37,7 @@ ERRORS: dict[str, dict[str, object]] = {
     "preset: realsense-d435": {"preset": "realsense-d435"},
     "preset: phone": {"preset": "phone"},
 }
-"""Keys of a camera by what the picture is called; noise is 0 unless given."""
+"""Keys of a camera by the title of the picture; noise is 0 unless given."""
 
 
 def camera(robot: Robot, keys: dict[str, object]) -> Camera:

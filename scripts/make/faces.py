@@ -1,4 +1,4 @@
-"""Write the faces that offer what is defined in one file a kind: mjsim.interface, and the drives of mjsim.world.
+"""Write the faces that offer what is defined in one file per kind: mjsim.interface, and the drives of mjsim.world.
 
 These are all of mjsim/interface/__init__.pyi and of mjsim/world/items/drives/__init__.pyi, and the lines that name them
 in the faces above.
@@ -16,7 +16,7 @@ WIRE = {"doubles", "forms", "json_form", "sweeps", "trees"}
 """Modules of the interface whose names `mjsim` itself does not offer."""
 NOT_FOR_USERS = {"MAX_MESSAGE_LENGTH", "MAX_TEXT_LENGTH", "MAX_CELLS", "MAX_ITEMS", "MAX_POINTS"}
 NOT_FOR_USERS |= {"Picture", "message_text", "require_bounds"}
-"""Other names of the interface that it does not offer."""
+"""Further names of the interface that `mjsim` itself does not offer."""
 ITEMS_ONLY = {
     "KINDS",
     "OWN_IMU",
@@ -30,7 +30,7 @@ ITEMS_ONLY = {
     "geared_motor",
     "half_width",
 }
-"""Of the drives, but not offered by `mjsim.world`."""
+"""Names of the drives that `mjsim.world` does not offer."""
 
 
 def faces() -> dict[Path, str]:

@@ -36,7 +36,7 @@ def output_of(command: str) -> str:
 
 
 def main() -> None:
-    """Run the commands in the order of the page, and write it after each: a long run that is cut keeps what it made."""
+    """Run the commands in the order of the page, and write it after each: an interrupted run keeps its results."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("words", nargs="*")
     parser.add_argument("--list", action="store_true", help="print the commands, run none")

@@ -21,7 +21,7 @@ SIZE = (1280, 720)
 SMALL = (800, 450)
 """Size of a page and of its picture [px]."""
 PATIENCE = 300_000
-"""For a run on however loaded a machine [ms]."""
+"""Time limit of a run, even on a busy machine [ms]."""
 ROOM = ((-4.0, -3.0), (4.0, 3.0))
 """Opposite corners of the room [m]."""
 PICTURES = ((0.0, 2.9), (3.9, 0.0), (0.0, -2.9), (-3.9, 0.0))
@@ -31,14 +31,14 @@ ROBOT = (-2.0, -1.0)
 
 
 class Hand:
-    """A hand at the mouse that counts its clicks; a drag is one."""
+    """Operates the mouse, and counts clicks; a drag counts as one."""
 
     def __init__(self, page: Page) -> None:
         self.page, self.clicks = page, 0
         self._plan = page.locator("#view-edit .plan")
 
     def press(self, target: Locator) -> None:
-        """Click a button where it stands."""
+        """Click a button."""
         target.click()
         self.clicks += 1
 

@@ -1,4 +1,4 @@
-"""Import every module of the installed mjsim; only what extras bring may be missing.
+"""Import every module of the installed mjsim; only packages of extras may be missing.
 
 python scripts/make/import_all.py
 """
@@ -13,7 +13,7 @@ EXTRAS = {"gymnasium", "httpx", "playwright", "rosbags"}
 
 
 def main() -> None:
-    """Import module by module, and say how many there are."""
+    """Import all modules one by one, and print their number."""
     count = 0
     for module in pkgutil.walk_packages(mjsim.__path__, "mjsim."):
         if module.name.endswith("__main__"):

@@ -1,4 +1,4 @@
-"""Write the tables of docs/people.md: measures, joints and segments, with where each number is from.
+"""Write the tables of docs/people.md: measures, joints and segments, with the source of each number.
 
 python scripts/make/people_page.py
 """

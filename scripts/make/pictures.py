@@ -50,7 +50,7 @@ def stale() -> list[Path]:
 
 
 def keep(script: Path) -> None:
-    """Write down that the pictures of a script are those of today's sources."""
+    """Record that the pictures of a script match its current sources."""
     kept = json.loads(SOURCES.read_text()) if SOURCES.exists() else {}
     kept[script.name] = digest(script)
     SOURCES.write_text(json.dumps(kept, indent=1, sort_keys=True) + "\n")

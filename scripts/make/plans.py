@@ -1,4 +1,4 @@
-"""Draw the DXF plans of tests/data/plans, as CAD programs export them; ezdxf writes them, mjsim takes no part.
+"""Draw the DXF plans of tests/data/plans, as CAD programs export them; ezdxf writes them, without mjsim.
 
 python scripts/make/plans.py
 """
@@ -92,7 +92,7 @@ class Office:
         self.space.add_circle(self.at(10500, 8100), 600, dxfattribs={"layer": "A-FURN"})
 
     def what_is_no_wall(self) -> None:
-        """Stairs, the hatching of a wall, a dimension, a text, and the frame of the sheet."""
+        """Draw stairs, the hatching of a wall, a dimension, a text, and the frame of the sheet: none is a wall."""
         for step in range(10):
             self.line(13000 + 170 * step, 7000, 13000 + 170 * step, 8200, "A-FLOR-STRS")
         for offset in range(0, 14400, 200):

@@ -1,4 +1,4 @@
-"""Draw docs/images/pictures.png: good and bad pictures for beacons, with what `mjsim check` says of them.
+"""Draw docs/images/pictures.png: good and bad pictures for beacons, with what `mjsim check` reports about them.
 
 python scripts/make/poster_pictures.py
 """
@@ -47,7 +47,7 @@ def main() -> None:
 
 
 def _told(quality: PictureQuality) -> str:
-    """Return a line for a picture: its least size, or what is wrong with it."""
+    """Return a line for a picture: its minimum size, or what is wrong with it."""
     if quality.fault is not None:
         return re.split("[,;]", quality.fault)[0].replace(" or ", "\nor ").replace("one direction", "one\ndirection")
     if quality.like is not None:

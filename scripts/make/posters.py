@@ -22,7 +22,7 @@ Picture = NDArray[np.uint8]
 Color = tuple[int, int, int]
 
 ALL = MOTIFS | MUSEUM
-"""Motif by name; a new one is added at the end, for its place in the row gives format and colours."""
+"""Motif by name; a new one is added at the end, since its position determines format and colours."""
 LONG_SIDE = 480
 """[px]"""
 SHAPES = ((360, 480), (480, 400), (440, 440), (400, 480), (480, 360))

@@ -1,4 +1,4 @@
-"""Write what docs/programs.schema.json says of observations; all else in it is written by hand.
+"""Write the part of docs/programs.schema.json about observations; the rest is written by hand.
 
 python scripts/make/programs.py
 

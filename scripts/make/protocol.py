@@ -1,4 +1,4 @@
-"""Write mjsim/web/page/src/run/protocol.ts, the types of what page and server say to each other.
+"""Write mjsim/web/page/src/run/protocol.ts, the types of the messages between page and server.
 
 python scripts/make/protocol.py
 

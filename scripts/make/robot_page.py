@@ -54,7 +54,7 @@ def portrait(name: str) -> None:
 
 
 def measured(name: str, command: Command) -> tuple[float, float, float]:
-    """Return the way [m], the turn [rad] and the drift of odometry [m] while a robot follows a command."""
+    """Return the distance [m], the turn [rad] and the drift of odometry [m] while a robot follows a command."""
     with Simulation(parse_world(f"mjsim: 1\nrobots: [{{name: it, preset: {name}, at: [0, 0]}}]\n")) as sim:
         sim.apply("it", command)
         for _ in range(round(SETTLED / sim.dt)):

@@ -24,7 +24,7 @@ WIDTH, HEIGHT, HEAD = 320, 240, 24
 SECONDS = 12.0
 """When they are taken."""
 FAR = 8.0
-"""What is as far or farther is darkest in the picture of depths [m]."""
+"""Distance from which everything is darkest in the picture of depths [m]."""
 
 
 def newest() -> tuple[dict[str, CameraFrame], Scan, Pose, mjsim.Simulation]:

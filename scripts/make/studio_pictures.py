@@ -28,7 +28,7 @@ REACHED = """until => {
   return shown.split(":").reduce((sum, part) => 60 * sum + Number(part), 0) >= until;
 }"""
 PATIENCE = 900_000
-"""For all that the page does meanwhile [ms]."""
+"""Time limit for an action of the page [ms]."""
 
 
 def main() -> None:

@@ -11,14 +11,14 @@ from playwright.sync_api import Page, expect
 
 
 class Walk:
-    """A page that is walked, and the time it takes."""
+    """Operates the page, and measures the time that this takes."""
 
     def __init__(self, page: Page) -> None:
         self.page = page
         self._start, self._number = time.monotonic(), 0
 
     def press(self, name: str) -> None:
-        """Click a button where it stands."""
+        """Click a button."""
         self.page.get_by_role("button", name=name, exact=True).click()
 
     def tab(self, name: str) -> None:
@@ -51,7 +51,7 @@ def main() -> None:
 
 
 def begin(walk: Walk) -> None:
-    """Take a world to begin with."""
+    """Choose a world to begin with."""
     walk.keep("the empty page")
     walk.press("Start from a template")
     card = walk.page.get_by_role("dialog").get_by_role("button", name="The smallest useful world")

@@ -58,7 +58,7 @@ def digest(page: str) -> str:
 
 
 def put(page: Path, folder: Path) -> list[str]:
-    """Write the notebook of a page into a folder; return what IPython needs to be told to run it there."""
+    """Write the notebook of a page into a folder; return the settings with which IPython runs it there."""
     folder.joinpath(".ipython").mkdir()
     folder.joinpath(f"{page.stem}.ipynb").write_text(notebook(page.read_text(encoding="utf-8")), encoding="utf-8")
     return ["--no-banner", "--colors=nocolor", f"--ipython-dir={folder / '.ipython'}", f"{page.stem}.ipynb"]

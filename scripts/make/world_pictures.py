@@ -47,7 +47,7 @@ FOLDERS = {
     "mechanisms": ("Mechanisms", "run {}"),
     "people": ("People at workplaces", "ergonomics {} -o out/{}"),
 }
-"""Folders of worlds that need no robot: what they are called on the page, and what one does with them."""
+"""Folders of worlds that need no robot: their title on the page, and their use."""
 OUTSIDE = {"corridor": "scout/chase"}
 """Views from outside other than the overview."""
 HEAD = """# Worlds

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Compare the figures of `mjsim bench` between two checkouts, measured in turns.
+"""Compare the measurements of `mjsim bench` between two checkouts, which take turns.
 
     git worktree add ../before COMMIT && ../before/scripts/setup
     .venv/bin/python scripts/measure/against.py ../before [FIGURE]... [--cpu] [--runs 7] [--rounds 2]
@@ -20,7 +20,7 @@ from typing import IO
 
 HERE = Path(__file__).resolve().parents[2]
 RATE = (" a second",)
-"""A figure is better when it is higher if its unit ends so; all others are better when they are lower."""
+"""Endings of units for which higher values are better; for all others, lower ones are."""
 WORKER = """
 import os, sys, time
 answers = os.fdopen(os.dup(1), "w", buffering=1)
@@ -38,7 +38,7 @@ for line in sys.stdin:
 
 
 class Bench:
-    """The figures of one checkout, measured in a process of its own."""
+    """The measurements of one checkout, made in a separate process."""
 
     def __init__(self, checkout: Path, *, clock: str) -> None:
         """Start the process."""
@@ -64,7 +64,7 @@ class Bench:
         return line.strip()
 
     def done(self) -> None:
-        """Leave the figure that is measured."""
+        """End the current measurement."""
         self._in.write("done\n")
 
     def close(self) -> None:
@@ -99,7 +99,7 @@ def main() -> None:
 
 
 def measured(other: Bench, ours: Bench, name: str, *, runs: int) -> list[tuple[float, float]]:
-    """Return the values of a figure in turns: one of the other checkout, one of ours."""
+    """Return the values of a measurement in turns: one of the other checkout, one of ours."""
     for bench in (other, ours):
         bench.ask(name)
     pairs = []
@@ -113,7 +113,7 @@ def measured(other: Bench, ours: Bench, name: str, *, runs: int) -> list[tuple[f
 
 
 def table(pairs: dict[str, list[tuple[float, float]]], units: dict[str, str], *, least: float) -> bool:
-    """Print a line for each figure; return whether all hold."""
+    """Print a line for each measurement; return whether all hold."""
     print(f"{'figure':<22}{'other':>10}{'ours':>10}{'ratio':>8}{'quartiles':>16}  unit")
     lines = [line(name, values, units[name], least=least) for name, values in pairs.items()]
     print(*(text for text, _ in lines), sep="\n")
@@ -121,7 +121,7 @@ def table(pairs: dict[str, list[tuple[float, float]]], units: dict[str, str], *,
 
 
 def line(name: str, values: list[tuple[float, float]], unit: str, *, least: float) -> tuple[str, bool]:
-    """Return the line of a figure, and whether it holds."""
+    """Return the line of a measurement, and whether it holds."""
     ratios = sorted(ours / other if unit.endswith(RATE) else other / ours for other, ours in values)
     ratio = statistics.median(ratios)
     low, _, high = statistics.quantiles(ratios, n=4) if len(ratios) > 1 else (ratio, ratio, ratio)

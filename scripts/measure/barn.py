@@ -107,7 +107,7 @@ def result(number: int, preset: str, spec: str, *, avoidance: bool) -> Result:
 
 
 def summary(results: Sequence[Result]) -> str:
-    """Return a line with the figures of all runs."""
+    """Return a line with the results of all runs."""
     score, arrival, touched = (
         np.array([getattr(each, name) for each in results]) for name in ("score", "arrival", "touched")
     )

@@ -1,4 +1,4 @@
-"""Digest every number of some short runs, so that a change of the program that should change no number can show it.
+"""Digest every number of some short runs, to verify that a change of the program changes none.
 
     python scripts/measure/digests.py -o before.json          with the program as it was
     python scripts/measure/digests.py --against before.json   with the program as it is
@@ -194,7 +194,7 @@ def of_arrays(arrays: Mapping[str, Any], name: str = "") -> Digests:
 
 
 def of_module_values() -> Digests:
-    """Return digests of what the API gives when few ticks are sensed, noise changes meanwhile, and all begins anew."""
+    """Return digests of results of the API with few sensed ticks, changed noise, and a reset."""
     import mjsim
 
     world = mjsim.load_world(WORLDS / "senses.yaml")
@@ -272,7 +272,7 @@ def _matlab(file: Path) -> dict[str, Any]:
 
 
 def compare(before: Mapping[str, Digests], after: Mapping[str, Digests]) -> bool:
-    """Print what differs, what is gone and what is new; return whether all that was there is the same."""
+    """Print what differs, what is missing and what is new; return whether all old entries are unchanged."""
     same = True
     for run in {**before, **after}:
         old, new = before.get(run, {}), after.get(run, {})

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Print estimators beside the textbook's in rooms, and LidarSlam on recordings of real logs (`mjsim import-log`)."""
+"""Compare estimators with the textbook's in rooms, and print LidarSlam on real logs imported by `mjsim import-log`."""
 
 import argparse
 

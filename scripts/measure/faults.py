@@ -1,4 +1,4 @@
-"""Small faults that may be put into a source, drawn over its statements: each changes one span of the text."""
+"""Small random faults in the statements of a source: each changes one span of the text."""
 
 import ast
 import functools
@@ -33,7 +33,7 @@ Place = tuple[int, int, int, int]
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One span of a source, written otherwise; the number of lines stays."""
+    """One changed span of a source; the number of lines stays."""
 
     path: Path
     line: int
@@ -48,7 +48,7 @@ class Fault:
 
 
 def draw(paths: Sequence[Path], *, number: int, seed: int, kinds: Container[str] | None = None) -> list[Fault]:
-    """Return faults, each in a statement of its own, drawn over all statements that can have one (of these kinds)."""
+    """Return random faults, each in a different statement, among all that can have one (of these kinds)."""
     rng = random.Random(seed)
     sites = [(_Text(path), *found) for path in sorted(paths) for found in _sites(path)]
     rng.shuffle(sites)
@@ -59,7 +59,7 @@ def draw(paths: Sequence[Path], *, number: int, seed: int, kinds: Container[str]
 def _one(
     rng: random.Random, text: "_Text", statement: ast.stmt, function: str | None, kinds: Container[str] | None
 ) -> Fault | None:
-    """Return one fault of a statement, of a kind that is drawn first; None where it can have none."""
+    """Return one fault of a statement, of a random kind; None where it can have none."""
     edits = [
         edit for edit in _edits(statement, text, inside=function is not None) if kinds is None or edit.kind in kinds
     ]
@@ -111,7 +111,7 @@ class _Edit:
 
 
 class _Text:
-    """A source and its lines, in bytes as syntax trees count."""
+    """A source and its lines, as bytes, in which syntax trees count columns."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -239,7 +239,7 @@ def _expression(node: ast.expr, text: _Text) -> Iterator[tuple[str, ast.expr, st
 
 
 def _between(node: ast.expr, left: ast.expr, right: ast.expr, text: _Text, sign: str) -> str:
-    """Return an expression of two parts with another sign; brackets and breaks around the sign stay."""
+    """Return an expression of two parts with another operator; brackets and breaks around it stay."""
     gap = text.span((left.end_lineno, left.end_col_offset, right.lineno, right.col_offset))
     for old in sorted(["not in", "is not", "<=", ">=", "==", "!=", "//", "and", "or", "in", "is", *"<>+-*/"], key=len)[
         ::-1

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Print how SLAM with named landmarks does beside the textbook's in rooms and logs, and after pushes, slips, faults.
+"""Compare SLAM with named landmarks with the textbook's in rooms and logs, and after pushes, slips, faults.
 
 Each cell: mean error and its ratio to that of TextbookEkfSlam; the mean error of the final trajectory, if there is one;
 mean NEES; the longest time surely wrong, and how long the robot said that it is lost. With a lidar there is no ratio.
@@ -19,7 +19,7 @@ BY_SCANS = ("LidarSlam", "MonteCarloLocalization")
 
 
 def cell(runs: list[Errors], book: list[Errors] | None = None) -> str:
-    """Return what a cell has, over some runs."""
+    """Return the text of a cell of the table, over some runs."""
     error = np.mean([run.position.mean() for run in runs])
     ratio = f" ({error / np.mean([run.position.mean() for run in book]):.2f})" if book else ""
     path = np.mean([run.path for run in runs])

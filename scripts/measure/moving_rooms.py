@@ -1,4 +1,4 @@
-"""Count touches of GoToGoal in rooms full of things that move.
+"""Count contacts of GoToGoal in rooms full of moving things.
 
 python scripts/measure/moving_rooms.py [FIRST] [LAST] [--drive PRESET]
 

@@ -1,4 +1,4 @@
-"""Tell which faults, drawn over mjsim and algorithms, the tests notice: a table in Markdown and in JSON.
+"""Report which random faults in mjsim and algorithms the tests detect: a table in Markdown and in JSON.
 
 nice .venv/bin/python scripts/measure/mutants.py -o DIR [--number 200] [--seed 1] [--under mjsim/sim] [--kinds sign]
 
@@ -66,11 +66,11 @@ if os.path.exists(FOLDER + "/calls"):
                     sys.settrace(None)  # a guarded reader may not write
     sys.settrace(call)
 """
-"""What each Python of this run begins with: files with faults, and notes of what is called in programs of tests."""
+"""Code that each Python of this run starts with: it loads faults, and notes which functions programs of tests call."""
 
 
 class Warm:
-    """Takes the place of pytest's loop: the tests are collected, no test ran here yet."""
+    """Replaces pytest's loop: the tests are collected, and none has run in this process yet."""
 
     def __init__(self, faults: Sequence[Fault], folder: Path, site: Path, *, slow: bool) -> None:
         self._faults, self._folder, self._site, self._slow = faults, folder, site, slow
@@ -92,7 +92,7 @@ class Warm:
         return True
 
     def _measured(self) -> None:
-        """Measure time [s] and called functions of each test that passes; files that are as before are left out."""
+        """Measure time [s] and called functions of each test that passes; unchanged files are left out."""
         kept = self._folder / "map.json"
         before = json.loads(kept.read_text()) if kept.exists() else {}
         notes = {}
@@ -160,7 +160,7 @@ class Warm:
         return None if ended == 0 else f"the process ended: {ended}"
 
     def _near(self, fault: Fault) -> list[str]:
-        """Return the tests that call the function, or one of its file: those of its area and of few calls first."""
+        """Return the tests that call the function, or one in its file; those of its area, of few calls, come first."""
         calls, seconds, path = self._calls, self._seconds, str(fault.path)
         if fault.function is None:
             tests = {test for name, found in calls.items() if name.rpartition(":")[0] == path for test in found}
@@ -180,7 +180,7 @@ class Warm:
         return kept
 
     def _patch(self, fault: Fault) -> Callable[[], None] | None:
-        """Return a function that gives the functions of a file the faulty code; None where only an import can."""
+        """Return a function that puts the faulty code into the functions of a file; None where only an import can."""
         if fault.function is None:
             return None
         codes = _codes(compile(fault.source, str(fault.path), "exec", dont_inherit=True))

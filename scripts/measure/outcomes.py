@@ -1,4 +1,4 @@
-"""What became of faults that were drawn, as a table in Markdown and in JSON."""
+"""The outcomes of random faults, as a table in Markdown and in JSON."""
 
 import json
 from collections import Counter
@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of a fault."""
+    """The outcome of a fault."""
 
     fault: Fault
     caught: str | None

@@ -1,4 +1,4 @@
-"""Measure the Run view: pictures a second and the real-time factor, and what a session costs over a plain run.
+"""Measure the Run view: pictures per second and the real-time factor, and what a session costs over a plain run.
 
     scripts/measure/studio.py [SECONDS]
 
@@ -49,7 +49,7 @@ run:
 
 
 def main(seconds: float) -> None:
-    """Print the figures of all cases, each over a simulated duration [s]."""
+    """Print the results of all cases, each over a simulated duration [s]."""
     print(f"{'the gallery with its estimator, real time':54} pictures/s   real time   CPU s/s     longest gap [s]")
     for name, text, watch in CASES:
         print(f"{name:54}", watched(text, watch, seconds), flush=True)
@@ -62,7 +62,7 @@ def main(seconds: float) -> None:
 
 
 def watched(text: str, watch: dict[str, object], seconds: float) -> str:
-    """Return the figures of one case."""
+    """Return the results of one case."""
     ours, theirs = multiprocessing.Pipe()
     server = multiprocessing.get_context("spawn").Process(target=serve, args=[theirs])
     server.start()

@@ -1,4 +1,4 @@
-"""Tell which files of mjsim three things walk through, in the order in which they come to them.
+"""List the files of mjsim that three operations run through, in order.
 
 python scripts/measure/walks.py [--files]
 

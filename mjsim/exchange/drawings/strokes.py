@@ -133,7 +133,7 @@ def runs(corners: Array) -> list[tuple[Array, bool]]:
 
 
 def arc_through(points: Array, owner: int) -> Arc | None:
-    """Return the arc through points, shape (n, 2) [m]; None if they lie on no circle."""
+    """Return the arc through points, shape (n, 2) [m]; None if they do not lie on a circle."""
     shifted = points - points[0]
     A = np.column_stack([2 * shifted, np.ones(len(points))])
     (x, y, rest), *_ = np.linalg.lstsq(A, (shifted**2).sum(axis=1), rcond=None)

@@ -215,7 +215,7 @@ def _hidden(element: Element, parents: dict[Element, Element]) -> bool:
 
 
 def _is_far(lines: Sequence[Line], box: Sequence[float]) -> bool:
-    """Return whether lines lie farther from the page than its size `MAX_PAGES` times: nobody has ever seen them."""
+    """Return whether lines lie farther from the page than `MAX_PAGES` times its size, where nobody sees them."""
     if len(box) != 4 or not lines or min(box[2:]) <= 0.0:
         return False
     points = np.concatenate([line.points for line in lines]) * (1.0, -1.0)

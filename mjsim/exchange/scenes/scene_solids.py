@@ -154,7 +154,7 @@ class ScenePart:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneThing:
-    """A model of a scene: static or movable, rigid but for its parts."""
+    """A model of a scene: static or movable, rigid except for its parts."""
 
     name: str
     solids: Sequence[SceneSolid]

@@ -79,7 +79,7 @@ class _Reader:
     def __init__(self, path: Path, protos: Sequence[str], *, turns: bool, usual: float) -> None:
         self.scene, self._path, self._turns = Scene(), path, turns
         self._usual = usual
-        """Radius of a round shape that says nothing of it [m]."""
+        """Radius of a round shape that does not state it [m]."""
         self._folders, self._meshes = Folders(path, []), MeshFiles(self.scene)
         self._protos = {Path(address).stem: address for address in protos}
 

@@ -23,7 +23,7 @@ def frame_name(name: str) -> str:
 
 
 def is_odometry(outer: str, inner: str) -> bool:
-    """Return whether the pose of a frame in another may be odometry: of any frame but a map, in one named after it."""
+    """Return whether the pose of a frame in another may be odometry: not that of a map, in a frame of odometry."""
     frame, robot = outer.rpartition("/")[2], inner.rpartition("/")[2]
     return "odom" in frame and not any(word in robot for word in ("odom", "map", "world"))
 

@@ -42,7 +42,7 @@ class ForwardClock:
         self._rows: NDArray[np.intp] = np.array(rows, dtype=np.intp)
         self._shifts = [0.0]
         self.begins: list[float] = []
-        """When each part but the first begins by this clock [s]."""
+        """When each part except the first begins by this clock [s]."""
         parts = np.split(times, self._rows)
         for row, part in enumerate(parts[1:]):
             end = float(parts[row].max()) + self._shifts[-1]

@@ -59,7 +59,7 @@ _TEXTURED = {
     "samplers": [{"magFilter": 9728, "minFilter": 9728, "wrapS": 33071, "wrapT": 33071}],
     "images": [{"bufferView": 3, "mimeType": "image/png"}],
 }
-"""A glTF tree of one mesh with a texture, unlit, not repeated and with sharp cells, but for its numbers."""
+"""A glTF tree of one mesh with a texture, unlit, not repeated and with sharp cells, without its numbers."""
 _TEXT = keyed(
     {
         "pose": _POSE,

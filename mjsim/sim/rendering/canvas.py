@@ -32,7 +32,7 @@ BACKGROUND_COLOR = (0.87, 0.91, 0.95)
 MAX_IDLE = 2
 """Maximum number of OpenGL contexts that are kept for the next canvases."""
 _idle: list[GLContext] = []
-"""Contexts of closed canvases, empty but for what OpenGL compiled: in software that takes a new one 0.2 s."""
+"""Contexts of closed canvases, empty except for what OpenGL compiled: in software that takes a new one 0.2 s."""
 if sys.platform != "win32":
     os.register_at_fork(after_in_child=_idle.clear)  # A child has none of the threads that draw.
 _left: list[tuple[GLContext, mujoco.MjrContext]] = []

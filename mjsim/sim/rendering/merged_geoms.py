@@ -116,7 +116,7 @@ def _merged(
     crowd: frozenset[int],
     light: LitCorners | None,
 ) -> list[MergedSurface]:
-    """Return geoms of one look as one surface in the frame of a body; none when nothing of them has a surface."""
+    """Return geoms of one look as one surface in the frame of a body; none when none of them has a surface."""
     names, shapes, colors = [], [], []
     for geom in geoms:
         shape = triangles_of(model, geom)

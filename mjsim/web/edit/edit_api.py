@@ -321,5 +321,5 @@ class EditApi:
 
 
 def _undriven(world: World) -> World:
-    """Return a world without the modules that drive its robots, which nobody need allow to see it."""
+    """Return a world without the modules that drive its robots, so that viewing it needs no permission."""
     return world.model_copy(update={"run": world.run.model_copy(update={"drivers": {}})})

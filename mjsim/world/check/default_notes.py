@@ -29,7 +29,7 @@ def _usual(world: World) -> Iterator[tuple[tuple[str | int, ...], str]]:
 
 
 def usual_photons(robot: Robot, camera: Camera) -> str | None:
-    """Return that a camera has the default noise, since none is given; None otherwise."""
+    """Return a note that a camera has the default noise, since none is given; None otherwise."""
     if "noise" in camera.model_fields_set or not isinstance(camera.noise, Photons):
         return None
     return Sentence(
@@ -40,7 +40,7 @@ def usual_photons(robot: Robot, camera: Camera) -> str | None:
 
 
 def usual_noise(robot: Robot) -> str | None:
-    """Return that a robot has the default noise of odometry, since none is given; None otherwise."""
+    """Return a note that a robot has the default noise of odometry, since none is given; None otherwise."""
     if robot.base == "fixed" or "noise" in robot.odometry.model_fields_set:
         return None
     noise = robot.odometry.noise

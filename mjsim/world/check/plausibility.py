@@ -18,7 +18,7 @@ from mjsim.world.plan import Hung, hung
 from mjsim.world.yaml import problems_at
 
 MAX_BEACON, MAX_SPAN = 20.0, 1000.0
-"""Largest beacon and walls of which nobody wonders about the unit [m]."""
+"""Largest beacon, and largest extent of walls, for which the unit is not doubted [m]."""
 MAX_SOFT_OVERLAP = 0.02
 """Depth to which objects and people may overlap a person, whose body is soft [m]."""
 IN_FRONT = 0.05

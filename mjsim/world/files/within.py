@@ -24,7 +24,7 @@ def place_in(folder: Path, name: str) -> Path:
 
     Raises:
         OutsideError: It leads elsewhere, by itself or by links.
-        ValueError: It is no valid name, or its links form a loop.
+        ValueError: It is not a valid name, or its links form a loop.
     """
     home = folder.resolve()
     parts = Path(name).parts
@@ -64,7 +64,7 @@ def read_regular(path: Path, *, limit: int) -> bytes:
         limit: Maximum size [bytes].
 
     Raises:
-        OSError: It cannot be read, is no regular file, or is larger.
+        OSError: It cannot be read, is not a regular file, or is larger.
     """
     with open(path, "rb", opener=_open_at_once) as file:
         status = os.fstat(file.fileno())

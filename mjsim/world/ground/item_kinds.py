@@ -100,7 +100,7 @@ def _said(shape: str, choice: Any) -> str:
 
 
 def _naming_others(choice: Any, others: list[str]) -> CoreSchema:
-    """Return the schema of a choice; where it is some words, the error for another word names the other choices too."""
+    """Return the schema of a choice; the error for a word that is not allowed names the other choices too."""
     if choice["type"] != "literal":
         return cast(CoreSchema, choice)
     words = _either([*map(repr, choice["expected"]), *others])

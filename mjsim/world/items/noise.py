@@ -70,7 +70,7 @@ def with_noise(world: World, key: str, value: object) -> World:
         value: New value.
 
     Raises:
-        UsageError: The key does not exist or is no noise parameter, or the value is not allowed.
+        UsageError: The key does not exist or is not a noise parameter, or the value is not allowed.
     """
     changed = with_values(world, {key: value})
     require_same_but_noise(world, changed)

@@ -1,4 +1,4 @@
-"""Modules of the worlds that are digested: they need nothing of mjsim but its interface."""
+"""Modules of the worlds that are digested: they use only the interface of mjsim."""
 
 import math
 
@@ -8,7 +8,7 @@ import mjsim
 
 
 class Steps:
-    """A navigator that drives a fixed table of twists, and tells the other robots what it does."""
+    """A navigator that drives a fixed table of twists, and reports to the other robots what it does."""
 
     def __init__(self, *, speed=0.4, left=0.0, turn=0.8, wheels=False, talks=False):
         """Keep how fast it goes [m/s, m/s, rad/s], and whether it commands wheels, and whether it sends messages."""
@@ -19,7 +19,7 @@ class Steps:
         self._robot, self._rng = robot, rng
 
     def command(self, seen, belief):
-        """Return straight ahead, an arc to the left, backwards, an arc to the right, and so on, a second each."""
+        """Return straight ahead, an arc to the left, backwards, an arc to the right, and so on, for one second each."""
         phase = int(seen.time) % 4
         forward = self._speed * (-1.0 if phase == 2 else 1.0)
         turn = self._turn * (0.0, 1.0, 0.0, -1.0)[phase]
@@ -32,7 +32,7 @@ class Steps:
 
 
 class Everything:
-    """An estimator whose innovations are numbers of all that it was given, so that nothing given goes unnoticed."""
+    """An estimator whose innovations depend on all of its inputs, so that any change of these shows."""
 
     def start(self, robot, catalogue, rng):
         """Begin at the prior."""

@@ -158,7 +158,7 @@ class Assembly:
     def movable(self) -> tuple[frozenset[int], frozenset[int]]:
         """Return the columns of values that can move.
 
-        Some stand still at the start alone, as the second angle of a universal joint may; so others postures count too.
+        Some cannot move only at the start, such as the second angle of a universal joint: other postures count too.
 
         Returns:
             undriven: Those that forces can move: no motion prescribes them, directly or through loops.
