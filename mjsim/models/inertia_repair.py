@@ -115,7 +115,9 @@ def mend_impossible(root: Element, path: str, model: Any) -> Iterator[str]:
         path: The file.
         model: What MuJoCo makes of it.
     """
-    found = {name: (gyration, reach) for name, gyration, reach in gyrations(model) if gyration > IMPOSSIBLE * reach}
+    found = {
+        name: (gyration, reach) for name, gyration, reach in gyrations(model) if name and gyration > IMPOSSIBLE * reach
+    }
     for item in [*root.iter("link"), *root.iter("body")]:
         gyration, reach = found.get(item.get("name", ""), (0.0, 0.0))
         tensor = item.find("inertial/inertia") if item.tag == "link" else item.find("inertial")

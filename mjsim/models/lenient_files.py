@@ -73,6 +73,10 @@ class LenientGatherer(Gatherer):
         """Yield what was left out or simplified."""
         for name in sorted(self._meshes.coarser):
             yield FileItem(Fate.MENDED, "mesh", posixpath.basename(name), "made coarser, it has too many corners")
+        for name in sorted(self._meshes.bare):
+            yield FileItem(
+                Fate.LEFT_OUT, "look of mesh", posixpath.basename(name), "an arm shows no pictures of meshes"
+            )
         for name in sorted(self._meshes.absent):
             kind = "file of colours" if name.lower().endswith(".mtl") else "picture"
             yield FileItem(Fate.LEFT_OUT, f"missing {kind}", posixpath.basename(name), INSTEAD["texture"])

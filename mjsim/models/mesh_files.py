@@ -8,7 +8,7 @@ import io
 import posixpath
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -61,6 +61,8 @@ class MeshPart:
     """A PNG."""
     coarser: bool = False
     """Whether it was simplified."""
+    bare: bool = False
+    """Whether pictures, or files of colours that it names, were not read."""
 
     @property
     def ending(self) -> str:
@@ -69,7 +71,13 @@ class MeshPart:
 
 
 def mesh_parts(
-    path: str, data: bytes, read: Callable[[str], bytes], *, up_axis: bool = True, named: str = ""
+    path: str,
+    data: bytes,
+    read: Callable[[str], bytes],
+    *,
+    up_axis: bool = True,
+    named: str = "",
+    pictures: bool = True,
 ) -> list[MeshPart]:
     """Return the parts of a mesh.
 
@@ -79,6 +87,7 @@ def mesh_parts(
         read: Returns a file that it names, by its path relative to the folder of the mesh; raises ValueError.
         up_axis: Whether Collada is turned as its `<up_axis>` says; Gazebo does not turn it.
         named: Name of the mesh in the file that is meant; '' for all.
+        pictures: Whether parts keep their pictures; otherwise they get the mean colour of these.
 
     Raises:
         ValueError: It cannot be read as a mesh, or has none of this name; the message names the file.
@@ -88,7 +97,7 @@ def mesh_parts(
         rgba, picture = _look(mesh)
         key: object = rgba if picture is None else id(picture)
         groups.setdefault(key if len(groups) < MAX_PARTS or key in groups else next(reversed(groups)), []).append(mesh)
-    return [_part(meshes) for meshes in groups.values()]
+    return [_part(meshes, pictures=pictures) for meshes in groups.values()]
 
 
 def whole_mesh(path: str, data: bytes, read: Callable[[str], bytes], *, up_axis: bool = True) -> MeshPart:
@@ -211,7 +220,7 @@ def _look(mesh: Any) -> tuple[tuple[float, float, float, float] | None, Any]:
     return (red, green, blue, alpha or 1.0), picture
 
 
-def _part(meshes: Sequence[Any]) -> MeshPart:
+def _part(meshes: Sequence[Any], *, pictures: bool) -> MeshPart:
     """Return meshes of one look as a part."""
     rgba, picture = _look(meshes[0])
     if picture is None:
@@ -221,9 +230,9 @@ def _part(meshes: Sequence[Any]) -> MeshPart:
     image = picture.convert("RGB")
     image.thumbnail((MAX_SIDE, MAX_SIDE))
     pixels = np.asarray(image)
-    if sum(len(mesh.faces) for mesh in meshes) > MAX_TRIANGLES:
+    if not pictures or sum(len(mesh.faces) for mesh in meshes) > MAX_TRIANGLES:
         red, green, blue = (round(float(value) / 255.0, 4) for value in pixels.reshape(-1, 3).mean(axis=0))
-        return _plain([mesh.triangles for mesh in meshes], (red, green, blue, 1.0))
+        return replace(_plain([mesh.triangles for mesh in meshes], (red, green, blue, 1.0)), bare=True)
     return MeshPart(_obj(meshes), rgba, encode_png(pixels))
 
 

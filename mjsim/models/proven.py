@@ -88,8 +88,8 @@ def guarded_parts(path: str, data: bytes, *, whole: bool) -> list[MeshPart]:
         known = json.dumps([(base64.b64encode(part).decode(), *more) for part, *more in found]).encode()
         note(known, *known_by)
     return [
-        MeshPart(base64.b64decode(part), rgba and tuple(rgba), coarser=coarser)
-        for part, rgba, coarser in json.loads(known)
+        MeshPart(base64.b64decode(part), rgba and tuple(rgba), coarser=coarser, bare=bare)
+        for part, rgba, coarser, bare in json.loads(known)
     ]
 
 

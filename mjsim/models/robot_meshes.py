@@ -41,6 +41,8 @@ class PlainMeshes:
         """Name in the text -> the file."""
         self.coarser: set[str] = set()
         """Meshes that were simplified."""
+        self.bare: set[str] = set()
+        """Meshes without their pictures, and the files of colours that they name."""
         self.absent: set[str] = set()
         """What meshes name and does not exist."""
 
@@ -104,6 +106,8 @@ class PlainMeshes:
             self.absent |= absent
             if any(part.coarser for part in parts):
                 self.coarser.add(name)
+            if any(part.bare for part in parts) and self._guarded:
+                self.bare.add(name)
         return self._known[name, whole]
 
     def plain(self, path: str, data: bytes) -> bytes:

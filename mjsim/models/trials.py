@@ -14,15 +14,27 @@ def picture(data: bytes) -> str | None:
     return None
 
 
-def mesh(path: str, data: bytes, whole: bool) -> str | list[tuple[bytes, list[float] | None, bool]]:
-    """Return data and colour of each part of a mesh, without textures, and whether it was simplified; or an error."""
+def mesh(path: str, data: bytes, whole: bool) -> str | list[tuple[bytes, list[float] | None, bool, bool]]:
+    """Return data and colour of each part of a mesh, without pictures and what the mesh names beside it; or an error.
+
+    Two more values tell whether a part was simplified, and whether such pictures and files exist.
+    """
     from mjsim.models.mesh_files import alone, mesh_parts, whole_mesh
 
+    named: list[str] = []
+
+    def refused(name: str) -> bytes:
+        named.append(name)
+        return alone(name)
+
     try:
-        parts = [whole_mesh(path, data, alone)] if whole else mesh_parts(path, data, alone)
+        parts = [whole_mesh(path, data, alone)] if whole else mesh_parts(path, data, refused, pictures=False)
     except ValueError as error:
         return str(error)
-    return [(part.data, None if part.rgba is None else list(part.rgba), part.coarser) for part in parts]
+    return [
+        (part.data, None if part.rgba is None else list(part.rgba), part.coarser, part.bare or bool(named))
+        for part in parts
+    ]
 
 
 def model(files: ModelFiles) -> str | None:

@@ -228,6 +228,39 @@ def test_an_inertia_that_slightly_misses_the_triangle_inequality_becomes_the_nea
     assert f"slightly misses the triangle inequality (0.1 + 0.12 < 0.25 kg m^2); {said}" in capsys.readouterr().out
 
 
+def test_an_inertia_far_beyond_the_size_of_a_link_is_reduced_and_told(tmp_path, capsys):
+    (tmp_path / "a.urdf").write_text(
+        """<robot name="r"><link name="base"/><link name="arm"><inertial><mass value="0.005"/><origin xyz="0.1 0 0"/>
+        <inertia ixx="2" iyy="2" izz="2" ixy="0" ixz="0" iyz="0"/></inertial>
+        <collision><origin xyz="0.1 0 0"/><geometry><sphere radius="0.1"/></geometry></collision></link>
+        <joint name="j" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/></joint></robot>"""
+    )
+    with pytest.raises(SystemExit, match=r"^0$"):
+        main(["arm", str(tmp_path / "a.urdf")])
+    said = "the inertia of link 'arm' is as if all its mass were 20.00 m away, but it reaches 0.10 m; made that of its"
+    assert said in capsys.readouterr().out
+    inertia = mjsim.arm(tmp_path / "a.urdf").links[0].inertia
+    np.testing.assert_allclose(inertia, 0.005 * 0.05**2 * np.array([1, 1, 1, 0, 0, 0]), rtol=1e-6)
+
+
+@pytest.mark.slow  # trimesh is imported
+def test_colours_and_pictures_beside_the_mesh_of_an_arm_are_told(tmp_path, capsys):
+    corners = "v 0 0 0\nv 0.2 0 0\nv 0 0.2 0\nv 0 0 0.2\nvt 0 0\nvt 1 0\nvt 0 1\n"
+    (tmp_path / "m.obj").write_text(
+        f"mtllib m.mtl\n{corners}usemtl a\nf 1/1 3/3 2/2\nf 1/1 2/2 4/3\nf 2/1 3/2 4/3\nf 3/1 1/2 4/3\n"
+    )
+    (tmp_path / "m.mtl").write_text("newmtl a\nKd 1 1 1\nmap_Kd red.png\n")
+    (tmp_path / "a.urdf").write_text(
+        """<robot name="r"><link name="base"/><link name="arm"><inertial><mass value="1"/>
+        <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+        <visual><geometry><mesh filename="m.obj"/></geometry></visual></link>
+        <joint name="j" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/></joint></robot>"""
+    )
+    with pytest.raises(SystemExit, match=r"^0$"):
+        main(["arm", str(tmp_path / "a.urdf")])
+    assert "left out: look of mesh 'm.obj': an arm shows no pictures of meshes" in capsys.readouterr().out
+
+
 def test_a_mesh_with_texture_coordinates_at_some_faces_only_is_taken(tmp_path):
     corners = "v 0 0 0\nv 0.2 0 0\nv 0 0.2 0\nv 0 0 0.2\nvt 0 0\nvt 1 0\nvt 0 1\n"
     (tmp_path / "m.obj").write_text(corners + "f 1/1 3/3 2/2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n")

@@ -21,6 +21,7 @@ from mjsim.models.arms.arm_couplings import JointCoupling, coupled, equalities, 
 from mjsim.models.arms.arm_motors import Motors, motors_of
 from mjsim.models.arms.arm_tree import ArmTree, carried_by, chain_to, tree_of
 from mjsim.models.arms.arm_xacro import expanded
+from mjsim.models.inertia_repair import mend_impossible
 from mjsim.models.lenient_files import LenientGatherer
 from mjsim.models.model_reader import compiled
 from mjsim.models.model_sources import ROBOT, Element, ModelFiles, Read
@@ -134,6 +135,9 @@ def read_arm(
         compiler.set("boundinertia", str(1e-3 * MIN_MASS))
     files = ModelFiles(root, gatherer.assets, tuple(gatherer.paths), frozenset(gatherer.sums))
     model = _compiled(files)
+    if beyond := [*mend_impossible(root, path, model)]:
+        changed += [note.removeprefix(f"{path}: ") for note in beyond]
+        model = _compiled(files)
     tree = tree_of(model)
     last, flange, found = _end(model, tree, path, end)
     changed += inventory(gatherer.items())
