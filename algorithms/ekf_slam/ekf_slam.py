@@ -106,8 +106,8 @@ class EkfSlam:
             association: Association of unnamed sightings: 'known' ignores them, 'nearest' pairs each with the best
                 landmark, 'joint' finds the largest jointly compatible pairing. Unnamed landmarks are numbered from 0.
             joint_covariance: Whether the estimate includes the joint covariance of pose and map.
-            frame: What stays in place when the filter learns late how its map is turned relative to the start: with
-                'map' the way and the map as reported so far, with 'start' the first pose.
+            frame: What stays in place when the filter learns late that its map is rotated relative to the start: with
+                'map' the path and the map as reported so far, with 'start' the first pose.
         """
         if jacobians not in ("standard", "first-estimates", "invariant"):
             raise ValueError(f"jacobians is {jacobians!r}; it must be standard, first-estimates or invariant")

@@ -121,7 +121,7 @@ def _within_reach(walls: Surface, scan: Surface, guess: Array, window: Array) ->
 def _bent(covariance: Array) -> Array:
     """Return the covariance (3, 3) of a step with the second-order effect of its heading on its position.
 
-    An uncertain heading h moves the end of a way of length r on an arc, which is h^2 r / 2 off its tangent. Of the
+    An uncertain heading h moves the end of a path of length r on an arc, which is h^2 r / 2 off its tangent. Of the
     position's standard deviation, h r is the part of the heading.
     """
     x, y, heading = np.diag(covariance).tolist()

@@ -199,8 +199,8 @@ def _clearance(
 ) -> tuple[Array, Grid]:
     """Return the distance of each cell's centre from solid or unknown space [m], and the grid.
 
-    Where no wall encloses things, and there is no space of width `need` [m] among them, it is around them; and so it
-    is for a `start` that is outside, with the clearance `tight` [m].
+    If no wall encloses the things and the space among them is narrower than `need` [m], the space around them counts;
+    likewise for a `start` outside, with the clearance `tight` [m].
     """
     import shapely
 

@@ -198,7 +198,7 @@ def _ramp(loop: Any, delay: float) -> tuple[float, float]:
     """Return the final slope of an integrating plant's step response, and its dead time [s].
 
     They follow from the series expansion at 0: G(s) = slope / s - slope dead + ... So lags count in full, as in
-    Skogestad's example E6, theta = 1.69: what the half rule spares would go to a time constant without end.
+    Skogestad's example E6, theta = 1.69: beside an integrator there is no time constant for the half rule to enlarge.
     """
     moving = np.abs(loop.poles())[np.abs(loop.poles()) > MAX_INTEGRATOR_POLE]
     s = 1e-6 * float(moving.min(initial=1.0 / delay if delay else 1.0))

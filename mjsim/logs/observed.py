@@ -157,8 +157,8 @@ def _require_robot(world: World, robot: str, cameras: Mapping[str, LoggedCamera]
         size = camera.intrinsics.width, camera.intrinsics.height
         if sizes.get(name) != size:
             raise UsageError(
-                f"no camera '{name}' of {size[0]} x {size[1]} pixels on robot '{robot}' in the world, as its pictures"
-                " need"
+                f"no camera '{name}' of {size[0]} x {size[1]} pixels, the size of its pictures, on robot '{robot}' in"
+                " the world"
             )
 
 

@@ -72,7 +72,7 @@ def orientation(data: bytes) -> int:
             if tag == ORIENTATION:
                 (value,) = struct.unpack_from(f"{order}{'I' if kind == LONG else 'H'}", head, entry + 8)
                 return value if 1 <= value <= 8 else 1
-    except (KeyError, struct.error):  # damaged EXIF data tell nothing
+    except (KeyError, struct.error):  # damaged EXIF data are ignored
         pass
     return 1
 

@@ -179,7 +179,7 @@ def run(
 
     Raises:
         UsageError: It would have no tick, or `record` exists, is being written, or cannot be written; or a simulation
-            is given a seed, which it has.
+            is given a seed, though it already has one.
         WorldError: The file is not a valid world.
         MjsimError: As `ticks`; what was recorded until then stays readable in `record`.
     """

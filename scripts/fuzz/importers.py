@@ -2,10 +2,10 @@
 
 python scripts/fuzz/importers.py [--inputs 1000] [--commands 0] [--seed 1] [IMPORTER ...]
 
-Takes small files that come in, changes bytes, numbers, values and pieces, and reads them in a guarded child, which is
-used again; other inputs go through the whole command, each in a copy of a process that has imported mjsim. Prints a row
-of a table for each importer. Inputs that end otherwise than in a value or in printable lines, that end their child, or
-take too much are left in out/fuzz; a traceback or a hang makes the exit code 1.
+Takes small valid files, changes bytes, numbers, values and pieces, and reads them in a guarded child process, which is
+reused; other inputs go through the whole command, each in a copy of a process that has imported mjsim. Prints a table
+with a row for each importer. Inputs that give neither a value nor printable lines, that end their child process, or
+that take too much time or memory are kept in out/fuzz; a traceback or a hang makes the exit code 1.
 """
 
 import argparse

@@ -1,6 +1,6 @@
 """Read thousands of hostile world files: each must be valid, or refused with the place of each error.
 
-What is read is also laid out anew, as `mjsim fmt` does, and written back with a change.
+Each world that is read is also formatted, as by `mjsim fmt`, and written back with a change.
 
 python scripts/fuzz/worlds.py [--inputs 100000] [--seed 1] [--engine changed|built|bytes|all]
 

@@ -2,8 +2,8 @@
 
 python scripts/make/architecture_picture.py
 
-A part stands above all parts that it imports. Only the arrows that say something are drawn: where A imports B and B
-imports C, one from A to C is left out. The table has them all.
+A part is drawn above all parts that it imports. Redundant arrows are left out: where A imports B and B imports C, there
+is none from A to C. The table has all imports.
 """
 
 from collections.abc import Mapping

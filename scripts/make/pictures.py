@@ -3,7 +3,7 @@
 
 scripts/make/pictures.py [--list | --keep] [SCRIPT ...]
 
---list prints what is stale and makes nothing; --keep says that the pictures of a changed script are as they should be.
+--list prints what is stale and makes nothing; --keep marks the pictures of a changed script as up to date.
 """
 
 import argparse

@@ -2,8 +2,8 @@
 
 python scripts/make/protocol.py
 
-They are made from the models in Python. It knows the JSON Schema that these need and no more: so a test can run it
-without node.
+They are made from the models in Python. The script handles only the parts of JSON Schema that these models use, so a
+test can run it without node.
 """
 
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,7 @@
 """Walk from an empty page to a compared pair of runs, by mouse alone: docs/images/studio-walk-1.png and so on.
 
 Drives the real page in chromium as docs/studio-walk.md tells it, keeps a picture of each step, and prints the time from
-the first sight of the page to each of them. What a person takes to read and to aim comes on top.
+the first sight of the page to each of them. A person also needs time to read and to aim.
 """
 
 import time

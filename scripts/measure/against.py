@@ -4,10 +4,10 @@
     git worktree add ../before COMMIT && ../before/scripts/setup
     .venv/bin/python scripts/measure/against.py ../before [FIGURE]... [--cpu] [--runs 7] [--rounds 2]
 
-Each checkout has a process of its own, with its own environment. For each figure both get ready, then measure one after
-the other, so that a slow minute of the machine falls on both. A round starts both processes afresh. The ratio is the
-median over all pairs of runs: above 1, this checkout is faster (or smaller) than the other one. The exit code is 1 when
-a ratio is below what `--least` says.
+Each checkout has a process of its own, with its own environment. For each benchmark both get ready, then measure in
+turns, so that a slow minute of the machine affects both. A round starts both processes afresh. The ratio is the median
+over all pairs of runs: above 1, this checkout is faster (or smaller) than the other one. The exit code is 1 when a
+ratio is below what `--least` says.
 """
 
 import argparse

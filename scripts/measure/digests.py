@@ -7,7 +7,7 @@ The runs use every kind of drive, sensor, door, thing that moves and event, the 
 recognition. A digest is the SHA-256 of one key of a topic (or one column of an export) over the whole run, in a
 canonical form, so that a key or a topic that is new is told apart from one that differs. What depends on the clock
 (`/timing`) is left out. Poses are split: where x, y and heading stay, height, roll and pitch may still change. The
-exit code is 1 when something that was there differs or is gone. The numbers hold for one machine.
+exit code is 1 when something differs or is missing. The numbers hold for one machine.
 """
 
 import argparse

@@ -3,7 +3,7 @@
 python scripts/measure/moving_rooms.py [FIRST] [LAST] [--drive PRESET]
 
 In the manner of DynaBARN (Nair et al., SSRR 2022): a robot crosses a room of 12 x 8 m in which ten cylinders go back
-and forth on random ways, each at its own speed of 0.3 to 1.2 m/s. They do not avoid the robot, which sees all around.
+and forth on random paths, each at its own speed of 0.3 to 1.2 m/s. They do not avoid the robot, which sees all around.
 """
 
 import argparse

@@ -4,8 +4,7 @@
     .venv/bin/python scripts/measure/start.py [--runs 15] [--cpu]
 
 Whole processes from their start to their end, in turns, after one run of each that writes the bytecode; medians. The
-project asks for at most so many times NumPy as the last column says. The last case is what the studio loads before it
-prints its address.
+last column is the limit that the project sets. The last case is what the studio loads before it prints its address.
 """
 
 import argparse

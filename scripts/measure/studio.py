@@ -3,8 +3,8 @@
     scripts/measure/studio.py [SECONDS]
 
 The server runs in a process of its own, as for a browser; this one is the browser's side of the WebSocket, which
-says at once that a picture was shown. CPU time is that of the server's process, all
-threads, for each simulated second; where other work takes the processors, it tells what a quiet machine would give.
+confirms each picture at once. CPU time is that of all threads of the server's process for each simulated second; unlike
+the rates, it hardly depends on other work of the machine.
 """
 
 import json

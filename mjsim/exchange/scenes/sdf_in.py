@@ -41,7 +41,7 @@ def read_sdf(path: Path, *, search: list[Path]) -> Scene:
         search: Further folders with folders of models.
 
     Raises:
-        UsageError: The file cannot be read, or has something that is not as SDF demands.
+        UsageError: The file cannot be read, or is not valid SDF.
     """
     folders = Folders(path, search)
     root = folders.read(path)

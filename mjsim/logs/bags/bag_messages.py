@@ -40,8 +40,8 @@ def scan_of(message: Any, stamp: float, *, upside_down: bool, beams: int | None 
         message: As ROS defines it.
         stamp: When it was taken [s].
         upside_down: Whether the lidar is mounted upside down, so that its left is the robot's right.
-        beams: Of the scan; of one that was measured with more or fewer each beam is the nearest measured one, over the
-            same angle. By default as measured.
+        beams: Number of beams of the scan; if another number was measured, each beam is the nearest measured one, over
+            the same angle. By default as measured.
 
     Raises:
         ValueError: It has fewer than two beams, or angles that are not finite.

@@ -10,8 +10,8 @@ With n a direction across and s the length along the curve, fixed to the body th
 where C'' is the acceleration of the body's material point at the point, w its angular velocity, and T = C_s.
 
 References:
-    Haug, Computer-Aided Kinematics and Dynamics of Mechanical Systems (1989), section 3.4; closures.py has why a
-    constraint comes to rest beside where it aims.
+    Haug, Computer-Aided Kinematics and Dynamics of Mechanical Systems (1989), section 3.4; closures.py explains
+    why a constraint settles beside its target.
 """
 
 import mujoco
