@@ -174,7 +174,7 @@ class PathIntegral:
         return math.sqrt(float((x * x + y * y).min(initial=math.inf))) - self.body.reach
 
     def can_turn(self, pose: Pose, angle: float, map: ObstacleMap) -> bool:
-        """Return whether the body can turn on the spot by an angle [rad] without a touch."""
+        """Return whether the body can turn on the spot by an angle [rad] without contact."""
         headings = pose.heading + np.linspace(0.0, angle, 2 + int(abs(angle) / 0.05))
         clearance = self.body.clearance(np.full_like(headings, pose.x), np.full_like(headings, pose.y), headings, map)
         return bool(clearance.min() >= min(0.0, float(clearance[0]) - CLOSER))

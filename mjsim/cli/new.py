@@ -39,7 +39,7 @@ MapFile = Annotated[
 MazeSize = Annotated[str | None, typer.Option(metavar="9x9", help="A maze with this many cells.")]
 RoomSize = Annotated[str | None, typer.Option(metavar="12x10", help="A cluttered room of this size [m].")]
 BarnNumber = Annotated[
-    int | None, typer.Option(metavar="N", help="World N of the BARN benchmark, 1 to 299 but no multiple of 6.")
+    int | None, typer.Option(metavar="N", help="World N of the BARN benchmark, 1 to 299, except multiples of 6.")
 ]
 TemplateName = Annotated[
     str | None, typer.Option(metavar="NAME", help="A shipped world: office, corridor, empty or gallery.")

@@ -259,7 +259,7 @@ def _raise_error(answer: Mapping[str, Any], about: About, allowance: Allowance) 
     if own is not None:
         raise own
     if "fault" in answer:
-        raise RuntimeError(f"the reader of '{about.name}' is wrong: {answer['fault']}\n{answer['traceback']}")
+        raise RuntimeError(f"the reader of '{about.name}' has a bug: {answer['fault']}\n{answer['traceback']}")
 
 
 def _own_error(answer: Mapping[str, Any]) -> MjsimError | None:

@@ -152,7 +152,7 @@ def test_errors_of_mjsim_pass():
 
 @pytest.mark.parametrize("function", ["missing_library", "object_of_own"])
 def test_a_mistake_of_ours_is_no_fault_of_the_file(reader, function):
-    with pytest.raises(RuntimeError, match="the reader of 'x' is wrong"):
+    with pytest.raises(RuntimeError, match="the reader of 'x' has a bug"):
         reader.call(f"{HERE}:{function}", about="x")
 
 

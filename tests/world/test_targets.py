@@ -53,7 +53,7 @@ def test_a_thing_without_a_seat_is_no_place_to_sit():
 @pytest.mark.parametrize(
     ("text", "wrong"),
     [
-        ("targets: [{at: [0, 0, 1]}]", "a target needs its kind"),
+        ("targets: [{at: [0, 0, 1]}]", "a target needs a kind"),
         ("targets: [{grip: a.b, at: [0, 0, 1]}]", "a.b"),
         ("targets: [{grip: a, at: [0, 0]}]", "it must be [x, y, z]"),
         ("targets: [{grip: a, at: [0, 0, 1], touch: nose}]", "nose"),

@@ -10,9 +10,9 @@ T = TypeVar("T")
 
 
 def tried(read: Callable[P, T], *arguments: P.args, **keywords: P.kwargs) -> T | None:
-    """Return what a library reads of a part of a file; None if it fails, in whatever way.
+    """Return what a library reads from a part of a file; None if it fails in any way.
 
-    The caller reports what was left out. It runs in the guarded reader, where a crash or a hang is none either.
+    The caller reports what was left out. It runs in the guarded reader, which survives a crash or a hang.
 
     Raises:
         MjsimError: The part can be read, and is wrong.

@@ -15,9 +15,9 @@ class _ReadFiles:
     """Files of an arm, by their paths in the folder of the world."""
 
     resolve: Callable[[str], str]
-    """Returns the path of a name as the arm's file has it; raises ValueError."""
+    """Returns the path for a name in the arm's file; raises ValueError if there is none."""
     contents: Callable[[str], bytes]
-    """Returns a file by its path; raises ValueError."""
+    """Returns the contents of a file by its path; raises ValueError if it is missing or too large."""
 
     def locate(self, name: str, beside: Path) -> list[Path]:
         """Return the path of a file that another one names."""

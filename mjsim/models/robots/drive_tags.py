@@ -139,7 +139,7 @@ def _limit(flat: Mapping[str, Any], axis: str) -> float | None:
 
 
 def said_about(names: Set[str], said: Sequence[SaidDrive]) -> SaidDrive:
-    """Return what is stated about the drive of the wheels on some joints; what comes first counts."""
+    """Return what is stated about the drive of the wheels on some joints; the first value of each counts."""
     fitting = [each for each in said if not each.joints or each.joints & names]
 
     def first(key: str) -> float | None:

@@ -25,7 +25,7 @@ class _Shove:
 
 
 class Shoves:
-    """The active shoves; their forces add up over time to exactly the requested impulse."""
+    """Active shoves and forces; the force of a shove adds up over time to exactly the requested impulse."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Start with none."""

@@ -105,9 +105,7 @@ Target = Annotated[
     GripTarget | PedalTarget | SightTarget | DisplayTarget,
     OneOf(
         TARGET_KINDS,
-        Sentence(
-            "a target needs its kind, which names it: {target_kinds}, such as grip: wheel", ", ".join(TARGET_KINDS)
-        ),
+        Sentence("a target needs a kind as a key: {target_kinds}, such as grip: wheel", ", ".join(TARGET_KINDS)),
     ),
 ]
 Targets = Annotated[tuple[Target, ...], Field(strict=False, max_length=200)]

@@ -43,7 +43,5 @@ Jointed = Annotated[
     | many_joints.ScrewJoint
     | many_joints.SixDofJoint
     | many_joints.CustomJoint,
-    OneOf(
-        JOINTS, Sentence("a joint needs its kind, which names it: {joints}; such as revolute: NAME", ", ".join(JOINTS))
-    ),
+    OneOf(JOINTS, Sentence("a joint needs a kind as a key: {joints}; such as revolute: NAME", ", ".join(JOINTS))),
 ]
