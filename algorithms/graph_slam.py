@@ -306,7 +306,7 @@ class GraphSlam:
         """Add the factors of odometry to the newest pose and of looks.
 
         Args:
-            graph: To which they are added.
+            graph: Graph to which they are added.
             keys: Keys of the pose before, the newest pose and the systematic errors of odometry.
             leg: Step of odometry between both, its covariance and its slopes.
             placed: Key of the landmark, number of the pose and sighting of each.

@@ -26,7 +26,7 @@ def bearings_only(places: ArrayLike, bearings: ArrayLike, deviations: ArrayLike)
 
     Args:
         places: Positions of the beacons, shape (n, 2) with n at least 3 [m].
-        bearings: To each, left positive, shape (n,) [rad].
+        bearings: Bearing to each, left positive, shape (n,) [rad].
         deviations: Standard deviation of each bearing, or of all, shape (n,) or () [rad].
 
     Returns:

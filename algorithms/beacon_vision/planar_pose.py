@@ -181,7 +181,7 @@ def corner_error(turned: Array, position: Array, corners: Array, intrinsics: Int
     Args:
         turned: Corners relative to the picture's center, in the camera's frame, shape (4, 3) [m].
         position: Position of the center, shape (3,) [m].
-        corners: As measured, shape (4, 2) [px].
+        corners: Measured corners, shape (4, 2) [px].
         intrinsics: Intrinsics of the camera.
     """
     fx, fy = intrinsics.fx, intrinsics.fy

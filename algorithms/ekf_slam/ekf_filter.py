@@ -66,7 +66,7 @@ class EkfSlamFilter(SlamState):
         Args:
             jacobians: Where Jacobians are evaluated: at the newest estimates or at the first ones.
             pose: Mean of (x, y, heading), shape (3,) [m, m, rad].
-            covariance: Of the pose, shape (3, 3); None for zeros, which makes the start the origin of the map.
+            covariance: Covariance of the pose (3, 3); None for zeros, which makes the start the origin of the map.
             parameters: Number p of systematic errors of the motion, estimated too; initially 0 and certain.
             sensor: Number s of systematic errors of sightings, 2, 3 or 0, as in `measured`; also initially 0.
             renew: A first estimate is replaced if the newest one differs by more than this ratio to the distance of
@@ -170,8 +170,8 @@ class EkfSlamFilter(SlamState):
         Args:
             names: k landmarks.
             measurements: Range [m] and bearing [rad, left positive], shape (k, 2).
-            measurement_covariance: Of each (k, 2, 2), one for all (2, 2), or the joint one (2 k, 2 k) if errors are
-                correlated.
+            measurement_covariance: Covariance of each (k, 2, 2), one for all (2, 2), or the joint one (2 k, 2 k) if
+                errors are correlated.
 
         Returns:
             Logarithm of the likelihood of the sightings of landmarks that were known, less a constant for each.

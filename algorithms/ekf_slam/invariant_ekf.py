@@ -46,7 +46,7 @@ class InvariantEkfSlamFilter(EkfSlamFilter):
 
         Args:
             pose: Mean of (x, y, heading), shape (3,) [m, m, rad].
-            covariance: Of the pose, shape (3, 3); None for zeros, which makes the start the origin of the map.
+            covariance: Covariance of the pose (3, 3); None for zeros, which makes the start the origin of the map.
             parameters: Number of the motion's constant errors; their errors are differences, as in the textbook.
             sensor: Number of errors of sightings, as in `EkfSlamFilter`.
             far: Limit above which a correction is iterated, as in `EkfSlamFilter` [rad].

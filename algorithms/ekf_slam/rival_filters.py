@@ -61,7 +61,7 @@ class RivalFilters:
 
         Args:
             leading: With errors of odometry.
-            rival: Without them.
+            rival: The filter without them.
             wide: With `LARGE_MOTION` and `LARGE_SENSOR` errors.
             rough: With noise of odometry beyond its data sheet.
         """
@@ -71,7 +71,7 @@ class RivalFilters:
         self._wide = None if wide is None else LargeErrors(wide)
         self._evidence, self._most, self._roughness = 0.0, 0.0, 0.0
         self._odds = np.zeros(1 + len(KINDS))
-        """Of rough odometry and of large errors: without sightings, nothing is doubted."""
+        """Odds of rough odometry and of large errors; 0 as long as there are no sightings."""
 
     @property
     def leading(self) -> EkfSlamFilter:

@@ -139,7 +139,7 @@ def measured(z: Array, H_pose: Array, H_landmark: Array, errors: Array) -> tuple
     Args:
         z: True range [m] and bearing [rad], shape (k, 2).
         H_pose: Derivative of it by the pose, shape (k, 2, 3).
-        H_landmark: By the landmark, shape (k, 2, 2).
+        H_landmark: Jacobian by the landmark, shape (k, 2, 2).
         errors: Offset [m] and relative error of the range, shape (2,); offset of the bearing too [rad], (3,); or (0,).
     """
     H_sensor = np.zeros((len(z), 2, len(errors)))

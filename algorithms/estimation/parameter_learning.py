@@ -74,7 +74,7 @@ class ParameterLearner:
             qd: Rates of the joints, shape (n,).
             qdd: Their accelerations, shape (n,).
             torques: Torques of the motors at the joints, shape (n,).
-            dt: Since the last one [s].
+            dt: Time since the last one [s].
         """
         y = torques - self._armature * qdd - self._arm.friction(qd)
         variances = self._noise + (self._dry * np.exp(-np.abs(qd) / CREEP)) ** 2

@@ -37,7 +37,7 @@ ROOM, AHEAD, UNHURRIED = 0.1, 0.15, 0.32
 """A motion is in the open with at least this clearance, plus this time at its speed; then it is chosen anew only after
 the third [m, s, s]."""
 SHOW = 0.2
-"""Time between two changes of what is shown [s]."""
+"""Time between two changes of the shown items [s]."""
 SOON = 1.5
 """With less time to the goal than this, motions are chosen with each scan [s]."""
 BACKWARDS = 0.4

@@ -1,4 +1,4 @@
-"""Plans paths to goals on a grid of what has been seen, anew when something changes on the way."""
+"""Plans paths to goals on a grid of all seen things, and again when something changes on the path."""
 
 import math
 

@@ -281,7 +281,7 @@ class PartsMap:
         """Return the covariance (3, 3) of a step propagated along the motion since the last solution.
 
         Args:
-            step: To the newest part of that solution, shape (3,).
+            step: Step to the newest part of that solution, shape (3,).
             joint: Covariance of it and of the systematic errors of odometry, shape (9, 9).
         """
         since, covariance, slopes = self._since

@@ -39,7 +39,7 @@ class MovingLidar:
         """Return a scan as from one place.
 
         Args:
-            scan: As measured.
+            scan: The measured scan.
             robot_from_lidar: Where the lidar is mounted.
         """
         return swept(scan, scan.times(), np.array(self._track), robot_from_lidar)

@@ -36,7 +36,7 @@ class OdometryBias:
         self.errors: Array = np.zeros(COUNT)
         """In the order of `PRIOR`, shape (6,)."""
         self.covariance: Array = np.diag(PRIOR**2)
-        """Of them, shape (6, 6)."""
+        """Covariance of the errors, shape (6, 6)."""
 
     def corrected(self, step: Array, seconds: float) -> Array:
         """Return the motion of a tick without the errors of odometry, shape (3,) [m, m, rad].

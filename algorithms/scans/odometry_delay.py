@@ -87,7 +87,7 @@ class OdometryDelay:
 
         Args:
             stamp: Its time [s].
-            turn: By scans since the scan that was added before [rad]; NaN if unknown.
+            turn: Turn by scans since the scan that was added before [rad]; NaN if unknown.
             seconds: How long the robot moved since then [s].
             variance: Variance of the difference of turns by scans and by odometry [rad^2].
         """

@@ -61,7 +61,7 @@ class WallField:
             free, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
         )
         self.distance: NDArray[np.float32] = np.asarray(distance, dtype=np.float32).ravel() * np.float32(cell)
-        """Of each cell, shape (rows * columns,) [m]; the first row is at the smallest y."""
+        """Distance to the nearest wall, shape (rows * columns,) [m]; the first row of cells is at the smallest y."""
         # OpenCV numbers the occupied cells from 1.
         self._labels: NDArray[np.int32] = np.asarray(labels, dtype=np.int32).ravel()
         label = self._labels[at]

@@ -282,7 +282,7 @@ class Entities:
 
 
 def _at(place: tuple[float, ...], z: float, heading: float) -> Pose3:
-    """Return the pose of what stands upright at a height."""
+    """Return the pose of an upright thing at a height."""
     level = Pose3.from_planar(Pose(place[0], place[1], heading))
     return Pose3(level.x, level.y, z, level.qx, level.qy, level.qz, level.qw)
 

@@ -29,7 +29,7 @@ class Allowance:
 
     @property
     def answer(self) -> int:
-        """Maximum size of what it hands back at once [bytes]."""
+        """Maximum size of one result [bytes]."""
         return self.memory // ANSWER_DIVISOR
 
     def __post_init__(self) -> None:

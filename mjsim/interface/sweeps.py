@@ -17,7 +17,7 @@ def swept(scan: Scan, times: Array, track: Array, robot_from_lidar: Pose) -> Sca
     Directions that it did not look into are as too near to measure (-inf).
 
     Args:
-        scan: As measured.
+        scan: The measured scan.
         times: When each beam was measured, relative to the stamp, shape (beams,) [s].
         track: Poses of the robot by odometry: rows of time [s], x, y [m] and heading [rad], in order of time.
         robot_from_lidar: Where the lidar is mounted.

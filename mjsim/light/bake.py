@@ -82,7 +82,7 @@ def bake(
         world: The world.
         model: The compiled world; not changed.
         processes: Number of processes that cast rays; the light does not depend on it.
-        texel: Least side of a texel [m].
+        texel: Minimum side of a texel [m].
         done: Called with the share of the work that is done, in [0, 1].
     """
     groups = len(_groups(world)) + len(moved_doors(world))

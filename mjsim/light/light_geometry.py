@@ -68,7 +68,7 @@ def atlas_of(world: World, model: mujoco.MjModel, *, groups: int = 1, texel: flo
         world: The world.
         model: The compiled world.
         groups: Number of maps, which together are limited.
-        texel: Least side of a texel [m].
+        texel: Minimum side of a texel [m].
     """
     solids, ajar = _solids(world, model)
     corners = np.concatenate([solid.points[solid.triangles] for solid in solids])

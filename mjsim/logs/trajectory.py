@@ -187,9 +187,9 @@ def offset_to_run(
     Args:
         path: The trajectory; topic, period and notes as for `read_trajectory`.
         run: The recording that it is evaluated on.
-        topic: Of a bag.
-        period: Between poses without times [s].
-        offset: As the user gave it.
+        topic: Topic of a bag.
+        period: Time between poses without times [s].
+        offset: The user's offset.
         notes: What was taken as what, and where poses are missing.
 
     Raises:

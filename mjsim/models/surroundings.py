@@ -74,7 +74,7 @@ class SceneBody:
     """Pose in the world, shape (4, 4) [m]."""
     geoms: Sequence[SceneGeom]
     mass: float
-    """Mass of what moves as one [kg]."""
+    """Mass of all parts that move together [kg]."""
     free: bool
     joints: Sequence[SceneJoint]
     """Its hinges and slides."""

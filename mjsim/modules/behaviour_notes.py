@@ -9,7 +9,7 @@ from mjsim.sentences import Sentence
 from mjsim.world import SENSOR_KINDS, Robot, Source, Use, World, name_of, problems_at, world_notes
 
 _LOOKS = frozenset({"sightings", "cameras", "scans", "clouds", "ranges", "proximity", "bump"})
-"""Readings of what is around a robot; one of those that a module uses is enough for it."""
+"""Readings of a robot's surroundings; one of those that a module uses is enough for it."""
 _ALWAYS = frozenset({"proximity", "bump", "messages"})
 """Readings that every robot has."""
 _ROLES = ("observer", "estimator", "navigator", "avoidance")

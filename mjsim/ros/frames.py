@@ -29,7 +29,7 @@ class RobotFrames:
 
         Args:
             robot: The robot, as in the world.
-            info: As known to its modules.
+            info: The robot as known to its modules.
             prefix: '' or 'NAME/'.
 
         Raises:

@@ -50,7 +50,7 @@ class RosRobot:
 
         Args:
             robot: The robot, as in the world.
-            info: As known to its modules.
+            info: The robot as known to its modules.
             namespace: Namespace of its topics: '/NAME' or ''.
             prefix: Prefix of its frames: '' or 'NAME/'.
 

@@ -46,7 +46,7 @@ class RosWorld:
         self._joint_topics = {
             name: RosTopic(f"/{plain[name]}/joint_states", "sensor_msgs/msg/JointState") for name in owners[1]
         }
-        """Of mechanisms, by their names in the world."""
+        """Topics of mechanisms, by their names in the world."""
 
     def fixed(self) -> Outgoing:
         """Return the frames that never move."""
@@ -60,7 +60,7 @@ class RosWorld:
 
         Args:
             time: Time of the tick [s].
-            ticks: By the name of the robot in the world.
+            ticks: Ticks by the names of robots in the world.
             joints: Names and true states of joints, by the name of the mechanism; others are ignored.
         """
         yield Outgoing(CLOCK, messages.clock(time))

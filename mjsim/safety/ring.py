@@ -146,7 +146,7 @@ class RingAvoidance:
         """Return the closest free arc; or an escape manoeuvre if there is none.
 
         Args:
-            command: To drive forward or backward.
+            command: Command that drives forward or backward.
             now: [s]
             if_free: Result if nothing is in the way; by default the command itself.
         """

@@ -31,7 +31,7 @@ def arc_end(distance: float, turn: float) -> tuple[float, float]:
     """Return the end of an arc (forward, left) [m] in the frame of its start; exact, so that poses are `start @ end`.
 
     Args:
-        distance: Along the arc, negative for backward motion [m].
+        distance: Length of the arc, negative for backward motion [m].
         turn: Change of heading, left positive [rad].
 
     References:

@@ -138,7 +138,7 @@ class _Walls:
         return found
 
     def _standing(self, frame: Axes, length: float) -> list[Rectangle]:
-        """Return the rectangles of what stands before the wall."""
+        """Return the rectangles of things that stand before the wall."""
         if not len(self._first):
             return []
         offsets = self._outlines - frame.origin[:2]

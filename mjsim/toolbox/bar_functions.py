@@ -198,4 +198,4 @@ BAR_FUNCTIONS: Mapping[str, Drawing] = {
     "rose": _rose,
     "boxplot": _boxes,
 }
-"""Function that draws each call."""
+"""Functions that draw, by the names of their calls."""

@@ -135,4 +135,4 @@ IMAGE_FUNCTIONS: Mapping[str, Drawing] = {
     "tiledlayout": ScriptFigures.tile,
     "nexttile": ScriptFigures.next_tile,
 }
-"""Function that draws each call."""
+"""Functions that draw, by the names of their calls."""

@@ -166,4 +166,4 @@ SOLID_FUNCTIONS: Mapping[str, Drawing] = {
     "bar3": _blocks,
     "ribbon": _ribbons,
 }
-"""Function that draws each call."""
+"""Functions that draw, by the names of their calls."""

@@ -161,4 +161,4 @@ TEXT_FUNCTIONS: Mapping[str, Drawing] = {
     "legend": _legend,
     "colorbar": _colorbar,
 }
-"""Function that draws each call."""
+"""Functions that draw, by the names of their calls."""

@@ -52,10 +52,10 @@ def draw_slabs(
     """Return slabs laid in rows: flagstones, tiles or bricks, RGB (SMALL, SMALL, 3).
 
     Args:
-        rng: Of the shades of the slabs and of their grain.
+        rng: Generator of the shades of the slabs and of their grain.
         base: RGB of the middle slab.
-        rows: Of slabs in one tile of the texture.
-        columns: Of slabs in a row.
+        rows: Number of rows of slabs in one tile of the texture.
+        columns: Number of slabs in a row.
         stagger: Whether every other row is moved by half a slab.
         joint: How much darker the joints are than the slabs.
         spread: Deviation of the slabs' shades.

@@ -35,8 +35,8 @@ def cloud_noise(rng: Generator, side: int, *, slope: float, coarsest: float = 1.
     """Return noise of unit deviation that repeats and has no scale of its own, shape (side, side).
 
     Args:
-        rng: Of the noise.
-        side: Of the picture [px].
+        rng: Generator of the noise.
+        side: Side of the picture [px].
         slope: Amplitude falls with frequency to this power: 1 is rough, 2 is smooth.
         coarsest: Lowest frequency [cycles per side].
         finest: Highest frequency [cycles per side].
@@ -64,7 +64,7 @@ def slabs(
     """Return slabs laid in rows, every other row moved by half a slab if they are staggered.
 
     Returns:
-        shade: Of the slab of each pixel, of deviation `spread`, shape (side, side).
+        shade: Shade of the slab of each pixel, of deviation `spread`, shape (side, side).
         warmth: The same, of a third of that deviation.
         border: Distance of each pixel from the nearest joint [px].
     """
@@ -97,10 +97,10 @@ def specks(rng: Generator, side: int, *, count: int, radius: tuple[float, float]
     """Return round marks of random depth in [0, 1] with soft edges, shape (side, side); they repeat.
 
     Args:
-        rng: Of their positions, sizes and depths.
-        side: Of the picture [px].
-        count: Of marks.
-        radius: Least and largest [px]; small ones are more frequent.
+        rng: Generator of their positions, sizes and depths.
+        side: Side of the picture [px].
+        count: Number of marks.
+        radius: Minimum and maximum [px]; small ones are more frequent.
     """
     marks = np.zeros((side, side))
     reach = int(np.ceil(2.0 * radius[1]))
@@ -121,10 +121,10 @@ def scratches(
     """Return thin wandering lines of random depth in [0, 1], shape (side, side); they repeat.
 
     Args:
-        rng: Of their courses and depths.
-        side: Of the picture [px].
-        count: Of lines.
-        length: Least and largest [px].
+        rng: Generator of their courses and depths.
+        side: Side of the picture [px].
+        count: Number of lines.
+        length: Minimum and maximum [px].
         width: [px]
         wander: Deviation of the change of direction at each pixel step [rad].
     """

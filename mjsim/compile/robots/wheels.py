@@ -29,7 +29,7 @@ SAGS = {"full": WHEEL_PENETRATION, "shared": 2.15e-4, "heavy": 3.8e-4, "light": 
 WHEEL_SHARE = 0.05
 """Mass of one wheel, relative to the robot's."""
 KNUCKLE_SHARE = 0.1
-"""Mass of what carries a steered wheel, relative to the wheel's."""
+"""Mass of the knuckle of a steered wheel, relative to the wheel's."""
 FREE_INERTIA = 0.1 * 0.02
 """Armature of a wheel without a motor, for bearings and the like, relative to the robot's mass at the wheel's rim."""
 ROLLER_SHARE, ROLLER_INERTIA = 0.25, 0.03
@@ -183,7 +183,7 @@ def _add_roller(
         name: Name of its body and its hinge.
         place: Position on the rim, from the lowest point [rad].
         angle: From the wheel's axle to its axis at the lowest point [rad].
-        inertia: About its axis [kg m^2].
+        inertia: Inertia about its axis [kg m^2].
         sizes: Distance of its center from the axle, radius and half length [m].
     """
     distance, radius, length = sizes

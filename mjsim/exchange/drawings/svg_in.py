@@ -144,9 +144,8 @@ def _layers(root: Element, names: Sequence[str], path: Path) -> set[Element] | N
     found = {group for name, group in named if name.lower() in [requested.lower() for requested in names]}
     groups = sorted({name for name, group in named if tag_of(group) == "g"})
     if missing := [name for name in names if name.lower() not in {other.lower() for other, _ in named}]:
-        raise UsageError(
-            f"'{path}' has no layer '{missing[0]:.60}'; layers are {', '.join(groups[:20]) or 'not in it'}"
-        )
+        known = f"layers are {', '.join(groups[:20])}" if groups else "it has no layers"
+        raise UsageError(f"'{path}' has no layer '{missing[0]:.60}'; {known}")
     return found if names else None
 
 

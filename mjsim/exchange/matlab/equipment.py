@@ -141,7 +141,7 @@ class Equipment:
 
 
 def equipment_of(content: Mapping[str, Any], *, scale: float) -> tuple[Equipment, list[str]]:
-    """Return the robot and the sensor of a file's variables, and the names of what is not used.
+    """Return the robot and the sensor of a file's variables, and the names of unused variables.
 
     Args:
         content: The variables by name.

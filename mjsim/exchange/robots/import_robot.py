@@ -1,4 +1,4 @@
-"""Converts a robot's file to a preset, with a report of what was found, guessed, measured and repaired."""
+"""Converts a robot's file to a preset, with a report of all values found, guessed, measured and repaired."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

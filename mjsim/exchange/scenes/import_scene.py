@@ -60,7 +60,7 @@ def _counted(scene: Scene) -> str:
 
 
 def _size(world: World) -> str:
-    """Return the size of what is solid, for the report; empty if nothing is."""
+    """Return the size of all solid parts, for the report; empty if there are none."""
     shape = solid(world)
     if shape.is_empty:
         return ""

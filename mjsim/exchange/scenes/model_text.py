@@ -16,7 +16,7 @@ MAX_TRIANGLES = 20_000
 """A mesh with more becomes its convex hull."""
 USUAL = "#8a6f4d"
 MIN_PART_MASS = 0.05
-"""Minimum mass of what a joint moves [kg]."""
+"""Minimum mass that a joint moves [kg]."""
 
 
 class _Model:

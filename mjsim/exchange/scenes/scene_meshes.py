@@ -18,7 +18,7 @@ from mjsim.models import MeshPart, bounded, encode_png, floats, gazebo_triangles
 MAX_BYTES = 60_000_000
 """Maximum size of a mesh file [bytes]."""
 MAX_LOOKS, MAX_SIDE = 64 << 20, 512
-"""Maximum size of what cameras see of all meshes of a scene [bytes], and maximum side of a picture on them [px]."""
+"""Maximum size of all visible meshes of a scene [bytes], and maximum side of a picture on them [px]."""
 MAX_PARTS = 200
 """Above this number of connected parts, a mesh is used unchanged."""
 MIN_BOX_SHARE = 0.98
@@ -60,7 +60,7 @@ class MeshFiles:
 
         Args:
             mesh: The file, and what of it is meant.
-            scale: Along x, y and z.
+            scale: Factors along x, y and z.
             pose: Pose of the mesh in the world, shape (4, 4) [m].
             color: '#rrggbb'.
         """
@@ -81,7 +81,7 @@ class MeshFiles:
 
         Args:
             mesh: The file, and what of it is meant.
-            scale: Along x, y and z.
+            scale: Factors along x, y and z.
             pose: Pose of the mesh in the world, shape (4, 4) [m].
             read: Returns a file that the mesh names.
         """

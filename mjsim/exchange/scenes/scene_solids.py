@@ -18,7 +18,7 @@ MAX_COORDINATE = 1e4
 MAX_TILT_SINE = 1e-3
 """Maximum sine of the tilt of an upright solid."""
 MAX_MASS = 1e5
-"""Maximum mass of what moves; heavier things are taken as static [kg]."""
+"""Maximum mass of a movable thing; heavier ones are taken as static [kg]."""
 MAX_SOLIDS = 20_000
 MAX_NAME = 100
 """Maximum length of a name in the report."""

@@ -226,7 +226,7 @@ class _Reader:
     def _solids(
         self, link: Element, frames: SdfFrames, world_from_model: Array, file: Path, name: str
     ) -> Iterator[SceneSolid]:
-        """Yield the collision shapes of a link, in the looks of what is visible of it."""
+        """Yield the collision shapes of a link, in the looks of its visible shapes."""
         looks = [self._looks.of_visual(visual, file, name) for visual in link.findall("visual")]
         known = [look for look in looks if look != (None, None)]
         for number, part in enumerate(link.findall("collision")):

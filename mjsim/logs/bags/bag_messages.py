@@ -111,7 +111,7 @@ def imu_of(data: bytes, *, is_ros2: bool) -> tuple[float, ...]:
     Decoded by hand: a bag may have hundreds of these for each scan.
 
     Args:
-        data: As serialised.
+        data: The serialised message.
         is_ros2: Whether in CDR.
 
     Returns:

@@ -200,7 +200,7 @@ def _height(message: Any) -> int:
         return height
     whole = height if len(message.data) >= step * (height * 3 // 2) else height * 2 / 3
     if whole % 2 or width % 2:
-        raise ValueError(f"a picture of {width} x {height} pixels in {len(message.data)} bytes, {step} a row")
+        raise ValueError(f"a picture of {width} x {height} pixels in {len(message.data)} bytes, {step} per row")
     return int(whole)
 
 

@@ -31,7 +31,7 @@ def listed_pictures(
         path: The list, with a time and a path per line.
         notes: Metadata of the log.
         folder: Base of the paths, relative to the list.
-        separator: Between time and path; by default white space.
+        separator: Separator of time and path; by default white space.
         second: One second in the unit of time.
 
     Raises:

@@ -31,7 +31,7 @@ from mjsim.logs.resampling import Log, Mount, RobotLog, kept
 
 SUFFIXES = (".rawlog", ".rawlog.gz")
 MIN_UNPACKED, MAX_COMPRESSION = 64 << 20, 30
-"""Maximum length of what is unpacked: absolute [bytes], and as a multiple of the size of the file."""
+"""Maximum length of unpacked data: absolute [bytes], and as a multiple of the size of the file."""
 HEAD = 4096
 """Bytes in which the first object must begin."""
 MAX_BEAMS, MAX_LANDMARKS, MAX_LIDARS, MAX_KINDS = 10_000, 1000, 20, 50

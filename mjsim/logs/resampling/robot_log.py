@@ -84,7 +84,7 @@ def write_robot_logs(
 
     Args:
         world: With the robots at their starts; its rate is that of the ticks.
-        logs: By the name of the robot.
+        logs: Logs by the names of robots.
         span: First and last time of the log's clock; the first is 0 in the recording [s].
         noise: Noise of the motion.
         bias: Subtracted from odometry and sightings.

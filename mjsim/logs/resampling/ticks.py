@@ -65,7 +65,7 @@ def write_ticks(
 
     Args:
         world: With the robots at their starts; its rate is that of the ticks.
-        accounts: By the name of the robot, all with the same number of ticks.
+        accounts: Accounts by the names of robots, all with the same number of ticks.
         metadata: Origin of the data.
         cameras: Data sheets of cameras whose pictures are stored, by robot and camera.
         damage: Readings that the accounts could not load, by the name of the robot; noted after the last tick.

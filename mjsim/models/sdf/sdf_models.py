@@ -1,4 +1,4 @@
-"""A model of Gazebo (SDF) as MJCF: its collision shapes as one rigid object, in the colours of what is visible."""
+"""A model of Gazebo (SDF) as MJCF: its collision shapes as one rigid object, in the colours of its visible shapes."""
 
 from xml.etree.ElementTree import Element, SubElement
 

@@ -78,7 +78,7 @@ class XacroBudget:
 
 
 def likely(name: str, known: Iterable[str]) -> str:
-    """Return '; did you mean ...?' or a list of what is known, for names of any length."""
+    """Return '; did you mean ...?' or a list of known names, for names of any length."""
     return did_you_mean(
         name[:MAX_NAME_LENGTH], sorted(each for each in known if len(each) <= MAX_NAME_LENGTH)[:MAX_NAMES]
     )

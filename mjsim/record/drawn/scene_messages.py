@@ -97,7 +97,7 @@ def frames_message(
 
     Args:
         time: Time of the poses, simulated [s].
-        poses: By the name of the frame.
+        poses: Poses by the names of frames.
         mounts: Frames fixed in these.
         moments: Time of the frames 'ROBOT/...' by robot, if it is not that of the others [s].
     """

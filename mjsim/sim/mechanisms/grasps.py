@@ -246,12 +246,12 @@ def _along(model: mujoco.MjModel, mechanism: Mechanism, track: CurvePoint) -> Al
 
 
 def yielding(model: mujoco.MjModel, data: mujoco.MjData, slopes: Array, equalities: Array) -> Array:
-    """Return the motion of what is held per unit of each force of the world, while constraints hold, shape (rows, nv).
+    """Return the motion of the held object per unit of each force of the world, with all constraints, shape (rows, nv).
 
     Args:
         model: The compiled world.
         data: A state for temporary use, with the positions; its constraints are computed.
-        slopes: Jacobian of what is held, shape (rows, nv).
+        slopes: Jacobian of the held object, shape (rows, nv).
         equalities: Numbers of the constraints.
     """
     mujoco.mj_makeM(model, data)

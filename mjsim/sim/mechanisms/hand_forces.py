@@ -84,7 +84,7 @@ class Holds:
         not named stay where they are.
 
         Args:
-            goals: By the name of a value.
+            goals: Goals by the names of values.
             step: Number of the step.
             data: State before the step.
             scratch: A state for temporary use.

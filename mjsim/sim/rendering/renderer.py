@@ -167,7 +167,7 @@ class Renderer(Closes):
             cv2.flip(self._rgba, 0, dst=self._rgba)
 
     def _read_depth(self, canvas: Canvas) -> Array:
-        """Return the depth of what is rendered, as `depth` does."""
+        """Return the depth of the rendered scene, as `depth` does."""
         inverse = np.empty(self._shape, dtype=np.float32)
         mujoco.mjr_readPixels(None, inverse, self._rect, canvas.mjr)
         znear, zfar = self._scene.camera[0].frustum_near, self._scene.camera[0].frustum_far

@@ -378,7 +378,7 @@ class WorldScript:
         return f"{name}/base" if name in self._heights else f"obstacle/{name}"
 
     def _put_down(self, event: MoveEvent, data: mujoco.MjData) -> int:
-        """Move a robot or an obstacle elsewhere in a state; return the root body of what was moved."""
+        """Move a robot or an obstacle elsewhere in a state; return its root body."""
         joint = f"{event.move}/free" if event.move in self._heights else f"obstacle/{event.move}"
         height = self._heights.get(event.move)
         heading = None if event.heading_deg is None else math.radians(event.heading_deg)

@@ -57,7 +57,7 @@ class OnboardCamera:
         """The random streams of a picture."""
         self._dirt = int(streams("dirt").integers(1 << 62))
         self.imager = self._imager_of(camera)
-        """Makes pictures of what is rendered; has a memory where its exposure is delayed."""
+        """Makes pictures from renderings; has a memory where its exposure is delayed."""
         self.retune(camera)
         self._shutter = Shutter(model, robot.name, camera, focal=self.intrinsics.fx)
         self._names: tuple[str, ...] = ()

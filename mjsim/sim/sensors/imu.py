@@ -158,7 +158,7 @@ class ImuDevice:
         """Return mean specific force [m/s^2] and turn [rad/s] of each step in the sensor's frame, shape (steps, 6).
 
         Args:
-            rows: Before the first step and after each one, shape (steps + 1, ROW).
+            rows: Values before the first step and after each one, shape (steps + 1, ROW).
         """
         world_from_base = _matrices(rows[:, :4])
         velocities, turns = rows[:, 4:7], rows[:, 7:]

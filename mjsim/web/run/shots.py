@@ -18,7 +18,7 @@ NEAR, FAR = 0.3, 12.0
 NO_HIT_COLOR = (40, 42, 48)
 """Colour of pixels that hit nothing, or something too close."""
 BUILDING = {"wall": (150, 155, 164), "floor": (112, 117, 126), "ceiling": (196, 200, 206)}
-"""Muted colours of what is nearly everywhere."""
+"""Muted colours of the building."""
 MIN_LABELLED_SHARE = 0.004
 """An instance that covers a smaller fraction of the picture is not labelled."""
 

@@ -169,7 +169,7 @@ def _twist(command: Command | WheelCommand, seen: Observation) -> tuple[float, f
 
 
 def recognised_json(sightings: Sequence[Sighting]) -> list[Recognised]:
-    """Return name and corners [px] of what was recognised in a picture."""
+    """Return names and corners [px] of the beacons recognised in a picture."""
     return [(each.name, plain(each.corners, 2)) for each in sightings if each.corners is not None]
 
 

@@ -77,7 +77,7 @@ def led_values(world: World, name: str, joint: str) -> dict[str, Led]:
     if values := [each for each in led if each.startswith(f"{joint}.")]:
         raise ValueError(
             Sentence(
-                "joint '{joint}' of mechanism '{name}' has {count} values to lead; lead one of {values}",
+                "joint '{joint}' of mechanism '{name}' has {count} values; lead one of {values}",
                 *(joint, name, len(values), ", ".join(values)),
             )
         )

@@ -37,8 +37,8 @@ class AckermannDrive(AnyDrive):
         if radius <= 0.55 * self.track:
             raise fault(
                 Sentence(
-                    "max_steer_deg is {max_steer_deg:g} deg; the turning radius would be only {radius:.3g} m"
-                    " with half a track of {track:g} m; reduce it",
+                    "max_steer_deg is {max_steer_deg:g} deg; the turning radius would be {radius:.3g} m, too small"
+                    " for half the track of {track:g} m; reduce it",
                     *(self.max_steer_deg, radius, self.track / 2),
                 ),
                 "max_steer_deg",

@@ -142,8 +142,6 @@ Actuator = Annotated[
     AngleActuator | PositionActuator | VelocityActuator | DistanceActuator | TorqueActuator | ForceActuator,
     OneOf(
         ACTUATORS,
-        Sentence(
-            "an actuator needs its kind, which names a joint: {actuators}, such as angle: JOINT", ", ".join(ACTUATORS)
-        ),
+        Sentence("an actuator needs a kind as a key: {actuators}, such as angle: JOINT", ", ".join(ACTUATORS)),
     ),
 ]

@@ -280,8 +280,8 @@ def tracks_of(
 
     Args:
         mechanism: Mechanism as written.
-        bodies: By number, as in an `Assembly`; those of the ghosts follow.
-        points: By body, its named points.
+        bodies: Bodies by number, as in an `Assembly`; those of the ghosts follow.
+        points: Named points by body.
         axis: Default normal of circles and ellipses.
         column: Column of the first of their values.
     """

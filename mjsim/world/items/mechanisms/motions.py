@@ -125,7 +125,7 @@ def spots_of(
     Args:
         ends: Ends as written.
         found: The mechanism.
-        points: By body, its named points.
+        points: Named points by body.
         path: Their path in the file, for errors.
     """
     spots = []

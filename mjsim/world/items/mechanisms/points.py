@@ -59,7 +59,7 @@ def place_of(
 
     Args:
         end: End as written.
-        points: By body, its named points.
+        points: Named points by body.
 
     Raises:
         ValueError: The body or its point does not exist.

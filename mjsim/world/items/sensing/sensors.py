@@ -245,6 +245,6 @@ Sensor = Annotated[
     AnySensor,
     OneOf(
         SENSOR_KINDS,
-        Sentence("a sensor needs its kind; write {kinds} or {last}", ", ".join(_WRITTEN[:-1]), _WRITTEN[-1]),
+        Sentence("a sensor needs a kind as a key; write {kinds} or {last}", ", ".join(_WRITTEN[:-1]), _WRITTEN[-1]),
     ),
 ]
