@@ -172,7 +172,7 @@ def truth_estimate_and_odometry_have_their_own_colours(page, review):
     for field in ("odometry.pose.position.x", "estimate.pose.position.x", "estimate.pose.position.y"):
         draw(review, f"/scout/{field}")
     chart = review.locator(".plotter-chart .run-chart")
-    expect(chart.locator(".run-chart-legend")).to_contain_text("estimate")
+    expect(chart.locator(".run-chart-legend i")).to_have_count(3)
     colors = ["odometry", "estimate", "truth"]
     assert review.locator(".plotter-list").evaluate(SWATCHES) == colors
     assert chart.locator(".run-chart-legend").evaluate(SWATCHES) == colors
