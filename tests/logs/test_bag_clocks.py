@@ -41,6 +41,22 @@ def test_single_wrong_times_pauses_and_recorders_that_tell_nothing_set_no_clock(
         np.testing.assert_array_equal(times, told)
 
 
+@pytest.mark.parametrize("others", [START, 0.0])
+def test_topics_of_a_simulated_clock_beside_others_of_the_wall_clock_are_moved_to_that_of_most(others):
+    clocks, recorded = Clocks(), START + 0.1 * np.arange(30)
+
+    def heard():
+        odometry = [clocks.time("/odom", at, at - START + others) for at in np.repeat(recorded, 2)]
+        return odometry[::2], [clocks.time("/scan", at, at - others) for at in recorded]
+
+    heard()
+    notes = clocks.settle()
+    odometry, scans = heard()
+    np.testing.assert_allclose(scans, odometry, atol=1e-3)
+    assert len(notes) == 1
+    assert notes["start of the clock of /scan"].startswith(f"mended: {START - 2 * others:+.6g} s from that of /odom;")
+
+
 @pytest.mark.slow
 def test_a_clock_that_is_set_back_does_not_mix_two_parts_of_a_drive(tmp_path):
     with new_bag(tmp_path / "run") as bag:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mjsim.logs.bags.bag_clouds import MAX_TURN, cloud_of, end_of
+from mjsim.logs.bags.bag_clouds import MAX_TURN, cloud_of, end_of, misfit_of_times
 
 NUMBERS = {"i1": 1, "u1": 2, "i2": 3, "u2": 4, "i4": 5, "u4": 6, "f4": 7, "f8": 8}
 POINTS = np.array([[1.0, 2.0, 3.0], [0.0, 0.0, 0.0], [4.0, -5.0, 6.0], [np.nan, 1.0, 1.0], [7.0, 8.0, 9.0]])
@@ -102,3 +102,12 @@ def test_data_that_do_not_match_their_fields_are_refused():
         vars(told).update(change)
         with pytest.raises(ValueError, match=r"a cloud of 5 x \d points of \d+ bytes"):
             cloud_of(told, 0.0, robot_from_sensor=TURNED)
+
+
+def test_times_of_points_in_another_unit_are_told():
+    points = xyz(points=np.ones((4, 3)))
+    assert misfit_of_times(message({**points, "t": ("f4", [0.0, 2e4, 5e4, 1e5])})) == (
+        "t goes from 0 to 100000, which is not within 10 s, in s or ns; all are one"
+    )
+    for more in ({}, {"t": ("f4", [0.0, 0.02, 0.05, 0.1])}, {"t": ("f4", [0.0] * 4)}):
+        assert misfit_of_times(message({**points, **more})) == ""

@@ -17,6 +17,8 @@ MIN_STEP_BACK = 0.02
 """Minimum jump of a clock back in time, of a topic whose stamps then do not ascend [s]."""
 AGREEING_MESSAGES = 3
 """Number of messages before and after a jump that must agree, so that a single wrong time is not a jump."""
+MIN_OTHER_CLOCK = 1e8
+"""Minimum difference of clocks that have different starts: of a simulation, and since 1970 [s]."""
 RECORDER = "the recorder"
 TIME_ROUNDING = 1e-6
 """Rounding of times since 1970 [s]."""
@@ -87,7 +89,28 @@ class Clocks:
         right = _longest([*ends, *(time for since, _ in self._jumps.values() for time in since)])
         for since, offsets in self._jumps.values():
             offsets[:] = [offset - offsets[bisect_right(since, right)] for offset in offsets]
+        notes |= self._to_one_clock()
         self._seen.clear()
+        return notes
+
+    def _to_one_clock(self) -> Mapping[str, str]:
+        """Move topics on another clock, of a simulation or since 1970, to that of most messages; return notes."""
+        ahead = {}
+        for topic, numbers in self._seen.items():
+            recorded, stamps = np.array(numbers).reshape(-1, 2).T
+            since, offsets = self._jumps.get(topic, ([], [0.0]))
+            stamps = stamps - np.array(offsets)[np.searchsorted(since, recorded, "right")]
+            if np.ptp(recorded) >= MIN_SPAN_RATIO * np.ptp(stamps):
+                ahead[topic] = float(np.median(stamps - recorded))
+        usual = max(ahead, key=lambda topic: len(self._seen[topic]), default="")
+        notes = {}
+        for topic, each in ahead.items():
+            if abs(shift := each - ahead[usual]) > MIN_OTHER_CLOCK:
+                since, offsets = self._jumps.get(topic, ([], [0.0]))
+                self._jumps[topic] = since, [offset + shift for offset in offsets]
+                notes[f"start of the clock of {topic}"] = told(
+                    Fate.MENDED, f"{shift:+.6g} s from that of {usual}; moved to that by when both were recorded"
+                )
         return notes
 
 

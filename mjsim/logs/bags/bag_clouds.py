@@ -57,6 +57,16 @@ def end_of(message: Any) -> float:
     return _last(_times(_rows(message), _header_time(message)))
 
 
+def misfit_of_times(message: Any) -> str:
+    """Return why times of points of a `sensor_msgs/PointCloud2` are not taken, or ''; errors as in `cloud_of`."""
+    rows = _rows(message)
+    name = next((name for name in TIMES if name in (rows.dtype.names or ())), None)
+    if name is None or not len(rows) or _times(rows, _header_time(message)).any() or not np.ptp(rows[name]) > 0.0:
+        return ""
+    low, high = float(rows[name].min()), float(rows[name].max())
+    return f"{name} goes from {low:.6g} to {high:.6g}, which is not within {MAX_TURN:g} s, in s or ns; all are one"
+
+
 def _header_time(message: Any) -> float:
     stamp = message.header.stamp
     return float(stamp.sec) + 1e-9 * float(stamp.nanosec)

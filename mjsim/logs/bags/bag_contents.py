@@ -50,6 +50,8 @@ class Stream:
     """Shape of each message, usually constant for a sensor: number of beams, or size."""
     first: Any = None
     """The first valid message."""
+    has_returns: bool = False
+    """Whether any scan has a beam, or any cloud a point, that came back."""
     tolerance: float = 0.0
     """By what fraction numbers in a shape may differ from the most common ones."""
 
@@ -255,14 +257,26 @@ class Contents:
         self.fixes.setdefault(message.topic, []).append(fix_of(content, self._stamp(message)))
 
     def _take_scan(self, message: RosMessage) -> None:
-        self.streams.setdefault(message.topic, Stream()).tolerance = BEAMS_TOLERANCE
-        self._take_streamed(message, lambda content: (len(scan_of(content, 0.0, upside_down=False).ranges),))
+        stream = self.streams.setdefault(message.topic, Stream(tolerance=BEAMS_TOLERANCE))
+
+        def kind_of(content: Any) -> tuple[int, ...]:
+            ranges = scan_of(content, 0.0, upside_down=False).ranges
+            stream.has_returns |= bool(np.isfinite(ranges).any())
+            return (len(ranges),)
+
+        self._take_streamed(message, kind_of)
 
     def _take_picture(self, message: RosMessage) -> None:
         self._take_streamed(message, lambda content: (*size_of(content), int(is_depth(content, message.topic))))
 
     def _take_cloud(self, message: RosMessage) -> None:
-        self._take_streamed(message, lambda content: (), end_of=end_of)
+        stream = self.streams.setdefault(message.topic, Stream())
+
+        def kind_of(content: Any) -> tuple[int, ...]:
+            stream.has_returns |= content.width * content.height > 0
+            return ()
+
+        self._take_streamed(message, kind_of, end_of=end_of)
 
     def _take_streamed(
         self,
@@ -291,6 +305,7 @@ class Contents:
         if not any(map(len, columns)):
             return
         middle, limit = float(np.median(np.concatenate(columns))), MAX_BAG_LENGTHS * length + EXTRA_SECONDS
+        before_drop = Counter(self.left_out)
         for topic, stream in self.streams.items():
             in_time = [abs(stamp - middle) <= limit for stamp in stream.stamps]
             stream.stamps = [
@@ -310,6 +325,8 @@ class Contents:
         for topic, fixes in self.fixes.items():
             self.fixes[topic] = sorted((f for f in fixes if abs(f.time - middle) <= limit), key=lambda fix: fix.time)
             self.left_out[topic] += len(fixes) - len(self.fixes[topic])
+        for topic in self.left_out - before_drop:
+            self.reasons.setdefault(topic, f"its time is far from {middle:.3f} s, the middle of all messages")
 
 
 def unread_topics(bag: Bag, robots: Sequence[RobotTopics]) -> dict[str, str]:

@@ -19,7 +19,7 @@ from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import PointCloud, Scan, swept
 from mjsim.inventory import Fate, told
 from mjsim.logs.bags.bag_cameras import cameras_of
-from mjsim.logs.bags.bag_clouds import cloud_of
+from mjsim.logs.bags.bag_clouds import cloud_of, misfit_of_times
 from mjsim.logs.bags.bag_contents import Contents, Moves, Stream, moving_in_tf, times_of, unread_topics
 from mjsim.logs.bags.bag_file import Bag, BagMessages, is_bag
 from mjsim.logs.bags.bag_frames import frame_name, is_base, level_mount, mount_of
@@ -112,6 +112,8 @@ class _Robot:
         if child and usual is not None and child not in self._streams.frames:
             self._notes["odometry's frame"] = told(Fate.GUESSED, f"{usual}, since {child} is not in /tf")
             return usual
+        if child and usual is not None and not is_base(child):
+            self._notes["odometry's frame"] = told(Fate.KEPT, f"{child}, which is the robot's here, not {usual}")
         return child or usual
 
     def log(self) -> Log:
@@ -234,6 +236,9 @@ class _Robot:
             hangs = place is not None and float(place[2, 2]) < UPSIDE_DOWN
             if place is not None and abs(float(place[2, 2])) < -UPSIDE_DOWN:
                 self._notes[f"place of {name}"] = told(Fate.GUESSED, "level; it is not")
+            if not stream.has_returns:
+                limits = f"{stream.first.range_min:.4g} to {stream.first.range_max:.4g} m"
+                self._notes[f"returns of {name}"] = told(Fate.KEPT, f"none: no range is a number from {limits}")
             scans[name] = self._timed_scans(topic, stream, mounts[name], upside_down=hangs, beams=beams)
             if not self._deskew and (lasting := last_beam(stream.first, np.array(stream.stamps)[stream.numbers()])):
                 self._notes[f"sweep of {name}"] = f"{abs(lasting):.3f} s; beams stay as measured without --deskew"
@@ -271,6 +276,10 @@ class _Robot:
             place = self._streams.place(name, frame_name(stream.first.header.frame_id))
             mounts[name] = Mount() if place is None else level_mount(place)
             turned = np.eye(4) if place is None else place
+            if not stream.has_returns:
+                self._notes[f"points of {name}"] = told(Fate.KEPT, "none: all clouds are empty")
+            if misfit := misfit_of_times(stream.first):
+                self._notes[f"times of points of {name}"] = told(Fate.LEFT_OUT, misfit)
             clouds[name] = self._streams.readings(topic, stream, partial(cloud_of, robot_from_sensor=turned))
             self._streams.count_odd(topic, stream)
         return clouds, mounts
