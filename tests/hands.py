@@ -156,7 +156,7 @@ def metres_missed(page: Page, what: str) -> str:
     line = page.locator(".toast.done", has_text=f"{what} cannot reach that point:")  # a second line would fail
     # A line stays for seconds: it is taken away, as the next one is of another time.
     text = line.evaluate("line => { line.remove(); return line.textContent; }")
-    return re.search(r": ([\d.]+) m", text)[1]
+    return re.search(r"stops ([\d.]+) m away", text)[1]
 
 
 def keep(page: Page, count: int) -> None:

@@ -120,7 +120,7 @@ def test_a_balancing_robot_pushes_against_its_lean_and_twists_towards_its_headin
     lying.start(balancer(), "drive", RNG)
     assert lying.torques(fast((fallen,), wheels(0, 0, 0, 0)), Command()) == (0.0, 0.0)
     for weights, turn in (([1.0] * 3, [1.0] * 2), ([1.0] * 4, [1.0] * 3)):
-        with pytest.raises(ValueError, match="weights has four numbers"):
+        with pytest.raises(ValueError, match="weights needs four numbers"):
             Lqr(weights, turn_weights=turn)
     with pytest.raises(ValueError, match="does not balance"):
         Lqr().start(pioneer(), "drive", RNG)

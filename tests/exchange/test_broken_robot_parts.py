@@ -27,7 +27,7 @@ CASES = {
     "a mesh with an entity": (meshed("e.dae"), (), "the wheels have no shape|no wheels"),
     "meshes that are no wheels": (meshed("t.dae"), (), "is round about its axle|no wheels"),
     "no name after a package": (meshed("package://"), (), "the wheels have no shape|no wheels"),
-    "a steering joint that is a wheel": (WHOLE, ("--steering", "left"), "--steering 'left' .* carries no wheel"),
+    "a steering joint that is a wheel": (WHOLE, ("--steering", "left"), "--steering 'left' .* turns no wheel"),
     "a steering joint that is not there": (WHOLE, ("--steering", "lft"), "no hinge 'lft' .*did you mean 'left'"),
     "a steering joint of a slide": (
         robot({**LINKS, "m": BASE}, [*WHEELS, joint("lift", "base", "m", 'xyz="0 0 1"', kind="prismatic")]),

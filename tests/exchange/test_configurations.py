@@ -53,7 +53,11 @@ def test_a_square_table_is_columns_unless_rows_are_asked_for(tmp_path, rows, fir
     square = np.array([[1.0, 2, 0, 0], [5, 6, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]])
     world, told = brought(tmp_path, {"lm": square}, rows=rows, robot=False)
     assert world.beacons[0].at == first
-    told_as = "row is one; leave out --rows turns it" if rows else "column is one; --rows turns it"
+    told_as = (
+        "row is one landmark; leave out --rows reverses that"
+        if rows
+        else "column is one landmark; --rows reverses that"
+    )
     assert f"lm is 4 x 4: each {told_as}" in told
 
 

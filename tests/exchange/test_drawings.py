@@ -184,7 +184,7 @@ def test_what_is_no_dxf_of_walls_is_refused_in_one_line(tmp_path):
         world_from_dxf(path, layers=["b"])
     with pytest.raises(UsageError, match="does not state its unit, and measures 6000 x 4000 units"):
         world_from_dxf(drawn(tmp_path, units=0))
-    with pytest.raises(UsageError, match=r"is 6000 x 4000 m at 1m per unit; a floor has 0\.5 to 2000 m"):
+    with pytest.raises(UsageError, match=r"is 6000 x 4000 m at 1m per unit; a floor measures 0\.5 to 2000 m"):
         world_from_dxf(drawn(tmp_path), scale=1.0)
     for data in (b"", b"\x00\xff" * 100, b"0\nSECTION\n2\nENTITIES\n0\nLINE\n", b"hello\n" * 9):
         path.write_bytes(data)

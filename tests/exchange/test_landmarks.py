@@ -71,9 +71,9 @@ def test_the_robot_drives_the_way_and_maps_the_landmarks(tmp_path):
         ({"lm": np.zeros((6, 5))}, "has lm of 6 x 5; it must be 2 x n numbers, x above y"),
         ({"lm": "text"}, "has lm of 1; it must be 2 x n numbers, x above y"),
         ({"lm": LM * np.nan}, "has lm that is not finite"),
-        ({"lm": LM * 1000.0}, "reaches 90000 m; the farthest is 5000 m, give a smaller --scale"),
+        ({"lm": LM * 1000.0}, "extends to 90000 m; the limit is 5000 m, give a smaller --scale"),
         ({"lm": np.zeros((2, 0))}, "has an empty lm; a map has at least one landmark"),
-        ({"lm": np.zeros((2, 2001))}, "has 2001 columns in lm; 2000 can be read"),
+        ({"lm": np.zeros((2, 2001))}, "has 2001 columns in lm; at most 2000 can be read"),
     ],
 )
 def test_what_is_no_landmark_map_is_one_line(tmp_path, capsys, content, says):

@@ -100,7 +100,7 @@ def test_new_writes_a_world_and_keeps_what_is_there(tmp_path, capsys):
         (["--template", "ofice"], "no template 'ofice'; templates are office, corridor, empty, gallery"),
         (["--template", "empty", "--no-robot"], "a template already has a robot; change it in the new file"),
         (["--clutter", "12 m"], "the size of the room is '12 m'; write it like 12x10"),
-        (["--clutter", "2x10"], "the room is 2 x 10 m; a side has 3 to 40 m"),
+        (["--clutter", "2x10"], "the room is 2 x 10 m; each side must be 3 to 40 m"),
     ]:
         assert typed("new", *line) == 2
         assert message in capsys.readouterr().err

@@ -48,10 +48,10 @@ def test_bits_of_a_bitmap_are_black():
 @pytest.mark.parametrize(
     ("data", "said"),
     [
-        (pnm(5, "3 2\n255", bytes(5)), "is truncated; 3 x 2 pixels are 6 numbers"),
-        (pnm(5, "0 2\n255", bytes(5)), "is a picture of 0 x 2 pixels up to 255"),
+        (pnm(5, "3 2\n255", bytes(5)), "is truncated; 3 x 2 pixels need 6 numbers"),
+        (pnm(5, "0 2\n255", bytes(5)), "is a picture of 0 x 2 pixels with values up to 255"),
         (pnm(5, "3 0\n255", bytes(5)), "is a picture of 3 x 0 pixels"),
-        (pnm(5, "3 2\n0", bytes(6)), "up to 0; write 8 or 16 bits each"),
+        (pnm(5, "3 2\n0", bytes(6)), "up to 0; write 8 or 16 bits per pixel"),
         (pnm(5, "3 2\n65536", bytes(12)), "up to 65536"),
         (pnm(2, "3 2\n9", b"1 2 x 4 5 6"), "a value that is not a number"),
         (b"P9 3 2", "is not a PGM, PPM, PNG or JPEG"),

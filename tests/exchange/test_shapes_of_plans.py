@@ -227,12 +227,12 @@ def test_a_landmark_map_in_centimetres_is_read_in_metres(tmp_path):
     [
         ({"wp": WP}, 1.0, "holds no landmarks: lm, 2 x n; it holds wp"),
         ({"lm": np.zeros((2, 0))}, 1.0, "an empty lm; a map has at least one"),
-        ({"lm": LM}, 101.0, "reaches 5050 m; the farthest is 5000 m"),
+        ({"lm": LM}, 101.0, "extends to 5050 m; the limit is 5000 m"),
         ({"lm": np.ones((1, 5))}, 1.0, r"lm of 1 x 5; it must be 2 x n numbers"),
         ({"lm": np.full((2, 1), np.nan)}, 1.0, "lm that is not finite"),
         ({"lm": "words"}, 1.0, "it must be 2 x n numbers"),
-        ({"lm": np.zeros((2, 2001))}, 1.0, "has 2001 columns in lm; 2000 can be read"),
-        ({"lm": LM, "wp": np.zeros((2, 1001))}, 1.0, "has 1001 columns in wp; 1000 can be read"),
+        ({"lm": np.zeros((2, 2001))}, 1.0, "has 2001 columns in lm; at most 2000 can be read"),
+        ({"lm": LM, "wp": np.zeros((2, 1001))}, 1.0, "has 1001 columns in wp; at most 1000 can be read"),
     ],
 )
 def test_what_is_no_landmark_map_is_refused_in_words(tmp_path, content, scale, said):

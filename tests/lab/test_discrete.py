@@ -205,9 +205,9 @@ def test_what_answers_at_once_has_no_limited_loop():
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("zpk: {poles: [-1+2j], gain: 1}", r"poles have -1\+2j without -1-2j; give both"),
+        ("zpk: {poles: [-1+2j], gain: 1}", r"poles contain -1\+2j without -1-2j; give both"),
         ("zpk: {poles: [-1], zeros: [1, 2], gain: 1}", "there are 2 zeros; at most 1 are possible"),
-        ("zpk: {poles: [1e+j], gain: 1}", "poles have '1e[+]j'; write a complex number"),
+        ("zpk: {poles: [1e+j], gain: 1}", "poles contain '1e[+]j'; write a complex number"),
         ("zpk: {poles: [-1], gain: 0}", "gain is 0"),
         ("tf: {num: [1], den: [1, 1], dt: 0.1, delay: 0.25}", "it must be a multiple of dt, 0.1 s"),
         ("tf: {num: [1], den: [1, 1], dt: 0.1, delay: 25}", "delay is 250 periods"),

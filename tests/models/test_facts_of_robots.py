@@ -302,7 +302,7 @@ def test_names_of_packages_lead_below_the_folders_around(name, place):
         return there[path]
 
     if place is None:
-        with pytest.raises(ValueError, match="not below any folder around it; put it there"):
+        with pytest.raises(ValueError, match="not found from any folder that contains the model; put it in one"):
             gather_model("bot/urdf/r.urdf", read)
     else:
         assert place in gather_model("bot/urdf/r.urdf", read).paths

@@ -97,6 +97,6 @@ def test_a_class_that_starts_as_modules_do_and_lacks_the_method_of_a_role_is_tol
     assert place == "mine.py:Slam"
     assert (
         reason
-        == "it has start(), and none of adjust(), command(), observe(), torques(), update(); add that of its role"
+        == "it has start(), but none of adjust(), command(), observe(), torques(), update(); add the method of its role"
     )
     assert others == []

@@ -104,8 +104,8 @@ def test_other_spellings_of_a_file_beside_the_world_are_that_file(folder, use):
 
 
 IMPORTS = {
-    "import link": "path 'link.py' leaves",
-    "import away.m": "path 'away/m.py' leaves",
+    "import link": "path 'link.py' is outside",
+    "import away.m": "path 'away/m.py' is outside",
     "import pipe": "No module named 'pipe'",
     "import pack.pipe": "No module named '",
     f"import {'a' * 300}": "No module named '",

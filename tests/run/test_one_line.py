@@ -36,7 +36,7 @@ def test_a_simulation_and_a_run_take_a_file_a_world_or_a_simulation(room):
 
 def test_a_run_of_a_world_takes_a_seed_and_one_of_a_simulation_has_its_own(room):
     assert mjsim.run(room, seed=7).seed == 7
-    with mjsim.Simulation(room, seed=5) as sim, pytest.raises(UsageError, match="a simulation has its seed"):
+    with mjsim.Simulation(room, seed=5) as sim, pytest.raises(UsageError, match="a simulation already has its seed"):
         mjsim.run(sim, seed=7)
 
 

@@ -69,7 +69,7 @@ def trees_of(
 
 @dataclass(slots=True, eq=False)
 class _Forest:
-    """Links that are merged where they do not move on each other, and the joints between the rest."""
+    """Groups of links that are fixed to each other, and the joints between the groups."""
 
     model: Element
     links: Sequence[SdfLink]
@@ -78,14 +78,14 @@ class _Forest:
     scene: Scene
     in_joint: bool
     owner: dict[str, str] = field(default_factory=dict)
-    """Link -> one that it moves with, itself for the root of these."""
+    """Link -> a link that it is fixed to; itself for the root of a fixed group."""
     carried: dict[str, list[tuple[Element, str]]] = field(default_factory=dict)
-    """Root -> the joints on it, and the roots that these move."""
+    """Root -> the joints on its group, and the roots that these move."""
     moved: set[str] = field(default_factory=set)
     """Roots that a joint moves."""
 
     def grow(self) -> None:
-        """Merge what does not move, then attach what moves to its parents."""
+        """Merge links that are fixed to each other, then attach the groups to their parents."""
         self.owner = {each: each for each in (WORLD, *(link.name for link in self.links))}
         joints = [joint for joint in self.model.findall("joint") if joint.get("type") is not None]
         moving = [joint for joint in joints if self._moves(joint)]
@@ -101,13 +101,13 @@ class _Forest:
             self.carried.setdefault(parent, []).append((joint, child))
 
     def root(self, name: str) -> str:
-        """Return the link that stands for all that move with one."""
+        """Return the root of the fixed group of a link."""
         while self.owner[name] != name:
             name = self.owner[name]
         return name
 
     def tree(self, roots: Sequence[str], *, held: bool) -> SdfTree:
-        """Return what some roots stand for, and what moves on it."""
+        """Return the groups of some roots, and the parts that move on them."""
         links = [link for root in roots for link in self._members(root)]
         return SdfTree(links, [part for root in roots for part in self._parts(root)], held)
 

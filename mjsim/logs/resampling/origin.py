@@ -1,4 +1,4 @@
-"""Moves ground truth far from the origin, such as in UTM coordinates, near to it: a world is small."""
+"""Shifts ground truth that is far from the origin, such as in UTM coordinates, close to it."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -33,7 +33,7 @@ export const EN = {
   "charts.neesBand": "NEES, 95 % band",
   "charts.new": "New …",
   "charts.newLayout": "New layout",
-  "charts.noNeesDeadReckoning": "There is no estimator, so no NEES. The charts show dead reckoning.",
+  "charts.noNeesDeadReckoning": "No estimator, so no NEES. The charts show dead reckoning.",
   "charts.noNeesSingular": "No NEES: the estimator’s covariance is singular.",
   "charts.noValues": "no values",
   "charts.nothingToDraw": "Nothing to draw yet",
@@ -436,7 +436,7 @@ export const EN = {
   "run.joint": "Joint",
   "run.joints": "Joints",
   "run.jointsNotLed":
-    "{name}: {joints} cannot be led by hand: they do not move, or belong to a constraint; lead {others}.",
+    "{name}: {joints} cannot be moved by hand: they cannot move, or belong to a constraint; move {others}.",
   "run.jointsNotLedAlone": "{name}: {joints} cannot be moved by hand: they cannot move.",
   "run.jointsOf": "Motion of the joints of {name}",
   "run.keepAsEvents": "Keep {fresh} as events",
