@@ -7,12 +7,14 @@ from contextlib import closing
 import cv2
 import numpy as np
 import pytest
+from mcap.reader import make_reader
 from mcap.writer import Writer
 from rosbags.highlevel import AnyReader
 
 import mjsim
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose3
+from mjsim.logs.bags import Bag
 from tests.bags import START, new_bag, write_scans
 from tests.real_logs import imported
 
@@ -159,3 +161,27 @@ def test_a_bag_with_an_imu_alone_comes_in(tmp_path):
     readings = [reading for seen in run.observations("robot") for reading in seen.imu]
     np.testing.assert_allclose([reading.turn[2] for reading in readings], 0.01 * np.arange(100))
     assert run.metadata["odometry"] == "left out: none; the motion of each tick is unknown"
+
+
+@pytest.mark.parametrize("options", [{}, {"use_statistics": False}, {"use_chunking": False}])
+def test_an_mcap_whose_summary_does_not_repeat_its_topics_holds_the_same_messages(options, tmp_path):
+    write_scans(tmp_path / "usual")
+    (usual,) = (tmp_path / "usual").glob("*.mcap")
+    with usual.open("rb") as source, (tmp_path / "x.mcap").open("wb") as file:
+        writer = Writer(file, repeat_channels=False, repeat_schemas=False, **options)
+        writer.start("ros2", "another")
+        numbers = {}
+        for schema, channel, message in make_reader(source).iter_messages():
+            if channel.topic not in numbers:
+                about = writer.register_schema(schema.name, schema.encoding, schema.data)
+                numbers[channel.topic] = writer.register_channel(channel.topic, channel.message_encoding, about)
+            writer.add_message(numbers[channel.topic], message.log_time, message.data, message.publish_time)
+        writer.finish()
+    found = []
+    for path in (usual, tmp_path / "x.mcap"):
+        with Bag(path) as bag:
+            found.append(
+                (sorted(bag.messages(bag.types), key=lambda each: (each.time, each.topic)), dict(bag.types), bag.cut)
+            )
+    assert found[1] == found[0]
+    assert len(found[0][0]) == 20

@@ -64,9 +64,9 @@ def _open_file(path: Path, kind: str) -> tuple[Any, str]:
     """Return an open reader of one file, and the reason if the file is truncated, else ''."""
     try:
         part = _opened(lambda: Reader1(path) if kind == ".bag" else _NamedReader2(path, kind))
-        if kind != ".bag" or part.connections:
+        if kind not in (".bag", ".mcap") or part.connections:
             return part, ""
-        # Its index lists no chunks: there may be messages outside of any.
+        # Its index lists no topics: they may be among the messages alone.
         part.close()
         return _scanned(path, kind), ""
     except BrokenBagError as error:
