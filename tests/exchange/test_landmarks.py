@@ -88,6 +88,15 @@ def test_another_file_is_told_how_to_save_one(tmp_path, capsys):
     assert "; write a MAT-file of version 5 to 7 with: save('-v7', " in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("before", [b"", b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512, b"\0")])
+def test_a_mat_file_of_version_7_3_is_refused_with_how_to_save_it(tmp_path, capsys, before):
+    (tmp_path / "map.mat").write_bytes(before + b"\x89HDF\r\n\x1a\n" + bytes(800))
+    assert new(tmp_path) == 2
+    said = capsys.readouterr().err
+    assert "is a MAT-file of version 7.3 (HDF5), which is not read; write one of version 5 to 7" in said
+    assert said.count("\n") == 1
+
+
 @pytest.mark.slow
 @needs_octave
 def test_octave_opens_an_export_under_names_that_are_expected(tmp_path):

@@ -177,12 +177,21 @@ def world_from_landmarks(
     return inhabited(world, robot, run, folder)
 
 
+HDF5, USER_BLOCK = b"\x89HDF\r\n\x1a\n", 512
+"""First bytes of HDF5, and the size of the text that MATLAB writes before them [bytes]."""
+
+
 def _content(path: Path) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Return variables by name, and lines about what could not be read."""
     data = read_bounded(path, limit=MAX_BYTES, kind="a landmark map")
     if path.suffix.lower() == ".m":
         found = read_assignments(data.decode("utf-8-sig", errors="replace"))
         return dict(found.values), found.unread
+    if HDF5 in (data[: len(HDF5)], data[USER_BLOCK : USER_BLOCK + len(HDF5)]):
+        raise UsageError(
+            f"'{path}' is a MAT-file of version 7.3 (HDF5), which is not read; write one of version 5 to 7 in MATLAB or"
+            f" Octave: load('{path.name}'), then save('-v7', 'map.mat', 'lm', 'wp')"
+        )
     from scipy.io import loadmat
 
     content = loadmat(io.BytesIO(data))
