@@ -1,6 +1,6 @@
 """Reads an MJCF scene as what surrounds a robot: bodies with their geoms, lamps, and where its own robots start."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,12 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 from mjsim.models.colours import hex_of
 from mjsim.models.model_reader import UNSAID, no_warnings
+from mjsim.models.picture_pixels import Picture
+from mjsim.models.picture_sizes import PNG, picture_size
 from mjsim.models.rotations import frame_at
+
+MAX_TEXTURES = 50_000_000
+"""Maximum number of pixels of all textures together, and of bytes of one."""
 
 _FREE, _BALL = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_BALL)
 _KINDS = {int(mujoco.mjtJoint.mjJNT_HINGE): "hinge", int(mujoco.mjtJoint.mjJNT_SLIDE): "slide"}
@@ -36,6 +41,12 @@ class SceneGeom:
     """Vertices of a mesh, in the frame of the geom, shape (n, 3) [m]."""
     faces: NDArray[np.int64]
     """Shape (m, 3)."""
+    texture: str = ""
+    """Name of the texture of its material, see `MjcfScene.textures`; '' for none."""
+    tile: float = 0.0
+    """Size of one repetition of that; 0 if it is repeated over the size of the geom [m]."""
+    repeats: float = 1.0
+    """Number of its repetitions over the height of the geom."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,7 +107,10 @@ class MjcfScene:
     """Bodies that motors move: name, and pose in the world, shape (4, 4) [m]."""
     lamps: Sequence[tuple[str, Array, bool]]
     """Name, place, shape (3,) [m], and whether it is directional."""
-    textured: bool
+    textures: Mapping[str, Picture]
+    """Name of a texture of a material -> its pixels; of a cube, its first face."""
+    no_textures: Mapping[str, str]
+    """Name of a texture that is left out -> why."""
     height_fields: Sequence[str]
     """Names of height fields, which are left out."""
     couplings: int
@@ -111,13 +125,21 @@ def read_mjcf_scene(path: Path) -> MjcfScene:
     """
     with no_warnings(str(path)):
         spec = mujoco.MjSpec.from_file(str(path))
-        # A world takes no textures from a scene, and MuJoCo could not read all of them.
-        for material in spec.materials:
-            material.textures = ["" for _ in material.textures]
-        textures, fields = list(spec.textures), [each.name for each in spec.hfields]
-        for texture in textures:
-            spec.delete(texture)
-        model = spec.compile()
+        no_textures, left = dict[str, str](), MAX_TEXTURES
+        for texture in spec.textures:
+            pixels, why = _size_of(texture, path.parent / (spec.texturedir or ""))
+            left -= 0 if why else pixels
+            if why or left < 0:
+                no_textures[texture.name or "sky"] = why or "the textures have too many pixels together"
+        _drop(spec, no_textures)
+        fields = [each.name for each in spec.hfields]
+        try:
+            model = spec.compile()
+        except ValueError:
+            # Damage that shows only when a picture is decoded; other errors come again.
+            no_textures |= {texture.name: "MuJoCo cannot read it, or another one" for texture in spec.textures}
+            _drop(spec, no_textures)
+            model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     robots = sorted(_robots(model))
@@ -126,7 +148,47 @@ def read_mjcf_scene(path: Path) -> MjcfScene:
         for k in range(model.nlight)
     ]
     starts = [(model.body(body).name, frame_at(data.xpos[body], data.xmat[body])) for body in robots]
-    return MjcfScene(_bodies(model, data, set(robots)), starts, lamps, bool(textures), fields, int(model.neq))
+    pictures = {model.texture(k).name: _pixels(model, k) for k in range(model.ntex)}
+    bodies = _bodies(model, data, set(robots))
+    return MjcfScene(bodies, starts, lamps, pictures, no_textures, fields, int(model.neq))
+
+
+def _drop(spec: Any, names: Collection[str]) -> None:
+    """Remove textures, of which the sky may have no name."""
+    for material in spec.materials:
+        material.textures = ["" if name in names else name for name in material.textures]
+    for texture in list(spec.textures):
+        if (texture.name or "sky") in names:
+            spec.delete(texture)
+
+
+def _size_of(texture: Any, folder: Path) -> tuple[int, str]:
+    """Return the number of pixels of a texture, and why it is not taken, or ''."""
+    if texture.type not in (mujoco.mjtTexture.mjTEXTURE_2D, mujoco.mjtTexture.mjTEXTURE_CUBE):
+        return 0, "a world has no sky of its own"
+    if texture.builtin != mujoco.mjtBuiltin.mjBUILTIN_NONE:
+        return texture.width * max(texture.height, 6 * texture.width), ""
+    if not texture.file:
+        return 0, "its faces are files of their own"
+    place = folder / texture.file
+    if not place.is_file():
+        return 0, "not found"
+    try:
+        data = place.read_bytes() if place.stat().st_size <= MAX_TEXTURES else b""
+        width, height = picture_size(data)
+    except ValueError as error:
+        return 0, str(error)
+    return width * height, "" if data.startswith(PNG) else "it is no PNG"
+
+
+def _pixels(model: Any, number: int) -> Picture:
+    """Return the RGB picture of a texture; of a cube, its first face."""
+    height, width, channels = (int(each[number]) for each in (model.tex_height, model.tex_width, model.tex_nchannel))
+    first = int(model.tex_adr[number])
+    whole = model.tex_data[first : first + height * width * channels].reshape(height, width, channels)
+    is_cube = int(model.tex_type[number]) == int(mujoco.mjtTexture.mjTEXTURE_CUBE)
+    shown = whole[: width if is_cube else height]
+    return np.ascontiguousarray(shown[..., :3] if channels >= 3 else np.repeat(shown[..., :1], 3, axis=2))
 
 
 def _bodies(model: Any, data: Any, robots: set[int]) -> list[SceneBody]:
@@ -199,7 +261,21 @@ def _geom(model: Any, data: Any, geom: int) -> SceneGeom:
         vertices = np.asarray(model.mesh_vert[first : first + int(mesh.vertnum[0])], dtype=float)
         faces = np.asarray(model.mesh_face[begin : begin + int(mesh.facenum[0])], dtype=np.int64)
     pose = frame_at(data.geom_xpos[geom], data.geom_xmat[geom])
-    return SceneGeom(kind, model.geom_size[geom].copy(), pose, _color(model, geom), vertices, faces)
+    look = _texture_of(model, int(model.geom_matid[geom]))
+    return SceneGeom(kind, model.geom_size[geom].copy(), pose, _color(model, geom), vertices, faces, *look)
+
+
+def _texture_of(model: Any, material: int) -> tuple[str, float, float]:
+    """Return texture, tile and repeats of a geom with a material, as `SceneGeom` has them."""
+    texture = int(model.mat_texid[material, int(mujoco.mjtTextureRole.mjTEXROLE_RGB)]) if material >= 0 else -1
+    if texture < 0:
+        return "", 0.0, 1.0
+    repeats = float(model.mat_texrepeat[material, 1])
+    # Those of a cube cover each face once.
+    if int(model.tex_type[texture]) == int(mujoco.mjtTexture.mjTEXTURE_CUBE) or not repeats > 0.0:
+        repeats = 1.0
+    is_uniform = bool(model.mat_texuniform[material])
+    return model.texture(texture).name, 1.0 / repeats if is_uniform else 0.0, repeats
 
 
 def _color(model: Any, geom: int) -> str | None:

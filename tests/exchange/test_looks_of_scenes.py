@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
+from mjsim.exchange.scenes.build import build_world
+from mjsim.exchange.scenes.mjcf_in import read_mjcf
 from mjsim.exchange.scenes.sdf_in import read_sdf
+from mjsim.inventory import inventory
 from mjsim.models import encode_png, read_picture
 from mjsim.world import ModelObstacle
 from tests.exchange.test_scenes import BOX, brought, link, model, scene
@@ -159,3 +162,55 @@ def test_a_submesh_that_is_not_there_is_told_with_those_that_are(tmp_path):
     found = read_sdf(scene(tmp_path, model(link("0 0 0 0 0 0", mesh))), search=[])
     (item,) = [each for each in found.items if each.kind == "mesh"]
     assert item.why == "'two.dae' has no mesh 'huge'; its meshes are large, small"
+
+
+def test_textures_of_mjcf_are_on_boxes_and_walls_and_others_are_told(tmp_path):
+    (tmp_path / "t").mkdir()
+    (tmp_path / "t" / "red.png").write_bytes(RED)
+    (tmp_path / "house.xml").write_text(
+        """<mujoco><compiler texturedir="t"/><asset><texture type="skybox" builtin="gradient" width="32" height="32"/>
+        <texture name="chess" type="2d" builtin="checker" rgb1="1 0 0" rgb2="0 0 1" width="64" height="64"/>
+        <texture name="red" type="2d" file="red.png"/><texture name="gone" type="2d" file="gone.png"/>
+        <texture name="cube" type="cube" builtin="flat" rgb1="0 1 0" rgb2="0 1 0" width="16" height="16"/>
+        <material name="chess" texture="chess" texrepeat="4 4" texuniform="true"/>
+        <material name="red" texture="red" texrepeat="2 2"/><material name="gone" texture="gone"/>
+        <material name="cube" texture="cube"/></asset><worldbody>
+        <geom type="plane" size="5 5 1" material="chess"/><geom type="box" size="3 .05 1" pos="0 4 1" material="chess"/>
+        <geom type="box" size=".3 .3 .4" pos="0 0 .4" material="red"/>
+        <geom type="cylinder" size=".3 .4" pos="2 0 .4" material="cube"/>
+        <geom type="box" size=".3 .3 .4" pos="-2 0 .4" material="gone"/></worldbody></mujoco>"""
+    )
+    scene = read_mjcf(tmp_path / "house.xml")
+    world, files = build_world(scene, name="w", folder="f")
+    (wall,) = world.walls
+    looks = {thing.at[0]: (thing.texture, thing.tile) for thing in world.obstacles if thing.texture is not None}
+    assert (wall.texture, wall.tile) == ("f/chess_0.png", 0.25)
+    assert looks == {0.0: ("f/red_1.png", 0.4), 2.0: ("f/cube_2.png", 0.8)}
+    chess, cube = read_picture(files["f/chess_0.png"]), read_picture(files["f/cube_2.png"])
+    assert chess.shape == (64, 64, 3)
+    assert {tuple(each) for each in chess.reshape(-1, 3).tolist()} == {(255, 0, 0), (0, 0, 255)}
+    assert {tuple(each) for each in cube.reshape(-1, 3).tolist()} == {(0, 255, 0)}
+    assert [line for line in inventory(scene.items) if "texture" in line] == [
+        "left out: texture 'sky': a world has no sky of its own",
+        "left out: texture 'gone': not found",
+        "left out: texture of the floor 'chess': name another one by floor: in the world",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("data", "why"),
+    [
+        (RED[:44] + bytes(6) + RED[50:], "MuJoCo cannot read it, or another one"),
+        (b"GIF89a" + bytes(40), "is not a PNG or JPEG picture; convert it"),
+        (b"", "is not a PNG or JPEG picture; convert it"),
+    ],
+)
+def test_a_scene_comes_in_without_a_damaged_texture(data, why, tmp_path):
+    (tmp_path / "a.png").write_bytes(data)
+    (tmp_path / "house.xml").write_text(
+        """<mujoco><asset><texture name="a" type="2d" file="a.png"/><material name="a" texture="a" rgba="1 0 0 1"/>
+        </asset><worldbody><geom type="box" size=".3 .3 .4" pos="0 0 .4" material="a"/></worldbody></mujoco>"""
+    )
+    scene = read_mjcf(tmp_path / "house.xml")
+    assert inventory(scene.items) == [f"left out: texture 'a': {why}"]
+    assert scene.things[0].solids[0].color == "#ff0000"

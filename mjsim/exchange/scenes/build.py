@@ -275,7 +275,8 @@ def _plain(solid: SceneSolid, built: Built, name: str, keys: dict[str, Any] | No
     if solid.color is not None:
         given["color"] = solid.color
     if solid.texture is not None and solid.kind != "sphere":
-        given |= {"texture": _texture(built, solid.texture), "tile": round(max(solid.size[-1], MIN_SIZE), DIGITS)}
+        tile = solid.texture.tile or solid.size[-1]
+        given |= {"texture": _texture(built, solid.texture), "tile": round(max(tile, MIN_SIZE), DIGITS)}
     sizes = [round(max(size, MIN_SIZE), DIGITS) for size in solid.size]
     if solid.kind == "sphere":
         return SphereObstacle(sphere=sizes[0], **given)

@@ -32,6 +32,8 @@ class SceneTexture:
     """Name of its file, or of one that comes with mjsim."""
     data: bytes | None = None
     """A PNG; None if it comes with mjsim."""
+    tile: float = 0.0
+    """Size of one repetition; 0 for the height of its solid [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

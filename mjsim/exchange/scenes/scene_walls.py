@@ -149,7 +149,7 @@ def _wall(run: Sequence[Stretch], first: Slab, slabs: dict[int, Slab]) -> Wall |
         return None
     keys: dict[str, Any] = {} if first.color is None else {"color": first.color}
     if first.texture is not None:
-        keys |= {"texture": first.texture.name, "tile": round(top, DIGITS)}
+        keys |= {"texture": first.texture.name, "tile": round(first.texture.tile or top, DIGITS)}
     return Wall(
         points=points,
         thickness=round(max(thick, 1e-3), DIGITS),
