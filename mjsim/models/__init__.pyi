@@ -21,7 +21,6 @@ from .model_sources import ModelFiles as ModelFiles
 from .model_sources import Read as Read
 from .model_sources import gather_model as gather_model
 from .picture_heads import any_picture_size as any_picture_size
-from .picture_pixels import Picture as Picture
 from .picture_pixels import bounded as bounded
 from .picture_pixels import encode_png as encode_png
 from .picture_pixels import read_picture as read_picture

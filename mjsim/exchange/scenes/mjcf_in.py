@@ -6,13 +6,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
 from mjsim.exchange.scenes.scene_meshes import MAX_SIDE, boxed
 from mjsim.exchange.scenes.scene_solids import Light, Scene, ScenePart, SceneSolid, SceneTexture, SceneThing
 from mjsim.exchange.scenes.sdf_files import MAX_XML
 from mjsim.inventory import Fate
-from mjsim.models import Picture, SceneBody, SceneGeom, bounded, encode_png, read_mjcf_scene
+from mjsim.models import SceneBody, SceneGeom, bounded, encode_png, read_mjcf_scene
 
 Looks = Mapping[str, SceneTexture]
 """Name of a texture in the file -> its picture."""
@@ -97,7 +100,7 @@ def _all_solids(scene: Scene, body: SceneBody, looks: Looks) -> list[SceneSolid]
     return [replace(solid, texture=_texture(geom, solid, looks)) for geom, solid in found]
 
 
-def _file_of(name: str, number: int, picture: Picture) -> SceneTexture:
+def _file_of(name: str, number: int, picture: NDArray[np.uint8]) -> SceneTexture:
     stem = re.sub(r"[^A-Za-z0-9_-]+", "_", name)[:40] or "texture"
     return SceneTexture(f"{stem}_{number}.png", encode_png(bounded(picture, MAX_SIDE)))
 
