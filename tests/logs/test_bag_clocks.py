@@ -46,6 +46,7 @@ def test_topics_of_a_simulated_clock_beside_others_of_the_wall_clock_are_moved_t
     clocks, recorded = Clocks(), START + 0.1 * np.arange(30)
 
     def heard():
+        clocks.time("/odom", START, START - others)  # wrong, as of a stamp of 0 that is taken for missing
         odometry = [clocks.time("/odom", at, at - START + others) for at in np.repeat(recorded, 2)]
         return odometry[::2], [clocks.time("/scan", at, at - others) for at in recorded]
 
