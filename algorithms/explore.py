@@ -41,7 +41,7 @@ class Explore:
 
         Args:
             lidar: Name of the lidar; None for the first.
-            speed: On straight lines, if the robot can [m/s].
+            speed: Speed on straight lines, if the robot can [m/s].
             clearance: Clearance between the robot's rim and walls [m].
             smallest: Shorter frontiers are ignored [m].
             grid: Keys of `OccupancyGrid`.

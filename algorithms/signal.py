@@ -29,8 +29,8 @@ class Signal:
         """Set the signals.
 
         Args:
-            forward: In the robot's frame [m/s].
-            left: Likewise [m/s].
+            forward: Forward velocity in the robot's frame [m/s].
+            left: Likewise, to the left [m/s].
             turn: Counter-clockwise positive; its keys end in `_deg` [deg/s].
             joints: By the name of an arm, one signal for each joint: in keys that end in `_deg` for one that revolves
                 [deg], in metres for one that slides.

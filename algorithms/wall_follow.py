@@ -30,7 +30,7 @@ class WallFollow:
 
         Args:
             side: Side of the wall.
-            distance: From the robot's rim to the wall [m].
+            distance: Distance from the robot's rim to the wall [m].
             speed: Speed, limited by that of the robot [m/s].
         """
         if side not in ("left", "right"):

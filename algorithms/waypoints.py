@@ -36,7 +36,7 @@ class Waypoints:
         Args:
             points: Where to go, each (x, y) [m], in the frame of the estimate.
             laps: How many times to visit all points in their order.
-            speed: On straight lines, if the robot can [m/s].
+            speed: Speed on straight lines, if the robot can [m/s].
             tolerance: Distance at which a sharp corner counts as reached [m].
             lookahead: Lookahead distance along the path [m].
             sharp_deg: Corners that turn by more than this are taken on the spot.
@@ -114,7 +114,7 @@ def look_ahead(leg: Array, position: Array, along: float, lookahead: float) -> t
     Returns:
         along: Distance along the leg of the nearest point, at most 2 lookaheads further [m].
         aim: The point of the path a lookahead further; the leg's last line is extended if necessary; shape (2,) [m].
-        left: From the nearest point to the end of the leg [m].
+        left: Distance from the nearest point to the end of the leg [m].
     """
     steps = np.diff(leg, axis=0)
     lengths = np.hypot(steps[:, 0], steps[:, 1])

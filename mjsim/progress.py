@@ -18,7 +18,7 @@ def say(text: str) -> None:
 
 
 def show(line: str) -> None:
-    """Print a line from elsewhere, unchanged; where standard error is closed or full, it is lost."""
+    """Print a finished line; it is lost if standard error is closed or full."""
     if sys.stderr is not None:
         with suppress(OSError, ValueError):
             print(line, file=sys.stderr, flush=True)

@@ -84,7 +84,7 @@ class PictureGauge:
         """Return the picture with its pose when it lies in the image near a homography, else None.
 
         Args:
-            homography: From the picture's plane [m] to the image [px], shape (3, 3).
+            homography: Homography from the picture's plane [m] to the image [px], shape (3, 3).
             view: Image to search.
         """
         return self._measured(homography, view) if self._plausible(homography, view.intrinsics) else None

@@ -66,7 +66,7 @@ class PictureTemplate:
     places: NDArray[np.intp]
     """Place of each pixel in `blocks`, counted through blocks and their pixels, shape (n,)."""
     blocks: NDArray[np.float32]
-    """The design again, block by block; 0 where one is short; shape (blocks, 12, BLOCK^2)."""
+    """The design matrix in blocks, short ones padded with 0, shape (blocks, 12, BLOCK^2)."""
     inverse: Array
     """Inverse of design @ design.T, shape (12, 12)."""
     contrast: float
@@ -150,7 +150,7 @@ def warp_slopes(
     Args:
         small: The template.
         first: Its first pixel in unit coordinates.
-        step: From pixel to pixel in unit coordinates.
+        step: Step from pixel to pixel in unit coordinates.
     """
     rows, columns = small.shape
     x, y = np.meshgrid(first[0] + np.arange(columns) * step[0], first[1] + np.arange(rows) * step[1])

@@ -19,7 +19,7 @@ def moved_along(mean: Array, step: Array, rows: Rows) -> Array:
 
     Args:
         mean: Mean of x, y, heading and more, shape (m,).
-        step: In the errors of the textbook, shape (m,).
+        step: Step in the errors of the textbook, shape (m,).
         rows: Rows of the position and of the landmarks.
     """
     turn, new = float(step[2]), mean + step

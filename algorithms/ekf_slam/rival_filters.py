@@ -60,10 +60,10 @@ class RivalFilters:
         """Start with equal filters; without a rival, `leading` is the belief.
 
         Args:
-            leading: With errors of odometry.
+            leading: Filter with errors of odometry.
             rival: The filter without them.
             wide: With `LARGE_MOTION` and `LARGE_SENSOR` errors.
-            rough: With noise of odometry beyond its data sheet.
+            rough: Filter with odometry noise beyond its data sheet.
         """
         self.usual = leading
         """The filter with errors in proportion to the stated noise."""

@@ -90,7 +90,7 @@ def range_bearing(pose: Array, landmarks: Array) -> tuple[Array, Array, Array]:
 
     Args:
         pose: (x, y, heading) in the world frame, shape (3,).
-        landmarks: In the world frame, shape (k, 2) [m].
+        landmarks: Positions in the world frame, shape (k, 2) [m].
 
     Returns:
         z: Range [m] and bearing [rad, in [-pi, pi), left positive], shape (k, 2).

@@ -123,7 +123,7 @@ def refined_poses(gtsam: Any, drive: MeasuredGraph) -> tuple[Array, Array]:
 
     Args:
         gtsam: The module.
-        drive: With the initial poses.
+        drive: Drive with the initial poses.
 
     Returns:
         poses: World frame, shape (n, 3) [m, m, rad].
@@ -148,7 +148,7 @@ def systematic_errors(drive: MeasuredGraph, poses: Array, known: Array) -> Array
     """Return the systematic errors of odometry relative to the poses, shape (4,), by weighted least squares.
 
     Args:
-        drive: With its legs.
+        drive: Drive with its legs.
         poses: Poses of the graph, shape (n, 3).
         known: The errors so far, used to identify outliers among the legs, shape (4,).
     """

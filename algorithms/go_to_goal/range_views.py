@@ -61,7 +61,7 @@ class RangeView:
         """Return whether the sensor has seen past each point.
 
         Args:
-            points: In the robot frame, shape (k, 2) [m].
+            points: Points in the robot frame, shape (k, 2) [m].
             size: Side of the cells that they stand for [m].
         """
         x, y = self.robot_from_sensor.inverse().transform(points).T
@@ -136,7 +136,7 @@ class Views:
 
         Args:
             name: Name of the sensor.
-            points: In its frame, shape (n, 3) [m].
+            points: Points in its frame, shape (n, 3) [m].
             heading: Direction in which it looks, in the robot frame [rad].
             fov: Its field of view [rad].
             farthest: Its range [m].

@@ -50,7 +50,7 @@ class ScanAlignment:
         """Correct the pose by a scan.
 
         Args:
-            points: In the robot frame, shape (n, 2) [m].
+            points: Points in the robot frame, shape (n, 2) [m].
             map: Obstacles, in the frame of the pose.
         """
         points = points[:: 1 + len(points) // BEAMS]

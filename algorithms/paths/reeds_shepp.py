@@ -60,7 +60,7 @@ def poses_on(start: Pose, curve: Curve, *, radius: float, spacing: float) -> tup
 
     Returns:
         poses: Shape (n, 3) [m, m, rad].
-        curvature: On the way to each of them, shape (n,) [1/m].
+        curvature: Curvature on the way to each of them, shape (n,) [1/m].
         direction: 1 forwards, -1 backwards, on the way to each of them, shape (n,).
     """
     x, y, heading = start.x, start.y, start.heading

@@ -157,7 +157,7 @@ def align(field: WallField, scan: Surface, guess: Array, information: Array, sta
 
     Args:
         field: Field of the walls seen before.
-        scan: In its own frame.
+        scan: Scan in its own frame.
         guess: Guess of the pose, shape (3,).
         information: Inverse of the guess's covariance, shape (3, 3).
         starts: Initial poses, shape (k, 3).

@@ -114,7 +114,7 @@ def match_pose(
     robot is lost.
 
     Args:
-        scan: In its own frame.
+        scan: Scan in its own frame.
         walls: Seen before.
         step: Motion by odometry, shape (3,) [m, m, rad].
         noise: Covariance of its errors that are independent at each step, shape (3, 3).
@@ -183,7 +183,7 @@ def hypotheses(
 
     Args:
         field: Field of the walls seen before.
-        scan: In its own frame; at least one element.
+        scan: Scan in its own frame; at least one element.
         guess: Guess of its pose, shape (3,).
         information: Inverse of the guess's covariance, shape (3, 3).
         window: Half extents of the search in x, y and heading, shape (3,) [m, m, rad].
@@ -219,7 +219,7 @@ def search(
 
     Args:
         field: Field of the walls seen before.
-        scan: In its own frame.
+        scan: Scan in its own frame.
         guess: Middle of the window, shape (3,).
         window: Its half extents, shape (3,) [m, m, rad].
         kept: Number of hypotheses passed to the next level, doubled with each coarser first level.
@@ -316,7 +316,7 @@ def _lattice_scores(
 
     Args:
         field: Field of the walls.
-        scan: In its own frame.
+        scan: Scan in its own frame.
         guess: Middle of the window, shape (3,).
         window: Its half extents, shape (3,) [m, m, rad].
         cells: Step in x and y [cells].

@@ -66,7 +66,7 @@ def surface_of(
     """Return the straight walls in a scan.
 
     Args:
-        points: In the order of the beams, shape (n, 2) [m].
+        points: Points in the order of the beams, shape (n, 2) [m].
         origin: Position of the sensor, in the frame of the points [m].
         noise: Standard deviation of a range [m].
         increment: Angle between two beams [rad].

@@ -111,8 +111,8 @@ def reach_envelope(
         goals: Goals of the posture; those of hands and eyes are replaced.
         side: 'left' or 'right'.
         touch: Contact point of the hand: 'fist', 'thumb' or 'finger'.
-        azimuths: From the seat's forward direction to the left, shape (n,) [rad].
-        elevations: From horizontal to up, shape (m,) [rad].
+        azimuths: Angles from the seat's forward direction to the left, shape (n,) [rad].
+        elevations: Angles above the horizontal, shape (m,) [rad].
     """
     still = replace(goals, hands={}, gaze=None)
     ease = sitter.sit(still)

@@ -87,7 +87,7 @@ def _case(call: Refused, machine: str, allowed: Sequence[Instruction] = ()) -> P
 
 
 def _argument(index: int, *, upper: bool = False) -> Instruction:
-    """Load a half of an argument of the call."""
+    """Load one half of an argument of the call."""
     return _LOAD, 0, 0, _ARGUMENTS + 8 * index + 4 * upper
 
 

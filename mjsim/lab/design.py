@@ -130,7 +130,7 @@ def lead_design(plant: LinearPlant, *, margin_deg: float, crossover: float, lag:
     if not (crossover > 0.0 and lag >= 1.0):
         raise UsageError("a lead needs a crossover above 0 rad/s and a lag of 1 or more")
     if plant.dt and crossover * plant.dt >= math.pi:
-        raise UsageError(f"a crossover of {crossover:g} rad/s needs more than two samples of {plant.dt:g} s a period")
+        raise UsageError(f"a crossover of {crossover:g} rad/s needs more than two samples of {plant.dt:g} s per period")
     at = complex(on_axis(crossover, plant.dt))
     if float(np.abs(loop.poles() - at).min(initial=math.inf)) < 1e-9 * abs(at):
         raise UsageError(f"the plant has a pole at {crossover:g} rad/s; choose another crossover")

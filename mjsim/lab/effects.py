@@ -106,7 +106,7 @@ def led(effect: LedJoint, A: Array, B: Array, Y: Array, m: int, rates: Array) ->
 
     Args:
         effect: The motion.
-        A: For n coordinates and their rates, with a force at coordinate m as input, shape (2 n, 2 n).
+        A: System matrix of n coordinates and their rates, with a force at coordinate m as input, shape (2 n, 2 n).
         B: The same, shape (2 n, 1).
         Y: Derivatives by the coordinates of the outputs, or of the values whose rates they are, shape (outputs, n).
         m: Index of the coordinate that follows the input.

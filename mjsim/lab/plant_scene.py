@@ -156,7 +156,7 @@ class ScenePlant:
         """Return the outputs before each step until the plant diverges, shape (outputs, k).
 
         Args:
-            model: With or without dry friction.
+            model: Model with or without dry friction.
             input_of: Returns the value added to the input, for the index of a step, the state, and the outputs.
             count: Number of steps.
             bound: Bound on the outputs.

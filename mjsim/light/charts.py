@@ -78,7 +78,7 @@ def charts_of(corners: Array, normals: Array, *, texel: float) -> Charts:
 
     Args:
         corners: World frame, shape (n, 3, 3) [m].
-        normals: At each corner, shape (n, 3, 3).
+        normals: Normals at each corner, shape (n, 3, 3).
         texel: Side of a texel [m].
     """
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

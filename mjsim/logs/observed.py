@@ -45,7 +45,7 @@ def write_log(
 
     Args:
         record: The MCAP file to write.
-        observations: At a constant rate, at least two, each with the odometry since the previous one.
+        observations: At least two, at a constant rate, each with the odometry since the previous one.
         robot: Its name.
         truth: True pose of the robot at each, (x, y, heading), shape (N, 3) [m, m, rad]; NaN rows where unknown.
         landmarks: Positions of landmarks by the names in sightings [m]; modules do not get them.
@@ -116,7 +116,7 @@ def _cameras(observations: Sequence[Observation], *, placed: bool) -> dict[str, 
     """Return the data sheet of each camera with pictures.
 
     Args:
-        observations: With the pictures.
+        observations: Observations with the pictures.
         placed: Whether to assume a mount on the robot: looking ahead, 0.3 m above the floor.
 
     Raises:

@@ -24,7 +24,7 @@ def drawing(name: str, links: tuple[Link, ...], chain: Chain, posture: Posture) 
 
     Args:
         name: Name of the arm.
-        links: From the base outwards.
+        links: Links from the base outwards.
         chain: The same as arrays.
         posture: Where the parts are, arrays with one leading axis of k.
     """
@@ -46,7 +46,7 @@ def draw_arm(
 
     Args:
         axes: Axes of matplotlib, with a 3-D projection.
-        links: From the base outwards.
+        links: Links from the base outwards.
         chain: The same as arrays.
         posture: Where the parts are, arrays with one leading axis of k.
         bounds: Points that the view includes, shape (m, 3) [m]; by default those of the arm, with the path of its tool.

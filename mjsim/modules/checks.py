@@ -53,7 +53,7 @@ def checked_estimate(belief: object, *, whole: bool = True) -> Estimate:
     """Check that an estimate is finite, has arrays of the right shapes, and valid covariances; return it.
 
     Args:
-        belief: From the estimator; a subclass of Estimate is kept.
+        belief: Result of the estimator; a subclass of Estimate is kept.
         whole: Whether to check the whole joint covariance instead of its shape and diagonal.
     """
     if not isinstance(belief, Estimate):

@@ -37,7 +37,7 @@ def real_array(label: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
 
     Args:
         label: Names the value in the message.
-        value: From the module; an array of doubles is returned unchanged.
+        value: Value from the module; an array of doubles is returned unchanged.
         shape: The required shape.
 
     Raises:

@@ -54,7 +54,7 @@ def loft(rings: Sequence[Ring], *, start: float, end: float) -> Mesh:
     """Return a smooth surface through rings along z, closed by domes; x is forward, y left.
 
     Args:
-        rings: From one end to the other, with increasing or decreasing `along`.
+        rings: Rings from one end to the other, with increasing or decreasing `along`.
         start: Height of the dome before the first ring [m].
         end: Height of the dome after the last ring [m].
     """

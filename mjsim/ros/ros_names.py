@@ -11,7 +11,7 @@ def plain_names(names: Iterable[str], *, of: str) -> dict[str, str]:
     """Return each name in a form allowed in ROS, as `ascii_name` spells it; say so where letters are replaced.
 
     Args:
-        names: From the world.
+        names: Names in the world.
         of: What the names belong to, for the message.
 
     Raises:

@@ -19,7 +19,7 @@ class RosWorld:
         """Name everything.
 
         Args:
-            world: With its robots.
+            world: World with the robots.
             infos: Data sheet of each robot.
             namespaces: Whether topics of a robot begin with its name; without, there is one robot.
 

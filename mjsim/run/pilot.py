@@ -100,7 +100,7 @@ def final_path(robot: str, driver: Driver, now: float) -> Array | None:
 
     Args:
         robot: Its name.
-        driver: With the estimator, after its last tick.
+        driver: Driver with the estimator, after its last tick.
         now: Simulated time [s].
 
     Returns:

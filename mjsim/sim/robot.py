@@ -57,7 +57,7 @@ class SimulatedRobot:
             model: The compiled world.
             data: Its state, shared by all robots.
             robot: Robot of the world file.
-            world: For the rates of the loop.
+            world: World that states the rates of the loop.
             seed: Seed of the run.
             canvas: Gives the canvas of cameras of a quality.
             received: Gives the messages received by radio until a tick.

@@ -161,7 +161,7 @@ def _logged_pictures(recording: Recording, rows: Sequence[int], robot: str, came
 
 
 def _drawn(frame: Frame | PlanFrame, recording: Recording, rows: Sequence[int]) -> Iterator[Picture]:
-    """Yield a frame's pictures of rows; consecutive equal rows are drawn once."""
+    """Yield the picture of each row of a frame; consecutive equal rows are drawn once."""
     times = [(row, len(list(same))) for row, same in groupby(rows)]
     unique = [row for row, _ in times]
     for (_, count), moment in zip(times, moments(recording, first_robot(recording), unique), strict=True):

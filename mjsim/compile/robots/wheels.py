@@ -142,7 +142,7 @@ def add_roller_wheel(
         base: Body that carries it.
         wheel: Its sizes; the mass includes the rollers.
         heading: Direction in which the wheel rolls, robot frame [rad].
-        angle: From the wheel's axle to the axis of the lowest roller, about the vertical, left positive [rad].
+        angle: Angle from the wheel's axle to the axis of the lowest roller, about the vertical, left positive [rad].
         count: Number of rollers.
         seen: Whether it is visible.
     """
@@ -182,7 +182,7 @@ def _add_roller(
         wheel: Body of the wheel.
         name: Name of its body and its hinge.
         place: Position on the rim, from the lowest point [rad].
-        angle: From the wheel's axle to its axis at the lowest point [rad].
+        angle: Angle from the wheel's axle to its axis at the lowest point [rad].
         inertia: Inertia about its axis [kg m^2].
         sizes: Distance of its center from the axle, radius and half length [m].
     """

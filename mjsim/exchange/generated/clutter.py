@@ -52,7 +52,7 @@ def clutter_world(
     passages at least 0.8 m wide.
 
     Args:
-        size: From west to east and from south to north, between the walls [m].
+        size: Distance of the walls from west to east and from south to north [m].
         seed: The same seed gives the same room.
         name: Name of the world.
         preset: Preset of the robot; None for no robot.

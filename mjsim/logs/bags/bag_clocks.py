@@ -48,7 +48,7 @@ class Clocks:
         Args:
             topic: Name of the clock.
             recorded: When the message was recorded [s].
-            stamp: In its header [s].
+            stamp: Stamp in its header [s].
         """
         if topic in self._jumps:
             since, steps = self._jumps[topic]
@@ -136,7 +136,7 @@ def _jumps(
 
     Args:
         recorded: When messages were recorded, ascending, shape (N,) [s].
-        stamps: In their headers, shape (N,) [s].
+        stamps: Stamps in their headers, shape (N,) [s].
         set_back: As in `Clocks`.
     """
     ahead = stamps - recorded

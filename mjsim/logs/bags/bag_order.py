@@ -139,7 +139,7 @@ class InFileOrder:
 
         Args:
             reader: Reader of rosbags, or one like it.
-            files: In order of time.
+            files: Files in order of time.
             rows: Messages before which the clock was set, counted over all files, shape (N,).
             shifts: What is added to times before the first of these and from each on, shape (N + 1,) [ns].
         """

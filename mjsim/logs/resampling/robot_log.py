@@ -83,7 +83,7 @@ def write_robot_logs(
     """Write logs as a recording, and yield the progress [%].
 
     Args:
-        world: With the robots at their starts; its rate is that of the ticks.
+        world: World with the robots at their starts; its rate is that of the ticks.
         logs: Logs by the names of robots.
         span: First and last time of the log's clock; the first is 0 in the recording [s].
         noise: Noise of the motion.

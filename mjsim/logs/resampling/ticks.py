@@ -64,7 +64,7 @@ def write_ticks(
     """Write the observations of robots as a recording, and yield the progress [%].
 
     Args:
-        world: With the robots at their starts; its rate is that of the ticks.
+        world: World with the robots at their starts; its rate is that of the ticks.
         accounts: Accounts by the names of robots, all with the same number of ticks.
         metadata: Origin of the data.
         cameras: Data sheets of cameras whose pictures are stored, by robot and camera.

@@ -20,7 +20,7 @@ MIN_RAY_HEIGHT, MAX_RAY_SPACING = 0.015, 0.15
 
 
 class ProximityRing:
-    """Sixteen sensors around a robot, first ahead, then counter-clockwise: level rays, and cones."""
+    """Sixteen proximity sensors around a robot, counter-clockwise from the front: level rays and cones."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, *, sought: Sequence[int] = ()) -> None:
         """Keep the model and its state, read at each measurement, and where the rays of the robot begin.

@@ -103,7 +103,7 @@ class InView:
         """Sort the geoms of a scene by distance, with level ones such as floors and ceilings last.
 
         Args:
-            scene: In the state of the last call of `unseen`.
+            scene: Scene in the state of the last call of `unseen`.
             view: Its view.
         """
         if self._sortable is None and scene.ngeom > 1:

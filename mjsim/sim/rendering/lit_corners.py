@@ -35,7 +35,7 @@ class LitCorners:
         """Return a surface with smaller triangles, and the light on its corners as values of pictures, shape (n, 3).
 
         Args:
-            shape: In the world frame.
+            shape: Shape in the world frame.
         """
         columns, corners = divided(
             np.hstack([shape.points, shape.normals, shape.places]), shape.corners.astype(np.int32), MAX_EDGE

@@ -18,7 +18,7 @@ def look_at(look: Look, at: tuple[float, float], heading: float) -> Array:
     """Return drawing_from_world: right, up, towards the viewer, shape (3, 4) [m].
 
     Args:
-        look: From above in the world frame, or upright, with the origin of the drawing on the floor below the item.
+        look: View from above in the world frame, or upright with the origin of the drawing on the floor below the item.
         at: Position of the item, world frame [m].
         heading: Direction that it faces, counter-clockwise from x [rad]: to the right in the side view, towards the
             viewer in the front view.

@@ -31,7 +31,7 @@ def height_under(things: Sequence[Obstacle], spot: Array, *, limit: float = math
     """Return the height of the floor, or of the highest of the things on it, at a place [m].
 
     Args:
-        things: On the floor.
+        things: Things on the floor.
         spot: World frame, shape (2,) [m].
         limit: Things that are higher there are ignored [m].
     """

@@ -21,7 +21,7 @@ def check_inertias(mechanism: MechanismParts, found: Assembly, values: Array) ->
     Args:
         mechanism: Mechanism as written.
         found: Its assembly.
-        values: At the start, shape (values,).
+        values: Values at the start, shape (values,).
     """
     matrix = mass_matrix(mechanism, found, values)
     own = [column for name in {tree.name for tree in _carrying(found)} for column in found.columns[name]]

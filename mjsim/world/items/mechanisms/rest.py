@@ -27,7 +27,7 @@ def trimmed(mechanism: MechanismParts, found: Assembly, values: Array, held: set
 
     Args:
         mechanism: Mechanism as written.
-        found: With all rows that hold.
+        found: Closure with all rows that hold.
         values: Initial guess, shape (values,).
         held: Columns that stay.
 

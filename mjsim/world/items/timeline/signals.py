@@ -107,7 +107,7 @@ def signal_of(keys: Mapping[str, Any], *, angle: bool = False, rng: "Generator |
     Args:
         keys: Such as {"sine": {"amplitude": 0.3, "frequency_hz": 0.5}}.
         angle: Whether it is an angle or its rate: keys then end in _deg, and values are in radians.
-        rng: For a random signal.
+        rng: Generator for a random signal.
 
     Raises:
         ValueError: A key is invalid; the message says which.
