@@ -182,8 +182,8 @@ def averaged(one: EkfSlamFilter, other: EkfSlamFilter, *, share: float, followed
     """Return mean and covariance of a mixture of two filters with the same landmarks.
 
     Args:
-        one: A filter.
-        other: Another.
+        one: First filter.
+        other: Second filter.
         share: Probability of the other.
         followed: How far the mean goes towards the other, if not as far as its probability; the covariance is about it.
     """

@@ -32,7 +32,7 @@ class HeldFrame:
         """Begin with the first pose, shape (3,), reported unchanged.
 
         Args:
-            pose: The first.
+            pose: First pose.
             release: Whether the frame is given up, with a jump, once the heading is known.
         """
         self._reported = np.zeros((64, 2))

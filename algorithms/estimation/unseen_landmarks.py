@@ -59,7 +59,7 @@ class UnseenLandmarks:
         self._blank = 0.0
 
     def look(self, belief: Estimate, seen: Observation) -> None:
-        """Take what was seen, and where the robot and its map are, in one frame."""
+        """Record the sightings of a tick, with the pose of the robot and its map in one frame."""
         row, column = math.floor(belief.pose.x / CELL), math.floor(belief.pose.y / CELL)
         named = [sighting for sighting in seen.sightings if sighting.name is not None]
         for sighting in named:

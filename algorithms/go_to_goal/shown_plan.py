@@ -1,4 +1,4 @@
-"""What a navigator that samples motions shows of its plan: goals, costs and candidates."""
+"""Items that a navigator that samples motions shows of its plan: goals, costs and candidates."""
 
 from collections.abc import Sequence
 

@@ -40,7 +40,7 @@ UNFORESEEN = np.array([0.2, 0.05, 0.3])
 BESIDE = 3
 """Number of delays on either side of the best one to whose costs a parabola is fitted."""
 FIT = np.linalg.pinv(np.vander(np.arange(-BESIDE, BESIDE + 1.0), 3, increasing=True))
-"""Matrix that gives its coefficients."""
+"""Matrix that gives the coefficients of this parabola from the costs."""
 
 
 class OdometryDelay:

@@ -47,9 +47,9 @@ class Crew:
 
         Args:
             function: A function of `work`.
-            around: Its first argument.
-            at: Its second, which is divided.
-            arguments: The rest.
+            around: First argument of the function.
+            at: Second argument, which is divided.
+            arguments: Further arguments.
             done: Called with the number of points after each part.
         """
         parts = [at.some(slice(first, first + POINTS_PER_PART)) for first in range(0, len(at.points), POINTS_PER_PART)]

@@ -11,7 +11,7 @@ from mjsim.world import World
 def light_of(world: World, model: mujoco.MjModel) -> BakedLight | None:
     """Return the light of a world with `shading: baked`, from the cache or computed now with progress on stderr.
 
-    None for a world with plain shading; also, after a line about it, where the ray caster does not work.
+    It is None for a world with plain shading, and if the ray caster does not work; then a line says so.
 
     Args:
         world: The world.

@@ -11,7 +11,7 @@ from mjsim.models.robot_meshes import PlainMeshes
 
 NOUNS = {"mesh": "mesh", "texture": "picture"}
 INSTEAD = {"mesh": "collision shapes are used instead", "texture": "plain colours are used instead"}
-"""What replaces a file that is left out."""
+"""Replacement of a file that is left out."""
 
 
 class LenientGatherer(Gatherer):

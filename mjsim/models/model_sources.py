@@ -70,7 +70,7 @@ _REFUSED = {
 }
 """Features that no object may have, with their names in messages."""
 _INSTEAD = {"attach": "write both as one file, mujoco.MjSpec.from_file(FILE).to_xml()"}
-"""What to use instead."""
+"""Advice what to use instead."""
 _URDF = {"link", "joint", "material"}
 _URDF_COMPILER = {"boundinertia", "boundmass"}
 """Settings of a URDF's MuJoCo element that are kept: minimum mass and inertia of moving bodies."""

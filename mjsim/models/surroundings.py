@@ -192,7 +192,7 @@ def _pixels(model: Any, number: int) -> Picture:
 
 
 def _bodies(model: Any, data: Any, robots: set[int]) -> list[SceneBody]:
-    """Return the bodies other than robots, with the geoms of what is fixed to them, each after what carries it."""
+    """Return the bodies other than robots, each after its parent, with the geoms of all bodies fixed to it."""
     carriers = [_carrier(model, body) for body in range(model.nbody)]
     groups: dict[int, list[int]] = {}
     for body, carrier in enumerate(carriers):

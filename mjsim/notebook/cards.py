@@ -1,4 +1,4 @@
-"""What notebooks show of a value: a few numbers as HTML of a few kilobytes, beside a small plan as SVG."""
+"""Cards that notebooks show for values: a few numbers as HTML of a few kilobytes, beside a small plan as SVG."""
 
 import re
 from collections.abc import Iterable, Iterator, Sequence

@@ -16,7 +16,7 @@ class RosWorld:
     """All robots and mechanisms of a world, and their common topics."""
 
     def __init__(self, world: World, infos: Mapping[str, RobotInfo], *, namespaces: bool = True) -> None:
-        """Name everything.
+        """Determine all names in ROS.
 
         Args:
             world: World with the robots.

@@ -1,4 +1,4 @@
-"""What a person does to a running world by hand, each as a touch."""
+"""Changes that a person makes to a running world by hand, each as a touch."""
 
 import math
 from abc import ABC, abstractmethod

@@ -294,7 +294,7 @@ class Simulation(Viewed, Closes):
         self._happen(**{**keys, "reach": robot})
 
     def release(self, name: str, arm: str = "arm", *, hand: str | None = None, joint: str | None = None) -> None:
-        """Release an arm to its commands, a hand to its posture, or a joint to what moves it."""
+        """Release an arm to its commands, a hand to its posture, or a joint to its own motion."""
         self._happen(release=name, arm=arm, hand=hand, joint=joint)
 
     def lead(self, mechanism: str, joint: str, to_deg: float | Sequence[float]) -> None:

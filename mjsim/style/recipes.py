@@ -1,4 +1,4 @@
-"""What a room of each style looks like."""
+"""Recipes for the rooms of each style."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

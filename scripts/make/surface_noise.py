@@ -1,4 +1,4 @@
-"""What surfaces are drawn from: noise that repeats without a seam, relief, cells, and marks of use."""
+"""Building blocks of textures of surfaces: noise that repeats without a seam, relief, cells, and marks of use."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -115,7 +115,7 @@ def summary(results: Sequence[Result]) -> str:
     return (
         f"{len(results)} worlds: metric {score.mean():.3f}, {100 * np.isfinite(arrival).mean():.1f} % arrive,"
         f" {100 * touched.mean():.1f} % touch, {np.nanmedian(arrival):.1f} s median;"
-        f" {mean:.1f} ms a tick in the mean, {worst:.0f} ms at worst"
+        f" {mean:.1f} ms per tick on average, {worst:.0f} ms at worst"
     )
 
 

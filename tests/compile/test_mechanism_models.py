@@ -102,7 +102,7 @@ BARE = '<mujoco><worldbody><geom type="box" size="0.1 0.1 0.1" mass="0"/></world
 
 
 def test_a_file_without_a_mass_needs_one_of_the_world(world):
-    with pytest.raises(WorldError, match=r"m.yaml:5:31: 'lever.xml' has no mass; give the body mass, center"):
+    with pytest.raises(WorldError, match=r"m.yaml:5:31: 'lever.xml' has no mass; give mass, center"):
         world(file=BARE)
     given = world(", mass: 2, center: [0, 0, 0.1], inertia: [1, 1, 1, 0, 0, 0]", file=BARE)
     assert given.mechanisms[0].body("b").solid().inertia == (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)

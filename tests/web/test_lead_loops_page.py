@@ -118,7 +118,7 @@ def a_ball_is_led_by_fields_and_let_go(studio, page):
     field.fill("-40")
     field.press("Enter")
     said = page.locator("#view-run .run-side").get_by_text("truss: t1, t2, t3 cannot be moved by hand")
-    expect(said).to_contain_text("they cannot move")
+    expect(said).to_contain_text("they are fixed")
     page.get_by_role("button", name="Let go of knot.rz").click()
     expect(page.locator(".run-keep button").first).to_contain_text("Keep 7 ")
     *before, led, released = touched(studio)

@@ -1,4 +1,4 @@
-"""What was kept, guessed, repaired, added and left out of a robot's file."""
+"""Lists what was kept, guessed, repaired, added and left out of a robot's file."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path

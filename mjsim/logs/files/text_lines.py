@@ -116,7 +116,7 @@ class _Whole(io.RawIOBase):
     """The readable part of a compressed text that may be truncated."""
 
     def __init__(self, unpacked: Any, path: Path, notes: dict[str, str]) -> None:
-        """Take what unpacks it."""
+        """Wrap a decompressor."""
         self._unpacked, self._path, self._notes = unpacked, path, notes
 
     def readable(self) -> bool:
@@ -128,12 +128,12 @@ class _Whole(io.RawIOBase):
         return True
 
     def seek(self, offset: int, whence: int = os.SEEK_SET, /) -> int:
-        """Go to a place; return it."""
+        """Seek to a position; return it."""
         place: int = self._unpacked.seek(offset, whence)
         return place
 
     def readinto(self, into: Any) -> int:
-        """Put what comes next into a buffer; return the number of its bytes."""
+        """Read the next bytes into a buffer; return their number."""
         try:
             data = self._unpacked.read1(len(into))
         except EOFError:
@@ -160,7 +160,7 @@ class _Returns(io.RawIOBase):
         return True
 
     def readinto(self, into: Any) -> int:
-        """Put what comes next into a buffer; return the number of its bytes."""
+        """Read the next bytes into a buffer; return their number."""
         data = self._file.read(len(into)).replace(b"\r", b"\n")
         into[: len(data)] = data
         return len(data)

@@ -67,5 +67,5 @@ class ForwardClock:
 
 
 def _is_late(part: Array, newest: float) -> bool:
-    """Return whether messages were only written late, in which case the clock was not set back [s]."""
+    """Return whether messages were only written late, in which case the clock was not set back."""
     return bool(part.max() > newest or np.ptp(part) < MIN_LATE_SECONDS)

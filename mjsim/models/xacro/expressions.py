@@ -16,7 +16,7 @@ from mjsim.syntax import parse_python
 MAX_CHARACTERS = 4000
 """Maximum length of an expression [characters]."""
 Known: TypeAlias = Value | Function | Module | Scope
-"""What a name may stand for."""
+"""Values that a name may have."""
 _FAULTS = (TypeError, ValueError, ArithmeticError, LookupError)
 """Exceptions of operations and functions for unsuitable values."""
 

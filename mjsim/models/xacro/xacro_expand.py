@@ -337,7 +337,7 @@ class Expander:
     def _load_yaml(self, name: str) -> Value:
         paths = self._files.locate(str(name), self._paths[-1].parent)
         if len(paths) != 1:
-            raise XacroError(f"load_yaml reads one file, not {len(paths)}; name it")
+            raise XacroError(f"load_yaml reads one file, not {len(paths)}; give the path of one")
         data = self._contents(paths[0])
         with self._inside(paths[0]):
             return plain_yaml(data, str(paths[0]), self.budget, lambda text: self._text.evaluated(text, self._scope))
@@ -351,7 +351,7 @@ def _found(name: str, scope: Scope, macros: Macros) -> tuple[Macro, Scope, Macro
         for space in spaces:
             found, inner = at.space(space), scope.lookup(space)
             if found is None or not isinstance(inner, Scope):
-                raise XacroError(f"no include has the namespace '{space:.60}'; name it there, as ns=\"...\"")
+                raise XacroError(f"no include has the namespace '{space:.60}'; add it to one, as ns=\"...\"")
             at, scope = found, inner
         macro = at.find(last)
     if macro is None:

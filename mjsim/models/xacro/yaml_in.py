@@ -72,7 +72,7 @@ class _Reader:
             if key.tag == MERGE:
                 for other in [value] if isinstance(value, yaml.MappingNode) else reversed(value.value):
                     if not isinstance(other, yaml.MappingNode):
-                        raise XacroError("<< in a YAML file takes mappings; name some")
+                        raise XacroError("the value of << in a YAML file must be a mapping or a list of mappings")
                     yield from self.value(other).items()
         for key, value in node.value:
             if key.tag != MERGE:

@@ -1,4 +1,4 @@
-"""What Foxglove draws of a recording: the map, frames, pictures, scans, items of modules."""
+"""Messages from which Foxglove draws a recording: the map, frames, pictures, scans, items of modules."""
 
 from mjsim.faces import face
 

@@ -175,7 +175,7 @@ class Imager:
     """
 
     def __init__(self, camera: Camera, pixels: Generator, dirt: Generator) -> None:
-        """Make all tables.
+        """Precompute the tables of the camera.
 
         Args:
             camera: Camera of the world file.

@@ -82,7 +82,7 @@ class StereoDepth:
         self._noise.draw(self._drawn)
 
     def _errors(self) -> NDArray[np.float32]:
-        """Return errors of the disparities, alike within a window, shape (height, width) [px]."""
+        """Return errors of the disparities, correlated within a window, shape (height, width) [px]."""
         drawn = np.zeros(self._drawn, dtype=np.int16)
         self._noise.add_to(drawn)
         half = self._stereo.window // 2

@@ -106,7 +106,7 @@ class Tracks:
     """All points on curves of a mechanism."""
 
     def __init__(self, model: mujoco.MjModel, mechanism: Mechanism) -> None:
-        """Find them."""
+        """Find the points."""
         self._model = model
         self._all = [TrackAtWork(model, mechanism, track) for track in mechanism.assembly.tracks]
 

@@ -187,7 +187,7 @@ class MechanismAtWork:
         return np.asarray(found[0] - found[1] + model.dof_damping[dofs] * self._gained / 2.0)
 
     def settle(self, step: int) -> None:
-        """Bring it to its state at the end of a tick, before a given step."""
+        """Move the mechanism to its state at the end of a tick, before a given step."""
         self.fault = self._found_fault()
         if self.moved or self.held:
             self._go_to(step)

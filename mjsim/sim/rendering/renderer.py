@@ -58,7 +58,7 @@ class Renderer(Closes):
             height: [px]
             quality: As for `Canvas`; ignored when a canvas is given.
             canvas: Canvas shared with other renderers of this model; by default its own.
-            light: The same.
+            light: Light shared with them; by default its own.
             groups: Visible geom groups.
         """
         self._model = model

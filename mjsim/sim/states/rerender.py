@@ -37,7 +37,7 @@ class Retake(Closes):
         qvel: Array,
         looks: Callable[[int], Looks],
     ) -> None:
-        """Keep what was recorded.
+        """Store the recorded states.
 
         Args:
             world: World of the run.

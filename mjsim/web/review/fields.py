@@ -1,4 +1,4 @@
-"""What a recording holds by topic: its numbers with their units, single ones over time, and messages as they are."""
+"""Contents of a recording by topic: numbers with their units, single numbers over time, and raw messages."""
 
 import json
 import math

@@ -18,7 +18,7 @@ class JointFacts(TypedDict):
     """[rad], or [m] for a sliding joint; null without a limit."""
     upper: float | None
     held: NotRequired[bool]
-    """In a mechanism: whether a hand holds it against what moves it; else it is led in place of its motion."""
+    """In a mechanism: whether a hand pulls it against its forces; otherwise the hand replaces its motion."""
     period: NotRequired[float]
     """Length of the closed curve along which it goes [m]; its position grows with each round."""
 

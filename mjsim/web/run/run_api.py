@@ -156,7 +156,7 @@ class RunApi:
     def _check_code(self) -> None:
         """Raise UsageError if a run started here does not have its world's current code."""
         if self._code is not None and self._trust.code_of(self._session().world) != self._code:
-            raise UsageError("the code of this world has changed since the run began; start it with Start")
+            raise UsageError("the code of this world has changed since the run began; press Start to run the new code")
 
     def _world(self, request: Start, folder: Folder) -> World:
         """Return the world of a text, with the chosen modules.

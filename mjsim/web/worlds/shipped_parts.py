@@ -1,4 +1,4 @@
-"""What is shipped with mjsim, as the page names it."""
+"""Worlds, presets and other parts shipped with mjsim, as named on the page."""
 
 from collections.abc import Iterator
 from functools import cache

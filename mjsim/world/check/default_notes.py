@@ -1,4 +1,4 @@
-"""What a valid world leaves to defaults that decide results, and what of an arm's file was left out or mended."""
+"""Notes on a valid world: defaults that decide results, and parts of an arm's file that were left out or mended."""
 
 from collections.abc import Iterator
 from functools import partial

@@ -22,7 +22,7 @@ MAX_FILES = 1000
 """Maximum number of included files; a file counts each time."""
 MAX_VARIABLES = 1000
 _SIGNS = ("${", "include", "variables", "repeat", "\\")
-"""What a text contains if it uses any of the three; a backslash may escape a letter."""
+"""A text that uses any of the three contains one of these; a backslash may escape a letter."""
 
 
 @dataclass(frozen=True, slots=True)

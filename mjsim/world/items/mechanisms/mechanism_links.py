@@ -273,7 +273,7 @@ class MechanismModel(FromFile, _Body):
         has_inertia = None not in (self.mass, self.center, self.inertia)
         # The file is known to exist only if it was read with its world.
         if not has_inertia and "shape" in vars(self) and self.shape.whole.mass <= 0.0:
-            raise fault(Sentence("'{model}' has no mass; give the body mass, center and inertia", self.model), "model")
+            raise fault(Sentence("'{model}' has no mass; give mass, center and inertia", self.model), "model")
         return self
 
     def own_mass(self) -> float:

@@ -1,4 +1,4 @@
-"""What the actuators of a mechanism act on, and the prescribed motions of its joints."""
+"""Coordinates on which the actuators of a mechanism act, and the prescribed motions of its joints."""
 
 from collections.abc import Callable, Sequence
 

@@ -213,7 +213,7 @@ def _check_rows(rows: tuple[tuple[float, ...], ...] | None, size: int) -> None:
 
 
 class ReleaseEvent(_Event):
-    """Returns an arm to its navigator, a hand of a person to its initial position, or a joint to what moves it."""
+    """Returns an arm to its navigator, a hand of a person to its initial position, or a joint to its own motion."""
 
     release: Name
     """The robot, person or mechanism."""

@@ -109,7 +109,7 @@ export interface JointFacts {
   /** [rad], or [m] for a sliding joint; null without a limit. */
   lower: number | null;
   upper: number | null;
-  /** In a mechanism: whether a hand holds it against what moves it; else it is led in place of its motion. */
+  /** In a mechanism: whether a hand pulls it against its forces; otherwise the hand replaces its motion. */
   held?: boolean;
   /** Length of the closed curve along which it goes [m]; its position grows with each round. */
   period?: number;

@@ -436,8 +436,8 @@ export const EN = {
   "run.joint": "Joint",
   "run.joints": "Joints",
   "run.jointsNotLed":
-    "{name}: {joints} cannot be moved by hand: they cannot move, or belong to a constraint; move {others}.",
-  "run.jointsNotLedAlone": "{name}: {joints} cannot be moved by hand: they cannot move.",
+    "{name}: {joints} cannot be moved by hand: they are fixed, or belong to a constraint; move {others}.",
+  "run.jointsNotLedAlone": "{name}: {joints} cannot be moved by hand: they are fixed.",
   "run.jointsOf": "Motion of the joints of {name}",
   "run.keepAsEvents": "Keep {fresh} as events",
   "run.keepInTheWorld": "Keep in the world",
