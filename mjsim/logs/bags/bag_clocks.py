@@ -19,7 +19,7 @@ AGREEING_MESSAGES = 3
 """Number of messages before and after a jump that must agree, so that a single wrong time is not a jump."""
 MIN_OTHER_CLOCK = 1e8
 """Minimum difference of clocks that have different starts: of a simulation, and since 1970 [s]."""
-MOST = 0.1, 0.9
+CENTRAL = 0.1, 0.9
 """Shares of the messages of a topic between which its span is measured [1]."""
 RECORDER = "the recorder"
 TIME_ROUNDING = 1e-6
@@ -103,7 +103,7 @@ class Clocks:
             since, offsets = self._jumps.get(topic, ([], [0.0]))
             stamps = stamps - np.array(offsets)[np.searchsorted(since, recorded, "right")]
             # A single wrong time, such as that of a first stamp of 0, is no span.
-            if np.ptp(np.quantile(recorded, MOST)) >= MIN_SPAN_RATIO * np.ptp(np.quantile(stamps, MOST)):
+            if np.ptp(np.quantile(recorded, CENTRAL)) >= MIN_SPAN_RATIO * np.ptp(np.quantile(stamps, CENTRAL)):
                 ahead[topic] = float(np.median(stamps - recorded))
         usual = max(ahead, key=lambda topic: len(self._seen[topic]), default="")
         notes = {}
