@@ -47,6 +47,7 @@ class SceneGeom:
     """Size of one repetition of that; 0 if it is repeated over the size of the geom [m]."""
     repeats: float = 1.0
     """Number of its repetitions over the height of the geom."""
+    name: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -262,7 +263,8 @@ def _geom(model: Any, data: Any, geom: int) -> SceneGeom:
         faces = np.asarray(model.mesh_face[begin : begin + int(mesh.facenum[0])], dtype=np.int64)
     pose = frame_at(data.geom_xpos[geom], data.geom_xmat[geom])
     look = _texture_of(model, int(model.geom_matid[geom]))
-    return SceneGeom(kind, model.geom_size[geom].copy(), pose, _color(model, geom), vertices, faces, *look)
+    size, color, name = model.geom_size[geom].copy(), _color(model, geom), model.geom(geom).name
+    return SceneGeom(kind, size, pose, color, vertices, faces, *look, name=name)
 
 
 def _texture_of(model: Any, material: int) -> tuple[str, float, float]:

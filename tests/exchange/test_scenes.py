@@ -264,6 +264,7 @@ HOUSE = """<mujoco><asset><texture name="w" type="2d" builtin="checker" width="8
 texture="w" rgba=".8 .2 .2 1"/></asset><worldbody><light name="lamp" pos="2 2 2.4"/><geom type="plane" size="9 9 .1"/>
 <geom type="box" pos="3 0 1.25" size="3 .075 1.25" material="m"/><geom type="box" pos="3 4 1.25" size="3 .075 1.25"/>
 <geom type="box" pos="0 2 1.25" size=".075 2 1.25"/><geom type="box" pos="6 2 1.25" size="2 .075 1.25" euler="0 0 90"/>
+<geom name="stool" type="cylinder" pos="5 1 .2" size=".1 .2"/>
 <body name="table" pos="2 2 0"><geom type="box" pos="0 0 .72" size=".6 .4 .02"/></body>
 <body name="ball" pos="4 1 .11"><freejoint/><geom type="sphere" size=".11" mass=".4"/></body>
 <body name="hatch" pos="5 3 0"><joint axis="0 0 1"/><geom type="box" pos=".4 0 .3" size=".3 .3 .3"/></body>
@@ -280,7 +281,7 @@ def test_a_scene_of_mujoco_is_the_surroundings_of_a_world(tmp_path):
     assert solid(World(walls=world.walls)).bounds == pytest.approx((-0.075, -0.075, 6.075, 4.075), abs=1e-3)
     assert world.walls[0].color == "#cc3333"
     things = {thing.name: thing for thing in world.obstacles}
-    assert set(things) == {"table", "ball", "hatch"}
+    assert set(things) == {"stool", "table", "ball", "hatch"}
     assert (things["ball"].movable, things["ball"].mass, things["ball"].sphere) == (True, 0.4, 0.11)
     assert things["table"].elevation == pytest.approx(0.7)
     assert world.robots[0].at == (1.0, 1.0)

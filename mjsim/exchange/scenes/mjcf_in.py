@@ -69,12 +69,13 @@ def _take(scene: Scene, bodies: Sequence[SceneBody], looks: Looks) -> None:
             if (part := _part(scene, body, carried, looks)) is not None:
                 scene.add(SceneThing(body.name, [], body.pose, parts=[part]))
             continue
-        solids = _all_solids(scene, body, looks)
-        if body.name == WORLD:
-            for solid in solids:
-                scene.add(SceneThing(body.name, [solid], body.pose))
+        if body.name == WORLD and body.geoms:
+            for geom in body.geoms:
+                own = replace(body, name=geom.name or WORLD, geoms=[geom])
+                for solid in _all_solids(scene, own, looks):
+                    scene.add(SceneThing(own.name, [solid], own.pose))
             continue
-        parts = _parts(scene, body, carried, looks)
+        solids, parts = _all_solids(scene, body, looks), _parts(scene, body, carried, looks)
         if solids or parts:
             scene.add(SceneThing(body.name, solids, body.pose, body.mass if body.free else None, parts))
 
