@@ -141,7 +141,7 @@ def test_a_png_is_read_whatever_lies_beside_its_picture(tmp_path, capfd):
 
 def test_an_all_black_picture_is_refused_as_a_map():
     occupied = np.ones((2500, 2500), dtype=bool)
-    with pytest.raises(UsageError, match="the map has 6250000 occupied cells; .* has at most 6000000"):
+    with pytest.raises(UsageError, match=r"the map has 6250000 occupied cells; .* has at most 6000000"):
         world_from_grid(Grid(occupied, ~occupied, 0.05, Pose(0.0, 0.0, 0.0)))
 
 
