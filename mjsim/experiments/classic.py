@@ -34,7 +34,7 @@ Progress = Callable[[str, float], None]
 
 
 def bump(recording: Recording) -> Result:
-    """Evaluate a robot that drives into a wall: it bumps, stops, wriggles, and passes through nothing."""
+    """Evaluate a robot that drives into a wall: it bumps, stops, turns back and forth, and passes through nothing."""
     track = recording.robots[ROBOT]
     first = next((event.time for event in track.events if event.kind == "bump"), np.inf)
     after = track.truth[track.time > first + 1.0]
@@ -47,12 +47,12 @@ def bump(recording: Recording) -> Result:
         findings=(
             at_least("bumps", sum(event.kind == "bump" for event in track.events), 1),
             at_most("distance travelled after the bump [m]", travel.max(), 0.05),
-            at_least("it wriggles: turns back and forth by [deg]", np.degrees(turned), 1.0),
+            at_least("turns back and forth by [deg]", np.degrees(turned), 1.0),
             at_most("deepest penetration of a wall [m]", _deepest(recording), 0.005),
         ),
         pictures=(
             plots.path_plot("bump", "The path into the wall", recording),
-            plots.wriggling("bump", "Speed and heading: it stops, and wriggles", track, first),
+            plots.wriggling("bump", "Speed and heading: it stops, and turns back and forth", track, first),
         ),
     )
 

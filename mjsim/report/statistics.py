@@ -199,7 +199,7 @@ def _path_figures(truth: Array, poses: Array, keys: tuple[str, str, str, str]) -
 
 
 def _final_figures(part: Track) -> dict[str, Any]:
-    """Return the errors of the final trajectory at its own times; none without one, or without truth then."""
+    """Return the errors of the final trajectory at its own times; empty without one, or without truth then."""
     truth = metrics.poses_at(part.path[:, 0], part.moments, part.truth)
     known = np.isfinite(truth).all(axis=1)
     return _path_figures(truth[known], part.path[known, 1:], FINAL_FIGURES) if known.any() else {}

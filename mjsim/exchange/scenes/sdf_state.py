@@ -16,7 +16,7 @@ TOLERANCE = 0.01
 
 
 def restore(world: Element, scene: Scene, model_of: Callable[[Element], tuple[Element, SdfFrames] | None]) -> None:
-    """Put the models and links of a world where its first state has them, and tell what stays elsewhere.
+    """Put the models and links of a world where its first state has them, and report those that stay elsewhere.
 
     Args:
         world: The `<world>`; poses in it are replaced.

@@ -30,11 +30,11 @@ GROUPS = ("Group", "Transform", "Pose", "Billboard")
 MOVING = {"HingeJoint": "hinge", "SliderJoint": "slide"}
 SEEN = ("Shape", "CadShape")
 SILENT = ("WorldInfo", "Viewpoint", "Background", "Fog", "Slot", *SEEN, "Muscle", "TexturedBackground")
-"""Nodes that mean nothing for a world of mjsim, or are taken elsewhere; so do those with these beginnings."""
+"""Nodes without a meaning in a world of mjsim, or read by other code; likewise those with these beginnings."""
 ENU_YEAR = 2022
 """From this year's versions on, z points up unless a world says otherwise."""
 LAMP_REACH = 10.0
-"""Range of a lamp that has none [m]."""
+"""Default range of a lamp [m]."""
 
 
 @dataclass(slots=True, eq=False)

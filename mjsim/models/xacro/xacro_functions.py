@@ -65,7 +65,7 @@ def product(left: Any, right: Any) -> Any:
 
 
 def remainder(left: Any, right: Any) -> Any:
-    """Return the remainder of numbers, or a text with values put in."""
+    """Return the remainder of numbers, or a formatted text."""
     if isinstance(left, str):
         if not _CONVERSIONS.fullmatch(left):
             raise XacroError(f"'{left:.40}' is not a text with conversions such as %d and %.3f")

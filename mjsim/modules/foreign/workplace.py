@@ -19,7 +19,7 @@ class Workplace:
     """
 
     def __init__(self, host: Host, use: Use, source: Source) -> None:
-        """Read the files of a module, if they need permission, also those elsewhere that a command line names.
+        """Read the files of a module, if they need permission, also those outside the folder that a command line names.
 
         Raises:
             UsageError: A file may not run with its content, or cannot be read.
@@ -51,10 +51,10 @@ class Workplace:
         return self._copy
 
     def spelled(self, words: Sequence[str]) -> list[str]:
-        """Return a command line with the copies of files elsewhere, after `enter`.
+        """Return a command line that names the copies of files outside the folder; call `enter` first.
 
         Raises:
-            Failed: A file elsewhere appeared only after the user allowed the code.
+            Failed: A file outside the folder appeared only after the user allowed the code.
         """
         return [*words[:1], *map(self._spelled, words[1:])]
 

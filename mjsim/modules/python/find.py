@@ -60,7 +60,7 @@ def names_of(place: str, source: Source) -> BoundNames:
 
 
 def imported(statement: ast.ImportFrom, name: str, place: str, source: Source) -> tuple[str, str] | None:
-    """Return the installed module and the name in it of a name imported from beside; None for one from elsewhere."""
+    """Return the installed module and the name in it of a name imported beside it; None for any other."""
     if statement.level != 1 or statement.module is None or place.endswith(".py"):
         return None
     path = file_of(place, source)

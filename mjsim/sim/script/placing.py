@@ -1,4 +1,4 @@
-"""Putting free bodies elsewhere."""
+"""Moves free bodies to other places."""
 
 import math
 from collections.abc import Collection, Sequence
