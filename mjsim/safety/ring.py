@@ -335,7 +335,7 @@ class Trail:
     """Half width of a sector in which places are counted [rad]."""
 
     def __init__(self) -> None:
-        """Start without places."""
+        """Start with no remembered places."""
         self._places = np.full((self.CAPACITY, 2), np.inf)
         self._count = 0
         self._last = (math.inf, math.inf)

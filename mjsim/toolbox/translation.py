@@ -36,7 +36,7 @@ class Translation:
 
 
 def translate(script: Path, own: Path) -> Translation:
-    """Write a script and the files beside it that it uses as Octave can run them, where that differs.
+    """Write copies of a script and the files that it uses which Octave can run, where they differ.
 
     Args:
         script: The script.

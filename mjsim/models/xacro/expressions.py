@@ -109,7 +109,7 @@ class _Evaluation:
         """Call a function of the table, or a method of a value."""
         function, first = self._function(node.func)
         if any(word.arg is None for word in node.keywords):
-            raise XacroError("** is not allowed in expressions; name the values")
+            raise XacroError("** is not allowed in expressions; give the values one by one")
         given = [*first, *(self._known(each) if function.higher else self.value(each) for each in node.args)]
         return self._apply(function, given, {word.arg or "": self.value(word.value) for word in node.keywords})
 
@@ -183,7 +183,7 @@ class _Evaluation:
     def mapping(self, node: ast.Dict) -> Any:
         """Return a dictionary."""
         if None in node.keys:
-            raise XacroError("** is not allowed in expressions; name the values")
+            raise XacroError("** is not allowed in expressions; give the values one by one")
         keys = [self.value(key) for key in node.keys if key is not None]
         return self._budget.keep(dict(zip(keys, map(self.value, node.values), strict=True)))
 
