@@ -23,7 +23,7 @@ class Allowance:
     seconds: float = BASE_SECONDS
     """Time that the caller waits for it, and processor time that it uses, for one call [s]."""
     each: float = 0.0
-    """Time from one part to the next of a value that is handed back in parts, where less than this is left [s]."""
+    """Minimum time allowed for each part of a value that is returned in parts [s]."""
     written: int = 1 << 40
     """Maximum size of a temporary file [bytes]."""
 
