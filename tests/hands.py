@@ -39,6 +39,7 @@ def running(browser: Browser, folder: Path, text: str, *, record: bool = False) 
     expect.set_options(timeout=PATIENCE)
     with Studio(folder, world="room.yaml") as studio, page_at(browser, studio.url) as page:
         page.get_by_role("tab", name="Run", exact=True).click()
+        expect(page.get_by_label("Duration", exact=True)).to_be_visible()  # what comes above moves the rest down
         page.get_by_label("Record to a file").set_checked(record)
         page.get_by_role("button", name="Start", exact=True).click()
         expect(page.locator(".run-state")).to_have_text("Running")
