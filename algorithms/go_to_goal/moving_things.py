@@ -1,7 +1,7 @@
 """Things that move: found where space was free before, tracked, and predicted."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
@@ -15,13 +15,12 @@ FEWEST = 3
 """Things of fewer points are noise."""
 LARGEST = 1.2
 """Larger groups of points are not one moving object [m]."""
-GATE = 0.5
-"""How far from its prediction a thing may be seen again [m]."""
+GATE, RIM = 0.5, 0.2
+"""How far from its prediction a thing may be seen again, and how far from its rim points are its own [m]."""
 GONE = 1.0
 """Time after which a thing that is not seen again is forgotten [s]."""
-POSITION_GAIN, SPEED_GAIN = 0.5, 0.17
-"""Share of the difference to the prediction by which position and velocity change: the second is the square of the
-first over two less the first, Kalata's relation in section 6.5."""
+SIGHTINGS, STRAIGHT = 6, 0.06
+"""Number of sightings that the velocity is fitted to, and distance from the fit beyond which a thing has turned [m]."""
 SLOWEST, FASTEST = 0.12, 3.0
 """Speeds of things that move [m/s]."""
 CONFIRMED = 4
@@ -52,6 +51,8 @@ class Thing:
     """Where it was seen first, shape (2,) [m]."""
     error: float = 0.0
     """Mean distance between sightings and predictions [m]."""
+    sightings: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    """Time, x and y of each sighting since it turned, shape (n, 3) [s, m, m]."""
 
     def after(self, seconds: float) -> Array:
         """Return where it will be after a time [s], shape (2,) [m]."""
@@ -66,12 +67,7 @@ class Thing:
 
 
 class MovingThings:
-    """Tracks groups of fresh points with constant velocity.
-
-    References:
-        Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), section 6.5, the
-        alpha-beta filter.
-    """
+    """Tracks groups of fresh points with constant velocity, fitted to its last sightings on a straight line."""
 
     def __init__(self) -> None:
         """Start without things."""
@@ -80,7 +76,8 @@ class MovingThings:
 
     def update(self, fresh: Array, robot: Pose, now: float) -> None:
         """Add the points of a scan where nothing was before, shape (n, 2) [m], seen from a pose at a time [s]."""
-        groups = [_thing(group, robot, now) for group in grouped(fresh, GAP)]
+        parts = [part for group in grouped(fresh, GAP) for part in self._parted(group, now)]
+        groups = [_thing(part, robot, now) for part in parts]
         unmatched = [group for group in groups if group is not None]
         things, left = [], list(self.tracked)
         apart = {
@@ -97,6 +94,15 @@ class MovingThings:
         things += [thing for thing in left if now - thing.seen < GONE]
         self.tracked = [*things, *unmatched]
 
+    def _parted(self, group: Array, now: float) -> list[Array]:
+        """Return the parts of a group of points (n, 2) that are nearest to different things, at a time [s]."""
+        if not self.tracked:
+            return [group]
+        rims = [np.hypot(*(group - thing.after(now - thing.seen)).T) - thing.radius for thing in self.tracked]
+        nearest = np.argmin(rims, axis=0)
+        owners = [int(owner) for owner in np.unique(nearest[np.min(rims, axis=0) < RIM])]
+        return [group[nearest == owner] for owner in owners] if len(owners) > 1 else [group]
+
     def predicted(self, robot: Pose, now: float) -> list[Thing]:
         """Return the nearest things that move, where they are at a time [s]."""
         here = np.array([robot.x, robot.y])
@@ -106,27 +112,34 @@ class MovingThings:
 
 def _thing(points: Array, robot: Pose, now: float) -> Thing | None:
     """Return a group of points, seen for the first time; None if it is too small or too large."""
+    if len(points) < FEWEST:
+        return None
     low, high = points.min(axis=0), points.max(axis=0)
     extent = float(np.hypot(*(high - low)))
-    if len(points) < FEWEST or extent > LARGEST:
+    if extent > LARGEST:
         return None
     middle = points.mean(axis=0)
     away = middle - (robot.x, robot.y)
     radius = max(0.5 * extent, 0.1)
     place = middle + BEHIND * radius * away / max(float(np.hypot(*away)), 1e-6)
-    return Thing(place, np.zeros(2), radius, now, 1, place)
+    return Thing(place, np.zeros(2), radius, now, 1, place, sightings=np.array([[now, *place]]))
 
 
 def _updated(thing: Thing, seen: Thing, now: float) -> Thing:
     """Return a thing with its new sighting."""
-    dt = max(now - thing.seen, 1e-3)
-    expected = thing.after(dt)
-    error = seen.place - expected
-    gain = max(SPEED_GAIN, 1.0 / thing.count)
+    stray = 0.8 * thing.error + 0.2 * math.dist(seen.place, thing.after(now - thing.seen))
+    sightings = np.concatenate([thing.sightings[1 - SIGHTINGS :], seen.sightings])
+    while True:
+        times, places = sightings[:, 0] - now, sightings[:, 1:]
+        middle, centre = times.mean(), places.mean(axis=0)
+        velocity = (times - middle) @ places / max(float(((times - middle) ** 2).sum()), 1e-6)
+        place = centre - middle * velocity
+        misfit = np.abs(places - place - times[:, None] * velocity).max()
+        if misfit < STRAIGHT or len(sightings) <= 2:
+            break
+        sightings = sightings[1:]
     radius = max(0.8 * thing.radius, seen.radius)
-    place, velocity = expected + POSITION_GAIN * error, thing.velocity + gain * error / dt
-    stray = 0.8 * thing.error + 0.2 * float(np.hypot(*error))
-    return Thing(place, velocity, radius, now, thing.count + 1, thing.first, stray)
+    return Thing(place, velocity, radius, now, thing.count + 1, thing.first, stray, sightings)
 
 
 def grouped(points: Array, gap: float) -> list[Array]:

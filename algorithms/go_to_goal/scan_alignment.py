@@ -25,6 +25,10 @@ nearby, such as the far sides of posts: in BARN worlds and rooms such alignments
 SURE = 16.3
 """Larger corrections, squared and by their covariance, are wrong, as among things that move: 99.9 % of right ones are
 smaller (chi-square, three degrees of freedom). With 10, skids were not corrected in BARN worlds."""
+FITTING, BETTER, MANY = 0.95, 0.25, 120
+"""A robot that is pushed or skids sideways moves farther than its wheels tell. A larger correction is right, too, if
+after it at least this share of the points count in full, if it leaves less than this share of their misfit, and if at
+least so many points count."""
 
 
 class ScanAlignment:
@@ -58,6 +62,7 @@ class ScanAlignment:
             return
         weight = np.asarray(np.linalg.inv(self._covariance + np.diag([1e-6, 1e-6, 1e-6])), dtype=float)
         start, spread, best, pose = self.pose, self._covariance, math.inf, self.pose
+        misfits = list[float]()
         for _ in range(ROUNDS):
             distance, slope = map.slope(pose.transform(points))
             if np.count_nonzero(distance < FAR) < FEWEST:
@@ -68,6 +73,7 @@ class ScanAlignment:
             cost = misfit + float(moved @ weight @ moved)
             if cost >= best:
                 break
+            misfits.append(misfit)
             best, self.pose = cost, pose
             step, H = _step(points, distance, slope, pose.heading, weight, moved)
             if pose is start:
@@ -76,8 +82,10 @@ class ScanAlignment:
         x, y = self.pose.transform(points).T
         apart = map.at(x, y)
         moved = (start.inverse() @ self.pose).as_array()
-        matches = np.count_nonzero(apart < NEAR) >= MATCHED * np.count_nonzero(apart < FAR)
-        if not matches or float(moved @ weight @ moved) > SURE:
+        near = np.count_nonzero(apart < NEAR)
+        fits = near >= max(FITTING * len(points), MANY) and misfits[-1] < BETTER * misfits[0]
+        is_sure = fits or float(moved @ weight @ moved) <= SURE
+        if near < MATCHED * np.count_nonzero(apart < FAR) or not is_sure:
             self.pose, self._covariance = start, spread
 
 

@@ -141,6 +141,19 @@ def test_a_correction_far_beyond_what_wheels_slip_is_refused():
     assert found[1] == 0.0
 
 
+def test_a_larger_correction_is_right_if_nearly_all_of_many_points_fit_after_it():
+    side = np.linspace(-2.0, 2.0, 100)
+    room = np.concatenate(
+        [turned for x in (-2.0, 2.0) for turned in (np.c_[0 * side + x, side], np.c_[side, 0 * side + x])]
+    )
+    map, true = ObstacleMap(np.zeros(2), room, cell=0.025, half=3.0), Pose(0.0, 0.1, 0.08)
+    # A robot skids sideways, of which wheels tell nothing.
+    alignment = ScanAlignment(ORIGIN)
+    alignment.move(Odometry(0.0, 0.0, 0.0, np.diag([1e-6, 1e-4, 2e-4])))
+    alignment.align(true.inverse().transform(room), map)
+    np.testing.assert_allclose(alignment.pose.as_array(), true.as_array(), atol=0.03)
+
+
 def test_a_scan_of_other_things_near_known_ones_corrects_nothing():
     wall = np.stack([np.linspace(-2.0, 2.0, 200), np.full(200, 1.5)], axis=-1)
     elsewhere = np.stack([np.full(100, 1.0), np.linspace(-1.5, 0.9, 100)], axis=-1)

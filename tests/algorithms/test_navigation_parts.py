@@ -187,34 +187,50 @@ def test_a_jump_is_what_odometry_does_not_explain():
         np.testing.assert_allclose(memory.points, [expected], atol=0.0051)
 
 
-def test_a_thing_is_followed_by_an_alpha_beta_filter():
+def test_the_velocity_of_a_thing_is_the_line_through_its_sightings_since_its_last_turn():
     rim = np.array([[0.0, 0.0], [0.1, 0.1], [0.0, 0.2], [0.1, 0.2]])
-    things, place, velocity, radius, stray = MovingThings(), None, np.zeros(2), 0.0, 0.0
-    ways = np.cumsum(np.random.default_rng(5).uniform(0.0, 0.1, (7, 2)), axis=0)
+    things, turn, robot, seen, radius, since = MovingThings(), 8, np.array([0.5, -1.0]), [], 0.0, 0
+    ways = np.cumsum(np.random.default_rng(5).uniform(0.04, 0.05, (16, 2)), axis=0)
+    ways[turn:] = 2.0 * ways[turn - 1] - ways[turn:] + (0.0, 0.12)
     for tick, way in enumerate(ways):
-        size = 1.0 + 0.3 * (tick == 3)
-        middle = way + (2.0, 1.0) + size * rim.mean(axis=0)
-        things.update(way + (2.0, 1.0) + size * rim, Pose(0.5, -1.0, 0.0), 0.1 * tick)
-        own = 0.5 * size * math.hypot(0.1, 0.2)
-        seen = middle + 0.7 * own * (middle - (0.5, -1.0)) / math.dist(middle, (0.5, -1.0))
-        if place is None:
-            place, radius, first = seen, own, seen
-        else:
-            expected = place + 0.1 * velocity
-            error, gain = seen - expected, max(0.17, 1.0 / tick)
-            place, velocity = expected + 0.5 * error, velocity + gain * error / 0.1
-            radius, stray = max(0.8 * radius, own), 0.8 * stray + 0.2 * float(np.hypot(*error))
+        size = 1.0 + 0.1 * (tick == 3)
+        points = way + (2.0, 1.0) + size * rim
+        things.update(points, Pose(*robot, 0.0), 0.1 * tick)
+        own, middle = 0.5 * size * math.hypot(0.1, 0.2), points.mean(axis=0)
+        seen.append(middle + 0.7 * own * (middle - robot) / math.dist(middle, robot))
+        radius = max(0.8 * radius, own)
         (thing,) = things.tracked
-        np.testing.assert_allclose(thing.place, place)
-        np.testing.assert_allclose(thing.velocity, velocity, atol=1e-9)
-        assert (thing.count, thing.radius, thing.error) == (tick + 1, pytest.approx(radius), pytest.approx(stray))
-        np.testing.assert_allclose(thing.first, first)
+        times = 0.1 * np.arange(tick + 1) - 0.1 * tick
+        since = max(since, tick - 5)
+        while tick:
+            fit = np.polyfit(times[since:], np.array(seen[since:]), 1)
+            apart = np.array(seen[since:]) - fit[1] - times[since:, None] * fit[0]
+            if np.abs(apart).max() < 0.06 or since == tick - 1:
+                np.testing.assert_allclose(thing.velocity, fit[0], atol=1e-9)
+                np.testing.assert_allclose(thing.place, fit[1], atol=1e-9)
+                break
+            since += 1
+        assert (thing.count, thing.radius) == (tick + 1, pytest.approx(radius))
+        np.testing.assert_allclose(thing.first, seen[0])
     # What is not seen again is forgotten after 1 s; too few points, or too large ones, are no thing.
-    things.update(np.zeros((0, 2)), ORIGIN, 1.5)
+    things.update(np.zeros((0, 2)), ORIGIN, 2.4)
     assert len(things.tracked) == 1
-    things.update(np.array([[0.0, 0.0], [0.0, 0.1]]), ORIGIN, 1.65)
-    things.update(np.array([[0.14 * k, 0.0] for k in range(10)]), ORIGIN, 1.65)
+    things.update(np.array([[0.0, 0.0], [0.0, 0.1]]), ORIGIN, 2.55)
+    things.update(np.array([[0.14 * k, 0.0] for k in range(10)]), ORIGIN, 2.55)
     assert things.tracked == []
+
+
+def test_things_that_pass_each_other_keep_their_velocities_though_their_points_connect():
+    things, a = MovingThings(), np.linspace(0.0, 2.0 * math.pi, 40)
+    rim = 0.2 * np.stack([np.cos(a), np.sin(a)], axis=-1)
+    for tick in range(30):
+        time = 0.08 * tick
+        places = np.array([[2.0, -1.0 + 0.8 * time], [2.5, 1.0 - 0.8 * time]])
+        things.update(np.concatenate([place + rim[rim @ place < 0.0] for place in places]), ORIGIN, time)
+        assert len(things.tracked) == 2
+        if tick > 4:
+            found = sorted(things.predicted(ORIGIN, time), key=lambda thing: thing.place[0])
+            np.testing.assert_allclose([thing.velocity[1] for thing in found], [0.8, -0.8], atol=0.35)
 
 
 def test_the_six_nearest_things_that_move_are_predicted():
