@@ -46,8 +46,8 @@ SETTLED = 0.6
 """Time after which an obstacle counts as static [s]."""
 MOSTLY = 0.5
 """Share of new points above which a scan is not searched for moving objects."""
-MOVING_RANGE, ALIGNED_RANGE = 5.0, 8.0
-"""Ranges in which things that move are looked for, and scans are aligned with what stands [m]."""
+MOVING_RANGE = 5.0
+"""Range in which things that move are looked for [m]."""
 WINDOW = 2.0
 """How far the robot drives with the same selection of near walls [m]."""
 
@@ -276,7 +276,7 @@ class GoToGoal:
         self._alignment.move(odometry)
         for view in views[1:]:
             points = view.points()
-            keep = np.abs(points).max(axis=1, initial=0.0) < 0.95 * ALIGNED_RANGE
+            keep = np.abs(points).max(axis=1, initial=0.0) < 0.95 * MOVING_RANGE
             keep &= ~self._strange(self._alignment.pose.transform(points))
             self._alignment.align(points[keep], self._standing)
         return self._alignment.pose
@@ -301,7 +301,7 @@ class GoToGoal:
             self._touched.add(pose, [], pose.transform(touched(self._robot, np.array(seen.bump))), seen.time)
         self._place = np.array([pose.x, pose.y])
         if len(self._walls) and not np.abs(self._place - self._around).max() < WINDOW:
-            half = max(self._local.reach, ALIGNED_RANGE) + WINDOW
+            half = max(self._local.reach, MOVING_RANGE) + WINDOW
             self._around = self._place
             self._near = self._walls[np.abs(self._walls - self._place).max(axis=1) < half]
         if views:
@@ -324,7 +324,7 @@ class GoToGoal:
         """Remember the hits of a scan, and follow what moves."""
         self._scan = points = pose.transform(np.concatenate([view.points() for view in views]))
         standing = np.concatenate([self._near, self._memory.older(now - SETTLED)])
-        self._standing = ObstacleMap(self._place, standing, cell=2.0 * FINE, half=ALIGNED_RANGE)
+        self._standing = ObstacleMap(self._place, standing, cell=2.0 * FINE, half=MOVING_RANGE)
         x, y = points.T
         fresh = (np.abs(points - self._place).max(axis=1) < MOVING_RANGE) & (self._standing.at(x, y) > EXPLAINED)
         fresh[fresh] = ~self._way.unseen(points[fresh])
