@@ -133,7 +133,7 @@ class _Evaluation:
 
     def _call_one(self, function: object, values: tuple[Value, ...]) -> Any:
         if not isinstance(function, Function) or function.higher:
-            raise XacroError("the first argument of map and filter must be a function of xacro")
+            raise XacroError("map and filter take a function of xacro first; name one")
         return self._apply(function, list(values), {})
 
     def binary(self, node: ast.BinOp) -> Any:
