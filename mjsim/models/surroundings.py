@@ -128,7 +128,7 @@ def read_mjcf_scene(path: Path) -> MjcfScene:
         spec = mujoco.MjSpec.from_file(str(path))
         no_textures, left = dict[str, str](), MAX_TEXTURES
         for texture in spec.textures:
-            pixels, why = _size_of(texture, path.parent / (spec.texturedir or ""))
+            pixels, why = _size_of(texture, path.parent, spec.texturedir or "")
             left -= 0 if why else pixels
             if why or left < 0:
                 no_textures[texture.name or "sky"] = why or "the textures have too many pixels together"
@@ -163,17 +163,17 @@ def _drop(spec: Any, names: Collection[str]) -> None:
             spec.delete(texture)
 
 
-def _size_of(texture: Any, folder: Path) -> tuple[int, str]:
-    """Return the number of pixels of a texture, and why it is not taken, or ''."""
+def _size_of(texture: Any, home: Path, folder: str) -> tuple[int, str]:
+    """Return the number of pixels of a texture, and why it is not taken, or ''; its file is in a folder below `home`."""
     if texture.type not in (mujoco.mjtTexture.mjTEXTURE_2D, mujoco.mjtTexture.mjTEXTURE_CUBE):
         return 0, "a world has no sky of its own"
     if texture.builtin != mujoco.mjtBuiltin.mjBUILTIN_NONE:
         return texture.width * max(texture.height, 6 * texture.width), ""
     if not texture.file:
         return 0, "its faces are files of their own"
-    place = folder / texture.file
-    if not place.is_file():
-        return 0, "not found"
+    place = (home / folder / texture.file).resolve()
+    if not place.is_relative_to(home.resolve()) or not place.is_file():
+        return 0, "not in the folder of the scene; put it there"
     try:
         data = place.read_bytes() if place.stat().st_size <= MAX_TEXTURES else b""
         width, height = picture_size(data)

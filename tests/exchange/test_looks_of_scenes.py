@@ -67,6 +67,15 @@ def test_no_picture_outside_is_read(tmp_path):
     world, found = brought(scene(folder, "".join(content)))
     assert [thing.texture for thing in world.obstacles] == [None] * 8
     assert not found.files
+    for k, name in enumerate([named[0], *named[2:]]):
+        (folder / f"{k}.xml").write_text(
+            f"""<mujoco><asset><texture name="t" type="2d" file="{name}"/><material name="m" texture="t"/></asset>
+            <worldbody><geom type="box" size=".3 .3 .3" pos="0 0 .3" material="m"/></worldbody></mujoco>"""
+        )
+        world, found = brought(folder / f"{k}.xml")
+        assert world.obstacles[0].texture is None
+        assert "left out: texture 't': not in the folder of the scene; put it there" in found.report
+        assert not found.files
 
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
@@ -192,7 +201,7 @@ def test_textures_of_mjcf_are_on_boxes_and_walls_and_others_are_told(tmp_path):
     assert {tuple(each) for each in cube.reshape(-1, 3).tolist()} == {(0, 255, 0)}
     assert [line for line in inventory(scene.items) if "texture" in line] == [
         "left out: texture 'sky': a world has no sky of its own",
-        "left out: texture 'gone': not found",
+        "left out: texture 'gone': not in the folder of the scene; put it there",
         "left out: texture of the floor 'chess': name another one by floor: in the world",
     ]
 

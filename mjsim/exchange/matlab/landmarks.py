@@ -190,7 +190,7 @@ def _content(path: Path) -> tuple[dict[str, Any], tuple[str, ...]]:
     if HDF5 in (data[: len(HDF5)], data[USER_BLOCK : USER_BLOCK + len(HDF5)]):
         raise UsageError(
             f"'{path}' is a MAT-file of version 7.3 (HDF5), which is not read; write one of version 5 to 7 in MATLAB or"
-            f" Octave: load('{path.name}'), then save('-v7', 'map.mat', 'lm', 'wp')"
+            f" Octave: load('{path.name}'), then save('map.mat', '-v7')"
         )
     from scipy.io import loadmat
 

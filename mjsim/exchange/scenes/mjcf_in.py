@@ -97,7 +97,7 @@ def _all_solids(scene: Scene, body: SceneBody, looks: Looks) -> list[SceneSolid]
         scene.tell(Fate.LEFT_OUT, "visible body", body.name, "it has no collision shape")
     if body.held:
         scene.tell(Fate.GUESSED, "body on a ball joint", body.name, "it does not turn on that")
-    found = ((geom, solid) for geom in body.geoms for solid in _solids(scene, geom, body))
+    found = ((geom, solid) for geom in body.geoms for solid in _solids(scene, geom, body.name))
     return [replace(solid, texture=_texture(geom, solid, looks)) for geom, solid in found]
 
 
@@ -113,9 +113,8 @@ def _texture(geom: SceneGeom, solid: SceneSolid, looks: Looks) -> SceneTexture |
     return replace(looks[geom.texture], tile=geom.tile or 2.0 * float(solid.half[2]) / geom.repeats)
 
 
-def _solids(scene: Scene, geom: SceneGeom, body: SceneBody) -> Iterator[SceneSolid]:
+def _solids(scene: Scene, geom: SceneGeom, name: str) -> Iterator[SceneSolid]:
     """Yield the solid of a geom."""
-    name = body.name
     radius, half = float(geom.size[0]), float(geom.size[1])
     if geom.kind in ("box", "ellipsoid"):
         if geom.kind == "ellipsoid":

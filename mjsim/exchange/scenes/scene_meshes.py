@@ -6,6 +6,7 @@ from pathlib import Path
 from xml.etree.ElementTree import Element
 
 import numpy as np
+import shapely
 
 from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
@@ -24,9 +25,9 @@ MAX_PARTS = 200
 MIN_BOX_SHARE = 0.98
 """A part that fills at least this fraction of its smallest box is that box."""
 MAX_FLAT_RATIO = 1e-3
+"""A mesh whose thickness is below this fraction of its size is flat."""
 MIN_AREA = 1e-6
 """Minimum area in a polyline [m^2]."""
-"""A mesh whose thickness is below this fraction of its size is flat."""
 WELD_DISTANCE = 1e-5
 """Corners in the same cell of this size are one vertex [m]."""
 
@@ -109,7 +110,7 @@ class MeshFiles:
         """Yield the prism on a `<polyline>`."""
         height = floats(shape.findtext("height", "1"), 1, f"{where}: height")[0]
         ring = [floats(point.text, 2, f"{where}: point") for point in shape.findall("point")]
-        if len(ring) < 3 or not height > 0.0 or not abs(_area(np.array(ring))) > MIN_AREA:
+        if len(ring) < 3 or not height > 0.0 or not shapely.Polygon(ring).area > MIN_AREA:
             self._scene.tell(Fate.LEFT_OUT, "polyline", name, "it has no area, or no height")
             return
         count = len(ring)
@@ -131,12 +132,6 @@ class MeshFiles:
         corners = triangles.reshape(-1, 3)
         middle = (corners.min(axis=0) + corners.max(axis=0)) / 2.0
         return parts_of(triangles - middle if mesh.centred else triangles)
-
-
-def _area(ring: Array) -> float:
-    """Return the area in a ring of points, shape (n, 2) [m]; negative if they are clockwise."""
-    ahead = np.roll(ring, -1, axis=0)
-    return float(np.sum(ring[:, 0] * ahead[:, 1] - ahead[:, 0] * ring[:, 1])) / 2.0
 
 
 def smaller(look: MeshPart) -> MeshPart:
