@@ -164,7 +164,7 @@ def _drop(spec: Any, names: Collection[str]) -> None:
 
 
 def _size_of(texture: Any, home: Path, folder: str) -> tuple[int, str]:
-    """Return the number of pixels of a texture, and why it is not taken, or ''; its file is in a folder below `home`."""
+    """Return the number of pixels of a texture, and why it is not taken, or ''; files must be below `home`."""
     if texture.type not in (mujoco.mjtTexture.mjTEXTURE_2D, mujoco.mjtTexture.mjTEXTURE_CUBE):
         return 0, "a world has no sky of its own"
     if texture.builtin != mujoco.mjtBuiltin.mjBUILTIN_NONE:
