@@ -48,6 +48,7 @@ def steps_of_undo_are_named_and_gone_to(sheet):
 
 
 def steps_by_keys_before_the_answer_to_a_drag_go_on_from_where_it_ended(sheet):
+    sheet.shows(2, 2)
     sheet.page.route("**/api/edit", lambda _: None)  # held until it is unrouted
     sheet.drag((2, 2), (3, 2.5))
     sheet.press("[", "ArrowRight")
