@@ -93,6 +93,11 @@ def until(studio: Studio, page: Page, fact: Callable[[dict], bool]) -> dict:
     return tick
 
 
+def shown(studio: Studio, page: Page) -> dict:
+    """Return a new tick, once the page shows it or a later one: what is dragged is then where it says."""
+    return until(studio, page, lambda _: True)
+
+
 def same(value: Callable[[dict], object]) -> Callable[[dict], bool]:
     """Return a fact of a tick: a value is what it was at the tick before."""
     before: list[object] = [None]

@@ -18,6 +18,7 @@ from tests.hands import (
     restart,
     running,
     screen,
+    shown,
     tab,
     tool_at,
     tool_rests,
@@ -43,7 +44,7 @@ def pointer_drags(page, begin, end):
 
 def a_tool_follows_the_pointer_and_in_a_paused_run_waits_until_it_is_let_go(studio, page):
     touch(page, on=True)
-    pointer_drags(page, tool_at(now(studio)), (1.5, 2.3))
+    pointer_drags(page, tool_at(shown(studio, page)), (1.5, 2.3))
     until(studio, page, lambda tick: near(tool_at(tick), 1.5, 2.3))
     page.mouse.move(*screen(page, 1.6, 2.4))  # at a later tick, however slow the page is
     until(studio, page, lambda tick: near(tool_at(tick), 1.6, 2.4))

@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import expect
 from scipy.spatial.transform import Rotation
 
-from tests.hands import drag, grip, lead, now, opened, running, screen, tab, touch, touched, until
+from tests.hands import drag, grip, lead, opened, running, screen, shown, tab, touch, touched, until
 
 pytestmark = pytest.mark.slow
 HALL = """\
@@ -67,7 +67,7 @@ def pull(page, handle, begin, end) -> None:
 
 def a_joint_follows_the_pointer_goes_back_with_escape_and_the_drag_is_one_event(studio, page):
     touch(page, on=True)
-    tick = now(studio)
+    tick = shown(studio, page)
     begin, handle = degrees(tick, "bars", "q2")[0], grip(tick, "q2")
     page.mouse.move(*screen(page, *handle["grip"]))
     page.mouse.down()
@@ -90,7 +90,7 @@ def a_quick_flick_takes_a_joint_of_a_loop_all_the_way(studio, page):
     tab(page, "Joints")
     page.get_by_role("button", name="Let go of q2").click()
     # q5 is where the loop is cut: the physics has no joint there. It is led 20 degrees at once, so on and on.
-    tick = now(studio)
+    tick = shown(studio, page)
     begin, (q5,) = degrees(tick, "bars", "q5")[0], [each for each in tick["grips"] if each["joint"] == "q5"]
     drag(page, q5["grip"][:2], np.add(q5["grip"], q5["toward"])[:2])
     until(studio, page, lambda tick: degrees(tick, "bars", "q5")[0] > begin + 25)
@@ -98,7 +98,7 @@ def a_quick_flick_takes_a_joint_of_a_loop_all_the_way(studio, page):
 
 def a_ball_is_led_on_the_plan(studio, page):
     # The rod hangs: its handle is below its joint, and goes aside on a sphere.
-    handle = grip(now(studio), "knot")
+    handle = grip(shown(studio, page), "knot")
     np.testing.assert_allclose(handle["grip"], handle["at"], atol=0.06)
     drag(page, handle["at"], handle["at"] + (0.4, 0.3))
     until(studio, page, lambda tick: np.abs(rod(tick)[:2] - (0.4, 0.3)).max() < 0.07 and rod(tick)[2] < 0)
@@ -107,7 +107,7 @@ def a_ball_is_led_on_the_plan(studio, page):
 def a_ball_is_led_in_3d(studio, page):
     touch(page, on=False)
     canvas = opened(page)
-    before = rod(now(studio))
+    before = rod(shown(studio, page))
     lead(canvas, "knot", "", (0, -60))
     until(studio, page, lambda tick: rod(tick)[2] > before[2] + 0.2)
     page.locator("#view-run").get_by_title("View in 3-D").click()  # what comes does without

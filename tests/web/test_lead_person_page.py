@@ -20,6 +20,7 @@ from tests.hands import (
     redrawn,
     running,
     same,
+    shown,
     touch,
     touched,
     until,
@@ -47,7 +48,7 @@ def rests():
 
 
 def a_hand_is_led_on_the_plan_as_far_as_it_reaches_and_released(studio, page):
-    start = hand(now(studio))
+    start = hand(shown(studio, page))
     until(studio, page, lambda tick: "people" not in tick)
     empty = drawn(page, (2.3, 2.3))
     touch(page, on=True)

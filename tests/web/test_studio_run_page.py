@@ -159,6 +159,7 @@ def a_reload_and_the_steps_of_the_browser_lead_to_what_was_shown(page):
     expect(name).to_have_text("bare.yaml", timeout=PATIENCE)
     expect(page.locator("#view-run")).to_be_visible()
     page.get_by_role("tab", name="Review", exact=True).click()
+    page.wait_for_function("() => location.hash === '#review?world=bare.yaml'")  # a step of its own
     page.locator("[data-path='out/room/run.mcap']").click()
     expect(title).to_have_text("out/room/run.mcap", timeout=PATIENCE)
     page.get_by_role("slider", name="Time").evaluate("e => { e.value = 0.2; e.dispatchEvent(new Event('input')); }")
