@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mjsim.logs.bags.bag_clouds import MAX_TURN, cloud_of, end_of, misfit_of_times
+from mjsim.logs.bags.bag_clouds import MAX_TURN, cloud_of, end_of, units_of
 
 NUMBERS = {"i1": 1, "u1": 2, "i2": 3, "u2": 4, "i4": 5, "u4": 6, "f4": 7, "f8": 8}
 POINTS = np.array([[1.0, 2.0, 3.0], [0.0, 0.0, 0.0], [4.0, -5.0, 6.0], [np.nan, 1.0, 1.0], [7.0, 8.0, 9.0]])
@@ -104,10 +104,70 @@ def test_data_that_do_not_match_their_fields_are_refused():
             cloud_of(told, 0.0, robot_from_sensor=TURNED)
 
 
-def test_times_of_points_in_another_unit_are_told():
-    points = xyz(points=np.ones((4, 3)))
-    assert misfit_of_times(message({**points, "t": ("f4", [0.0, 2e4, 5e4, 1e5])})) == (
-        "t goes from 0 to 100000, which is not within 10 s, in s or ns; all are one"
+def turns(kind, span, *, period=0.1, start=100.0, points=None):
+    """Return clouds whose points were measured over a span, in the unit of the file."""
+    points = np.random.default_rng(0).uniform(1.0, 2.0, (50, 3)) if points is None else points
+    times = np.linspace(0.0, span, len(points))
+    return [message({**xyz(points=points), "t": (kind, times)}, stamp=start + k * period) for k in range(4)]
+
+
+@pytest.mark.parametrize(
+    ("kind", "span", "period", "unit", "note"),
+    [
+        ("u4", 99_000_000, 0.1, 1e-9, ""),
+        ("f4", 0.099, 0.1, 1.0, ""),
+        ("u4", 4_000_000, 0.1, 1e-9, ""),
+        ("u4", 99_000, 0.1, 1e-6, "guessed: 't' in us, so that a scan lasts 0.099 s, and the next comes after 0.1 s"),
+        (
+            "f4",
+            49_000.0,
+            0.05,
+            1e-6,
+            "guessed: 't' in us, so that a scan lasts 0.049 s, and the next comes after 0.05 s",
+        ),
+        ("f4", 99.0, 0.1, 1e-3, "guessed: 't' in ms, so that a scan lasts 0.099 s, and the next comes after 0.1 s"),
+        ("u2", 99, 0.1, 1e-3, "guessed: 't' in ms, so that a scan lasts 0.099 s, and the next comes after 0.1 s"),
+        ("f4", 2.5, 0.1, 1.0, "guessed: in s, though 't' goes from 0 to 2.5; clouds come every 0.1 s"),
+        ("u4", 4000, 60.0, 1e-9, "guessed: in ns, though 't' goes from 0 to 4000; clouds come every 60 s"),
+        ("f4", 4e8, 0.1, 0.0, "left out: 't' goes from 0 to 4e+08; clouds come every 0.1 s; all points have one time"),
+    ],
+)
+def test_a_scan_lasts_about_as_long_as_the_time_to_the_next_one(kind, span, period, unit, note):
+    clouds = turns(kind, span, period=period)
+    units = units_of(clouds)
+    assert dict(units.notes).get("times", "") == note
+    times = cloud_of(clouds[0], 0.0, robot_from_sensor=TURNED, units=units).times
+    np.testing.assert_allclose(
+        times, unit * np.linspace(-span, 0.0, 50), rtol=1e-5, atol=unit if kind[0] == "u" else 1e-8
     )
-    for more in ({}, {"t": ("f4", [0.0, 0.02, 0.05, 0.1])}, {"t": ("f4", [0.0] * 4)}):
-        assert misfit_of_times(message({**points, **more})) == ""
+
+
+def test_times_on_the_clock_of_a_simulation_are_relative_to_the_stamp():
+    told = message({**xyz(), "timestamp": ("f8", 41.5 + np.arange(5) * 0.02)}, stamp=41.5)
+    np.testing.assert_allclose(cloud_of(told, 0.0, robot_from_sensor=TURNED).times, [-0.08, -0.04, 0.0], atol=1e-5)
+    assert units_of([told]).notes == ()
+
+
+def test_coordinates_are_in_the_unit_that_makes_a_room():
+    room = np.random.default_rng(1).uniform(1.0, 6.0, (200, 3))
+    for kind, scale, unit in (
+        ("f4", 1.0, 1.0),
+        ("i2", 1e3, 1e-3),
+        ("i4", 1e3, 1e-3),
+        ("f4", 1e3, 1e-3),
+        ("i2", 10.0, 1.0),
+    ):
+        told = message(xyz(kind, room * scale))
+        units = units_of([told])
+        assert units.length == unit
+        assert ("coordinates" in dict(units.notes)) == (kind != "f4" or scale != 1.0)
+        points = cloud_of(told, 0.0, robot_from_sensor=np.eye(4), units=units).points
+        np.testing.assert_allclose(points, room * scale * unit, atol=unit + 1e-6)
+
+
+def test_clouds_without_points_or_times_have_the_units_of_ros():
+    nothing = message(xyz(points=np.zeros((0, 3))))
+    damaged = message(xyz())
+    damaged.point_step = 3
+    for clouds in ([], [nothing], [damaged], [message(xyz())], turns("f4", 0.0)):
+        assert units_of(clouds) == units_of([])

@@ -366,3 +366,21 @@ def test_a_quaternion_of_huge_numbers_is_no_pose():
     position, turned = SimpleNamespace(x=0.0, y=0.0, z=0.0), SimpleNamespace(x=0.0, y=0.0, z=1e300, w=1e300)
     with pytest.raises(ValueError, match="a pose of numbers"):
         matrix_of(position, turned)
+
+
+def test_units_of_clouds_and_limits_of_scans_that_are_guessed_are_told(tmp_path):
+    points = np.zeros((1, 60), dtype=[("x", "<i2"), ("y", "<i2"), ("z", "<i2"), ("t", "<u4")])
+    points["x"], points["t"] = 4000, np.linspace(0, 99_000, 60)
+    with new_bag(tmp_path / "run") as bag:
+        for k in range(5):
+            header = bag.header(START + 0.1 * k, "laser")
+            bag.put("/points", START + 0.1 * k, bag.cloud(header, points))
+            bag.put("/scan", START + 0.1 * k, bag.scan(header, np.ones(9), 0.0, 0.1, (0.0, 0.0)))
+    run = imported(tmp_path / "run")
+    cloud = next(cloud for seen in run.observations("robot") for cloud in seen.clouds.values())
+    np.testing.assert_allclose(cloud.points, [[4.0, 0.0, 0.0]] * 60, rtol=1e-6)
+    np.testing.assert_allclose(cloud.times, np.linspace(-0.099, 0.0, 60), atol=2e-6)
+    told = "\n".join(listed(run))
+    assert "guessed: coordinates of points of cloud: mm, not m: the farthest point is at 4000" in told
+    assert "guessed: times of points of cloud: 't' in us, so that a scan lasts 0.099 s" in told
+    assert "guessed: range limits of scan: 0.01 to 100 m; the bag gives 0 to 0 m" in told

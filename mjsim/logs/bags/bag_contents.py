@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import reduce
+from functools import partial, reduce
 from itertools import islice
 from typing import Any
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from mjsim.errors import MAX_MESSAGE_LENGTH
 from mjsim.geometry import Array, Pose3
 from mjsim.logs.bags.bag_clocks import Clocks
-from mjsim.logs.bags.bag_clouds import end_of
+from mjsim.logs.bags.bag_clouds import CloudUnits, end_of, units_of
 from mjsim.logs.bags.bag_file import Bag, RosMessage
 from mjsim.logs.bags.bag_frames import FrameTree, frame_name, is_odometry, matrix_of
 from mjsim.logs.bags.bag_gps import Fix, fix_of
@@ -34,6 +34,8 @@ MAX_SIMULATED = 1e8
 """Stamps below are of a simulation, or count from the start of a robot; those since 1970 are far above [s]."""
 MAX_UNSET = 1000
 """Messages in which a stamp above 0, or a frame that moves, is looked for."""
+MAX_UNITS = 12
+"""Clouds by which their units are found."""
 BEAMS_TOLERANCE = 0.2
 """By what fraction the beams of a scan may differ from the usual number; cheap lidars vary, as their motors do."""
 
@@ -113,6 +115,8 @@ class Contents:
         self._shared = robots[0].shared
         self._needs_odometry = any(robot.odometry is None for robot in robots)
         self._simulated = self._is_simulated()
+        self.units = {topic: self._units_of(topic) for robot in robots for topic in robot.cloud.values()}
+        """By topic of clouds."""
         self._read()
         self.notes = self._clocks.settle()
         """Notes about clocks for the metadata."""
@@ -124,6 +128,13 @@ class Contents:
         stamped = {topic for topic in self._takes if self._bag.types[topic] not in UNSTAMPED}
         stamps = map(self._bag.stamp, islice(self._bag.messages(stamped), MAX_UNSET))
         return 0.0 < next(filter(None, stamps), 0.0) < MAX_SIMULATED
+
+    def _units_of(self, topic: str) -> CloudUnits:
+        clouds = []
+        for message in islice(self._bag.messages({topic}), MAX_UNITS):
+            with suppress(ValueError):
+                clouds.append(self._bag.decode(message))
+        return units_of(clouds)
 
     def _read(self) -> None:
         """Read the bag."""
@@ -276,7 +287,7 @@ class Contents:
             stream.has_returns |= content.width * content.height > 0
             return ()
 
-        self._take_streamed(message, kind_of, end_of=end_of)
+        self._take_streamed(message, kind_of, end_of=partial(end_of, units=self.units[message.topic]))
 
     def _take_streamed(
         self,

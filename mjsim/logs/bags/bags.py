@@ -19,7 +19,7 @@ from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import PointCloud, Scan, swept
 from mjsim.inventory import Fate, told
 from mjsim.logs.bags.bag_cameras import cameras_of
-from mjsim.logs.bags.bag_clouds import cloud_of, misfit_of_times
+from mjsim.logs.bags.bag_clouds import cloud_of
 from mjsim.logs.bags.bag_contents import Contents, Moves, Stream, moving_in_tf, times_of, unread_topics
 from mjsim.logs.bags.bag_file import Bag, BagMessages, is_bag
 from mjsim.logs.bags.bag_frames import frame_name, is_base, level_mount, mount_of
@@ -27,6 +27,7 @@ from mjsim.logs.bags.bag_gps import gps_poses
 from mjsim.logs.bags.bag_messages import (
     UPSIDE_DOWN,
     is_clockwise,
+    limits_of,
     scan_of,
 )
 from mjsim.logs.bags.bag_streams import RobotStreams
@@ -236,6 +237,10 @@ class _Robot:
             hangs = place is not None and float(place[2, 2]) < UPSIDE_DOWN
             if place is not None and abs(float(place[2, 2])) < -UPSIDE_DOWN:
                 self._notes[f"place of {name}"] = told(Fate.GUESSED, "level; it is not")
+            given, taken = (stream.first.range_min, stream.first.range_max), limits_of(stream.first)
+            if not np.allclose(given, taken):
+                limits = f"{taken[0]:.4g} to {taken[1]:.4g} m; the bag gives {given[0]:.4g} to {given[1]:.4g} m"
+                self._notes[f"range limits of {name}"] = told(Fate.GUESSED, limits)
             if not stream.has_returns:
                 limits = f"{stream.first.range_min:.4g} to {stream.first.range_max:.4g} m"
                 self._notes[f"returns of {name}"] = told(Fate.KEPT, f"none: no range is a number from {limits}")
@@ -278,9 +283,10 @@ class _Robot:
             turned = np.eye(4) if place is None else place
             if not stream.has_returns:
                 self._notes[f"points of {name}"] = told(Fate.KEPT, "none: all clouds are empty")
-            if misfit := misfit_of_times(stream.first):
-                self._notes[f"times of points of {name}"] = told(Fate.LEFT_OUT, misfit)
-            clouds[name] = self._streams.readings(topic, stream, partial(cloud_of, robot_from_sensor=turned))
+            units = self._contents.units[topic]
+            self._notes |= {f"{what} of points of {name}": note for what, note in units.notes}
+            take = partial(cloud_of, robot_from_sensor=turned, units=units)
+            clouds[name] = self._streams.readings(topic, stream, take)
             self._streams.count_odd(topic, stream)
         return clouds, mounts
 
