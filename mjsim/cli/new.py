@@ -118,6 +118,11 @@ class _Options:
         return None if self.no_robot else _preset(self.robot or usual, self.folder)
 
     @property
+    def is_usual(self) -> bool:
+        """Whether the user named nothing of the robot."""
+        return self.robot is self.lidar is self.estimator is None
+
+    @property
     def folder(self) -> Path:
         """Folder of the new world."""
         return _folder(self.output)
@@ -205,7 +210,7 @@ def _from_file(source: Path, options: _Options, reading: "Reading") -> "Brought"
 
     preset = options.preset()
     use = None if options.estimator is None else _estimator(options.estimator, options.output)
-    robot = None if preset is None else Newcomer(preset, options.lidar, use, options.folder)
+    robot = None if preset is None else Newcomer(preset, options.lidar, use, options.folder, is_usual=options.is_usual)
     return bring_file(source, robot=robot, reading=reading)
 
 

@@ -26,6 +26,7 @@ from mjsim.world import (
     grid_of,
     sensor_names,
     solid,
+    thickened,
 )
 
 if TYPE_CHECKING:
@@ -51,6 +52,8 @@ MIN_UNKNOWN_AREA = 0.02
 """An area of unknown cells smaller than this is not an obstacle if nothing solid is there [m^2]."""
 ROOM, MAX_ROOMS = 1.0, 5
 """Minimum size of an area that is reported as unreachable [m^2], and the number of such areas that are listed."""
+ENCLOSED = 0.5
+"""Minimum share of the free space within the outline of a world that walls enclose."""
 FLOOR_MARGIN = 5.0
 """Width of the floor around things that no wall encloses [m]."""
 MAX_FAR = 100.0
@@ -64,6 +67,10 @@ ESTIMATORS = {
 }
 """Short names of estimators that need only a lidar."""
 WAYPOINTS = "mjsim.algorithms.waypoints:Waypoints"
+
+
+class NoSpaceError(UsageError):
+    """A world has no space for a robot."""
 
 
 def with_newcomer(
@@ -86,7 +93,12 @@ def with_newcomer(
     """
     if robot is None:
         return world, ()
-    whole, cut_off = _with_robot(world, robot, grid, start)
+    try:
+        whole, cut_off = _with_robot(world, robot, grid, start)
+    except NoSpaceError as error:
+        if not robot.is_usual:
+            raise
+        return world, [f"no robot: {error}"]
     return whole, [*without_route(whole), *cut_off]
 
 
@@ -141,9 +153,9 @@ def _with_robot(
     away, grid = _clearance(world, grid, need, start=start, tight=tight)
     widest = float(away.max())
     if widest < need:
-        raise UsageError(
+        raise NoSpaceError(
             f"the widest free space of this world is {widest * 2:.2f} m across;"
-            f" the {preset} needs {need * 2:.2f} m, leave it out with --no-robot"
+            f" the {preset} needs {need * 2:.2f} m; name a smaller one, or leave it out with --no-robot"
         )
     if estimator is not None and not any(sensor.kind == "lidar" for sensor in robot.sensors):
         raise UsageError(
@@ -168,7 +180,7 @@ def _with_robot(
     run = Run(drivers={ROBOT: driver}, map="known" if known else "unknown")
     whole = inhabited(world, robot, run, folder)
     if problems := check_world(whole):
-        raise UsageError(f"there is no space for a robot: {problems[0].message}")
+        raise NoSpaceError(f"there is no space for a robot: {problems[0].message}")
     return whole, cut_off
 
 
@@ -199,8 +211,8 @@ def _clearance(
 ) -> tuple[Array, Grid]:
     """Return the distance of each cell's centre from solid or unknown space [m], and the grid.
 
-    If no wall encloses the things and the space among them is narrower than `need` [m], the space around them counts;
-    likewise for a `start` outside, with the clearance `tight` [m].
+    If walls do not enclose most of what is there, and the space among it is narrower than `need` [m], the space around
+    counts, too; likewise for a `start` outside, with the clearance `tight` [m].
     """
     import shapely
 
@@ -212,9 +224,11 @@ def _clearance(
         shape = shapely.union_all([shape, *(solid(world, height=height) for height in HEIGHTS)])
     if grid is not None or not section.is_empty:
         grid = grid or grid_of(world, most_cells=MAX_CELLS)
-        away = _away(shape, grid, shape.convex_hull)
+        hull = shape.convex_hull
+        away = _away(shape, grid, hull)
         outside = start is not None and given is None and _is_outside(start, shape, away, grid, tight)
-        if not outside and (world.walls or away.max() >= need):
+        is_room = (away > 0).sum() * grid.resolution**2 > ENCLOSED * (hull.area - shape.area)
+        if not outside and (away.max() >= need or given is not None or (world.walls and is_room)):
             return away, grid
     bounds = np.array((0.0,) * 4 if shape.is_empty else shape.bounds)
     if start is not None and np.abs(np.subtract(start[:2], bounds[:2])).max() < MAX_FAR:
@@ -240,7 +254,7 @@ def _away(shape: "BaseGeometry", grid: Grid, within: "BaseGeometry") -> Array:
     """Return the distance of each cell's centre from what is solid, unknown or outside an area [m]."""
     import cv2
 
-    taken = cells_of(shape, grid)
+    taken = cells_of(shape, grid) | cells_of(thickened(shape, grid.resolution), grid)
     free: Cells = (grid.free | _specks(~grid.free & ~taken, MIN_UNKNOWN_AREA / grid.resolution**2)) & ~taken
     if (inside := free & cells_of(within, grid)).any():
         # The background of a plan is as white as its rooms.

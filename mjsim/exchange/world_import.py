@@ -54,3 +54,5 @@ class Newcomer:
     estimator: "Use | None" = None
     folder: Path | None = None
     """Folder of the new world; the preset may be a file in it."""
+    is_usual: bool = False
+    """Whether the user named nothing of it: where there is no space for it, the world has no robot."""

@@ -73,6 +73,7 @@ from .surroundings import SceneBody as SceneBody
 from .surroundings import SceneGeom as SceneGeom
 from .surroundings import SceneJoint as SceneJoint
 from .surroundings import read_mjcf_scene as read_mjcf_scene
+from .xacro import ROBOT_PARTS as ROBOT_PARTS
 from .xacro import Given as Given
 from .xacro import XacroBudget as XacroBudget
 from .xacro import XacroError as XacroError

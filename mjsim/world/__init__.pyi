@@ -230,6 +230,7 @@ from .plan import segments as segments
 from .plan import solid as solid
 from .plan import solid_pieces as solid_pieces
 from .plan import stays as stays
+from .plan import thickened as thickened
 from .plan import top as top
 from .plan import wall_pieces as wall_pieces
 from .plan import wall_polygons as wall_polygons

@@ -102,7 +102,11 @@ XACRO = '<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:arg name
         (TWO.replace("0.0 0.2 -0.05", "inf 0.2 0"), (), r"urdf:2:105: the position of 'l0' is not finite; correct it"),
         (TWO.replace('radius="0.1"', 'radius="0"'), (), "size 0 must be positive"),
         ('<svg xmlns="http://www.w3.org/2000/svg"/>', (), "begins with <svg>; a model begins with <mujoco>"),
-        (XACRO.format("<wheel/>"), (), "<wheel> is not a URDF element; if it calls a macro, write <xacro:wheel>"),
+        (
+            XACRO.format('<xacro:macro name="wheel"><link name="l"/></xacro:macro><wheel/>'),
+            (),
+            r"urdf:1:\d+: <wheel> is a macro; to call it, write <xacro:wheel>",
+        ),
         (
             XACRO.format('<xacro:include filename="gone.xacro"/>'),
             (),

@@ -9,12 +9,15 @@ import pytest
 import shapely
 
 import mjsim
+from mjsim import UsageError
 from mjsim.algorithms.waypoints import Waypoints
 from mjsim.bench.robot_maps import mapped, mapped_with_pose
 from mjsim.exchange import with_robot, world_from_map, write_map
 from mjsim.exchange.maps import fidelity
 from mjsim.exchange.maps.grid_files import read_grid, write_grid
-from mjsim.world import World, check_world, load_world, solid
+from mjsim.exchange.start_place import with_newcomer
+from mjsim.exchange.world_import import Newcomer
+from mjsim.world import World, check_world, load_world, parse_world, solid
 
 WORLDS = Path(__file__).parents[2] / "worlds"
 
@@ -90,3 +93,36 @@ def test_a_robot_drives_in_what_a_map_became(kind, tmp_path):
     assert min(walls.distance(shapely.Point(place)) for place in places[::5, :2]) > 0.15
     cells = np.floor(grid.cells(places[:, :2])).astype(int)
     assert grid.free[cells[:, 1], cells[:, 0]].mean() > 0.97
+
+
+def bars(rows: str, *, thickness: float, height: float) -> World:
+    """Return a world of single walls."""
+    walls = "".join(f"  - {{points: {row}, thickness: {thickness}, height: {height}}}\n" for row in rows.split("; "))
+    return parse_world(f"mjsim: 1\nwalls:\n{walls}")
+
+
+def test_a_pen_of_barriers_with_gaps_has_its_space_between_them():
+    sides = "; ".join(f"[[{x}, {y}], [{x + 3}, {y}]]" for x in (0, 5) for y in (0, 8))
+    ends = "; ".join(f"[[{x}, {y}], [{x}, {y + 2}]]" for x in (-0.5, 8.5) for y in (0.5, 5.5))
+    world = with_robot(bars(f"{sides}; {ends}", thickness=0.3, height=1.0))
+    assert not check_world(world)
+    x, y = world.robots[0].at
+    assert solid(world).distance(shapely.Point(x, y)) > 2
+
+
+def test_a_world_too_narrow_for_the_usual_robot_has_none_and_one_that_was_named_is_refused():
+    cell = "[[0, 0], [0.5, 0]]; [[0.5, 0], [0.5, 0.5]]; [[0.5, 0.5], [0, 0.5]]; [[0, 0.5], [0, 0]]"
+    world = bars(cell, thickness=0.02, height=0.3)
+    same, told = with_newcomer(world, Newcomer(is_usual=True))
+    assert same is world
+    assert told[0].startswith("no robot: the widest free space of this world is 0.3")
+    with pytest.raises(UsageError, match="the pioneer3dx needs"):
+        with_newcomer(world, Newcomer())
+
+
+def test_walls_thinner_than_a_cell_and_lower_than_a_lidar_are_no_free_space():
+    thin = "; ".join(f"[[{x}, 0], [{x}, 3]]; [[0, {x}], [3, {x}]]" for x in np.arange(0, 3.1, 0.6).round(2).tolist())
+    world = bars(thin, thickness=0.012, height=0.05)
+    with_robot_in = with_robot(world)
+    assert not check_world(with_robot_in)
+    assert solid(world, height=0.02).distance(shapely.Point(with_robot_in.robots[0].at)) > 0.37

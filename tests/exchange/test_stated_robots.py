@@ -260,3 +260,18 @@ def test_an_inertia_that_the_shapes_of_a_body_cannot_have_is_told(moment, told):
     lines = inventory(sluggish(stranger))
     assert len(lines) == told
     assert all("as if all its mass were 1.00 m away, but it reaches 0.34 m" in line for line in lines)
+
+
+def test_an_element_that_urdf_does_not_have_is_left_out_and_told(tmp_path):
+    place = tmp_path / "bot.urdf.xacro"
+    for text, unknown in (
+        (robot({"base": BASE}, ["<bot_on_gazebo/>", '<gazebo/><transmission name="t"/>']), ["bot_on_gazebo"]),
+        (
+            robot({"base": BASE}, ["<rig/>"]).replace("<robot", '<robot xmlns:xacro="http://ros.org/wiki/xacro"'),
+            ["rig"],
+        ),
+    ):
+        place.write_text(text)
+        source = RobotSource(place, packages={}, given=Given({}, {}))
+        source.read(source.name)
+        assert [item.name for item in source.changed] == unknown

@@ -13,6 +13,7 @@ from mjsim.exchange.robots.folders import Folders
 from mjsim.exchange.robots.sdf_robot import urdf_of_sdf
 from mjsim.inventory import Fate, FileItem
 from mjsim.models import (
+    ROBOT_PARTS,
     Given,
     PlacedError,
     SaidDrive,
@@ -164,6 +165,9 @@ class RobotSource:
         if self.expanded:
             _, root = parsed(text.encode(), self._given)
         _check_links(root, data, self._given)
+        others = {part.tag for part in root} - ROBOT_PARTS if root.tag == "robot" else ()
+        unknown = sorted(tag for tag in others if not tag.startswith("{"))
+        self.changed += [FileItem(Fate.LEFT_OUT, "element", tag, "not one of URDF") for tag in unknown]
         depth = self.name.count("/")
 
         def named(match: "re.Match[bytes]") -> bytes:

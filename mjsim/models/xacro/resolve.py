@@ -1,5 +1,6 @@
 """Reads the description of a robot as text without xacro."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
@@ -58,8 +59,8 @@ def resolved(text: str, path: Path, *, shown: Path, given: Given, files: Files) 
     node = nodes_of(text, str(shown), expander.budget)
     if node.tag != "robot" or ("$" not in text and not _has_xacro(node)):
         return Resolved(text)
-    _refuse_bare_macros(node)
     made = written(expander.expanded(node))
+    _refuse_bare_macros(node, expander.declared)
     if expander.missing and "<link" not in made:
         raise UsageError(printable(": ".join(expander.missing[0])))
     # Both $(find NAME) and package://NAME are a package, with or without file:// before it.
@@ -70,16 +71,16 @@ def _has_xacro(node: XacroNode) -> bool:
     return node.word is not None or any(map(_has_xacro, node.elements))
 
 
-def _refuse_bare_macros(root: XacroNode) -> None:
-    """Reject macros called without `xacro:`, as in very old files: they would be ignored silently.
+def _refuse_bare_macros(root: XacroNode, declared: Collection[str]) -> None:
+    """Reject macros called without `xacro:`, as in very old files: their parts of the robot would be missing.
 
     Raises:
         UsageError: The file contains one.
     """
     for item in root.elements:
-        if ":" not in item.tag and item.tag not in ROBOT_PARTS and not "".join(map(str, item.children)).strip():
+        if item.tag in declared and item.tag not in ROBOT_PARTS:
             raise UsageError(
-                f"{item.file}: <{item.tag}> is not a URDF element; if it calls a macro, write <xacro:{item.tag}>"
+                f"{item.file}:{item.line}:{item.column}: <{item.tag}> is a macro; to call it, write <xacro:{item.tag}>"
             )
 
 

@@ -51,6 +51,8 @@ class Expander:
         self._read: dict[Path, XacroNode] = {}
         self.missing: list[tuple[str, str]] = []
         """Place of each include that was not found, and what is missing; nothing may call what it declares."""
+        self.declared: set[str] = set()
+        """Names of macros."""
         self._text = Substitution(given, self.budget, lambda: self._paths[-1].parent)
         own: Mapping[str, Callable[..., Value]] = {
             "load_yaml": self._load_yaml,
@@ -177,6 +179,7 @@ class Expander:
     def _macro(self, node: XacroNode, _: XacroNode, __: Scope, macros: Macros) -> None:
         name, macro = macro_of(node)
         macros.named[name] = macro
+        self.declared.add(name)
 
     def _condition(self, node: XacroNode, into: XacroNode, scope: Scope, macros: Macros) -> None:
         text = node.required("value")

@@ -28,6 +28,7 @@ from .solid_grid import Grid as Grid
 from .solid_grid import cells_of as cells_of
 from .solid_grid import cells_within as cells_within
 from .solid_grid import grid_of as grid_of
+from .solid_grid import thickened as thickened
 from .target_poses import PlacedTarget as PlacedTarget
 from .target_poses import aimed as aimed
 from .target_poses import placed_targets as placed_targets

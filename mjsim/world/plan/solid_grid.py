@@ -84,7 +84,7 @@ def grid_of(world: World, *, resolution: float = 0.05, height: float = SLICE, mo
     corner = first * resolution
 
     def drawn(part: "BaseGeometry") -> NDArray[np.bool_]:
-        thin = _thickened(part, resolution)
+        thin = thickened(part, resolution)
         shapes = [_faces(each) for each in (part, thin) if not each.is_empty]
         layers = [cells_within((faces - corner) / resolution, rows=rows, columns=columns) for faces in shapes]
         return np.asarray(np.logical_or.reduce(layers))
@@ -135,7 +135,7 @@ def _closed_walls(world: World) -> World:
     return world.model_copy(update={"walls": walls, "obstacles": ()})
 
 
-def _thickened(shape: "BaseGeometry", resolution: float) -> "BaseGeometry":
+def thickened(shape: "BaseGeometry", resolution: float) -> "BaseGeometry":
     """Return the parts of a shape that are thinner than a cell, widened by one cell."""
     import shapely
 
