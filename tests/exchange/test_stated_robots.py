@@ -235,6 +235,17 @@ def test_controllers_of_a_package_beside_the_description_are_read_and_options_th
     source = RobotSource(place, packages={"spare": tmp_path}, given=Given({"prefix": "a_"}, {"B": "1"}), model="x")
     source.read(source.name)
     assert [(said.max_speed, said.source) for said in source.drives()] == [(1.5, "controllers of control.yaml")]
+    (tmp_path / "bot_control" / "config" / "other.yaml").write_text(
+        "base: {left_wheel: left, right_wheel: right, linear: {x: {max_velocity: 9.5}}}"
+    )
+    named = (
+        '<gazebo><plugin name="p"><parameters>$(find bot_control)/config/control.yaml</parameters></plugin></gazebo>'
+    )
+    for text, speeds in (([], [1.5, 9.5]), ([named], [1.5])):
+        place.write_text(robot({"base": BASE}, text))
+        again = RobotSource(place, packages={}, given=Given({}, {}))
+        again.read(again.name)
+        assert [said.max_speed for said in again.drives()] == speeds
     assert [line.partition(":")[2].partition("'")[0].strip() for line in inventory(source.unused())] == [
         "--arg",
         "--env",

@@ -66,6 +66,7 @@ class RobotSource:
         self._folders, self._xacro = Folders(self._path, packages, search=search), given
         self._root = self._folders.root
         self._asked: frozenset[str] = frozenset()
+        self._parameters: set[str] = set()
         self.absent: tuple[tuple[str, str], ...] = ()
         """Place of each include of xacro that was not found, and what is missing."""
         self._packages, self._model = packages, model
@@ -112,10 +113,13 @@ class RobotSource:
         return self._description(data)
 
     def drives(self) -> list[SaidDrive]:
-        """Return what the parameters of controllers in the robot's packages state about its drive."""
+        """Return what the parameters of controllers in the robot's packages state about its drive.
+
+        If the description names one of these files, as for ros2_control, the others are of other robots.
+        """
         found: list[SaidDrive] = []
-        budget = XacroBudget()
-        for path in self._folders.parameters():
+        budget, paths = XacroBudget(), list(self._folders.parameters())
+        for path in [path for path in paths if path.name in self._parameters] or paths:
             with suppress(XacroError):
                 value = plain_yaml(self._folders.read(path), str(path), budget, lambda text: text)
                 found += drives_in_parameters(value, f"controllers of {path.name}")
@@ -168,6 +172,7 @@ class RobotSource:
         others = {part.tag for part in root} - ROBOT_PARTS if root.tag == "robot" else ()
         unknown = sorted(tag for tag in others if not tag.startswith("{"))
         self.changed += [FileItem(Fate.LEFT_OUT, "element", tag, "not one of URDF") for tag in unknown]
+        self._parameters = {posixpath.basename((each.text or "").strip()) for each in root.iter("parameters")}
         depth = self.name.count("/")
 
         def named(match: "re.Match[bytes]") -> bytes:
