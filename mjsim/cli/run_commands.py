@@ -125,6 +125,7 @@ def replay(
     overwrite: Overwrite = False,
 ) -> None:
     """Run another estimator on a recording's observations."""
+    from mjsim.logs import Trajectory
     from mjsim.modules import hosting, module_of
     from mjsim.record import require_recording_name
     from mjsim.run import observed_robot
@@ -136,6 +137,8 @@ def replay(
     robot = observed_robot(run, robot)
     spec = _estimator(estimator, trajectory, run, {"topic": topic, "offset": offset, "period": period})
     believes, use = module_of(spec, role="estimator", robot=robot)
+    if isinstance(believes, Trajectory):
+        believes.require_pose_at(float(run.time[0]))
     observing, uses = None, {"estimator": use}
     if observer is not None:
         observing, uses["observer"] = module_of(observer, role="observer", robot=robot)

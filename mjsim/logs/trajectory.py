@@ -269,14 +269,22 @@ class Trajectory:
         """Return the pose at the time of an observation; before the first and after the last one, these.
 
         Raises:
-            ValueError: The trajectory is of another time than the run.
+            UsageError: As in `require_pose_at`.
         """
         if self._world_from_file is None:
-            if problem := _misfit(self._file, self._track[:, 0] - self._offset, self._offset, seen.time):
-                raise ValueError(problem)
+            self.require_pose_at(seen.time)
             first = self._at(seen.time)
             self._world_from_file = self._prior @ first.inverse() if self._anchored else Pose(0.0, 0.0, 0.0)
         return Estimate(self._world_from_file @ self._at(seen.time), np.zeros((3, 3)))
+
+    def require_pose_at(self, time: float) -> None:
+        """Check that the run, which begins at a time [s], is of the time of the trajectory.
+
+        Raises:
+            UsageError: It is not.
+        """
+        if problem := _misfit(self._file, self._track[:, 0] - self._offset, self._offset, time):
+            raise UsageError(problem)
 
     def _at(self, time: float) -> Pose:
         moment = np.clip([time], self._track[0, 0], self._track[-1, 0])

@@ -244,7 +244,10 @@ def test_somebody_elses_slam_is_judged_on_our_truth(tmp_path, capsys):
     recording = str(tmp_path / "run.mcap")
     replay = ("replay", recording, "--robot", "scout", "-o", str(tmp_path / "theirs.mcap"))
     assert run_command(*replay, "--trajectory", str(tmp_path / "slam.tum")) == 2
-    assert "no pose is at 0.000 s of the run: give another offset" in capsys.readouterr().err
+    refused = capsys.readouterr().err
+    assert "no pose is at 0.000 s of the run: give another offset" in refused
+    assert run_command(*replay, "--estimator", spec.replace(", offset: -100", "")) == 2
+    assert capsys.readouterr().err == refused
     assert run_command(*replay, "--estimator", spec, "--overwrite") == 0
     assert run_command("report", str(tmp_path / "theirs.mcap"), "-o", str(tmp_path / "page")) == 0
     figures = json.loads((Path(tmp_path) / "page" / "statistics.json").read_text())["robots"]["scout"]
