@@ -9,7 +9,7 @@ from pathlib import Path
 
 from mjsim.errors import MAX_MESSAGE_LENGTH, UsageError
 from mjsim.inventory import fate_of
-from mjsim.logs.bags import is_bag, read_bag
+from mjsim.logs.bags import is_bag, read_bag, schemas_of
 from mjsim.logs.files import lines_of
 from mjsim.logs.formats import (
     columns,
@@ -65,6 +65,8 @@ READ = (
 )
 MAX_LINES = 1000
 """Number of lines of a file that is not a supported log, to detect whether it is truncated."""
+MAX_SCHEMAS = 4
+"""Maximum number of types to list of an MCAP file."""
 MAX_EXAMINED = 100
 """Maximum number of files to examine in a folder that is not a log itself."""
 TABLE_SUFFIXES = (".csv", ".tsv", ".dat")
@@ -128,7 +130,12 @@ def _unknown(path: Path, inside: Sequence[str]) -> str:
     if path.is_file() and (cut := _cut(path)):
         return f"'{path}' holds no log in the part that could be unpacked ({cut})"
     if path.is_file() and is_mcap(path):
-        return f"'{path}' is an MCAP file but not of ROS; a recording of mjsim is replayed as it is"
+        names = [f"{name[:60]} ({language[:20]})" for name, language in schemas_of(path).items()][:MAX_SCHEMAS]
+        held = f"it holds {', '.join(names)}" if names else "it names no types"
+        return (
+            f"'{path}' is an MCAP file but not of ROS: {held}; record topics of ROS (ros2 bag record -s mcap), a"
+            " recording of mjsim is replayed as it is"
+        )
     if path.is_file() and (path.suffix.lower() in TRAJECTORY_SUFFIXES or _begins_with_pose(path)):
         return f"'{path}' is a trajectory, not a log; evaluate it by mjsim replay RUN.mcap --trajectory '{path}'"
     if path.is_file() and path.suffix.lower() in TABLE_SUFFIXES:

@@ -150,6 +150,24 @@ def test_mcap_files_that_were_converted_or_merged_come_in_like_the_bags(form, pr
         imported(run.path)
 
 
+def test_an_mcap_of_other_types_than_those_of_ros_is_refused_with_their_names(tmp_path):
+    path = tmp_path / "run.mcap"
+    for language, names in (
+        ("jsonschema", ["foxglove.LaserScan", "foxglove.PoseInFrame"]),
+        ("protobuf", ["foxglove.Grid"]),
+    ):
+        with path.open("wb") as file:
+            writer = Writer(file)
+            writer.start(profile="", library="foxglove")
+            for name in names:
+                writer.register_channel(f"/{name}", "json", writer.register_schema(name, language, b"{}"))
+            writer.finish()
+        held = ", ".join(f"{name} ({language})" for name in names)
+        with pytest.raises(UsageError) as refused:
+            imported(path)
+        assert f"is an MCAP file but not of ROS: it holds {held}; record topics of ROS (ros2 bag" in str(refused.value)
+
+
 def test_a_bag_with_an_imu_alone_comes_in(tmp_path):
     with new_bag(tmp_path / "run") as bag:
         for k in range(100):

@@ -236,9 +236,13 @@ def _kind_of(file: Path) -> str | None:
 
 def _holds_ros(file: Path) -> bool:
     """Return whether an MCAP file without the profile of ROS 2 has messages of ROS, as converters write them."""
-    # Of a broken file nothing is known.
+    return not {"ros1msg", "ros2msg", "ros2idl"}.isdisjoint(schemas_of(file).values())
+
+
+def schemas_of(file: Path) -> dict[str, str]:
+    """Return name -> language of the schemas in the summary of an MCAP file; of a broken file nothing is known."""
     with suppress(McapError, UnicodeDecodeError, ValueError, OSError), file.open("rb") as stream:
         summary = make_reader(stream).get_summary()
         known = () if summary is None else summary.schemas.values()
-        return any(schema.encoding in ("ros1msg", "ros2msg", "ros2idl") for schema in known)
-    return False
+        return {schema.name: schema.encoding for schema in known}
+    return {}
