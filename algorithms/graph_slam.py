@@ -54,7 +54,8 @@ class GraphSlam:
     A pose is added to the graph when a new landmark is seen, or any and the robot has moved far enough. The graph
     also contains the systematic errors of odometry and, where ranges scatter by less than their stated noise, those of
     ranges. Sightings have a robust loss, which bounds the influence of wrong ones. The final path is that of the whole
-    graph, solved again with the estimated systematic errors and noise of sightings.
+    graph, solved again with the estimated systematic errors, noise of sightings and displacements of the robot
+    (`graph_refinement`). It cannot tell whether all ranges are too long or all distances of odometry too short.
 
     References:
         Kaess et al., iSAM2: Incremental Smoothing and Mapping Using the Bayes Tree, IJRR 31(2), 2012. Grisetti et

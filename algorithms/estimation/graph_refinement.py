@@ -1,13 +1,13 @@
 """Final solution of the whole graph of a run, with noise and systematic errors estimated from the run.
 
 While a robot drives, odometry and sightings are weighted according to their data sheets. The complete run reveals the
-systematic errors of odometry and the actual noise of sightings. Both are estimated from the solved graph, which is then
-solved again, for several rounds.
+systematic errors of odometry, the actual noise of sightings, and legs in which the robot was displaced. They are
+estimated from the solved graph, which is then solved again, for several rounds.
 """
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,9 +15,10 @@ import numpy as np
 from mjsim.geometry import Array, wrap_angles
 from mjsim.interface import Sighting
 
+from .displaced_legs import DISPLACED, Factors, displacement_odds
 from .ekf_models import innovation, range_bearing
 from .graph_factors import prior_factor, sighting_factor, turned_covariance
-from .pose_graph import composed, step_between
+from .pose_graph import composed, step_between, step_errors
 
 ROUNDS = 4
 """Number of rounds; errors and noise change little after that."""
@@ -132,16 +133,53 @@ def refined_poses(gtsam: Any, drive: MeasuredGraph) -> tuple[Array, Array]:
     References:
         Zhang, Parameter Estimation Techniques, Image and Vision Computing 15(1), 1997, table 1: Cauchy's loss.
     """
-    values = _values(gtsam, drive)
-    poses, landmarks = drive.poses, dict(drive.landmarks)
-    errors = np.zeros(len(drive.systematic_variances))
-    for _ in range(ROUNDS):
-        errors = systematic_errors(drive, poses, errors)
-        graph = _graph(gtsam, drive, errors, sighting_scales(drive, poses, landmarks))
-        values = gtsam.LevenbergMarquardtOptimizer(graph, values).optimize()
-        poses = np.array([_pose(values.atPose2(gtsam.symbol("x", row))) for row in range(len(poses))])
-        landmarks = {name: np.asarray(values.atPoint2(key)) for name, key in _keys(gtsam, drive).items()}
-    return poses, errors
+    values, errors = _values(gtsam, drive), np.zeros(len(drive.systematic_variances))
+    while True:
+        for _ in range(ROUNDS):
+            errors = systematic_errors(drive, drive.poses, errors)
+            scales = sighting_scales(drive, drive.poses, drive.landmarks)
+            values = gtsam.LevenbergMarquardtOptimizer(_graph(gtsam, drive, errors, scales), values).optimize()
+            poses = np.array([_pose(values.atPose2(gtsam.symbol("x", row))) for row in range(len(drive.poses))])
+            landmarks = {name: np.asarray(values.atPoint2(key)) for name, key in _keys(gtsam, drive).items()}
+            drive = replace(drive, poses=poses, landmarks=landmarks)
+        odds = leg_odds(drive, errors, scales)
+        displaced = int(np.argmax(odds))
+        if odds[displaced] <= 0.0:
+            return drive.poses, errors
+        legs = list(drive.legs)
+        legs[displaced] = replace(legs[displaced], covariance=legs[displaced].covariance + DISPLACED)
+        drive = replace(drive, legs=legs)
+
+
+def leg_odds(drive: MeasuredGraph, errors: Array, scales: Array) -> Array:
+    """Return for each leg, and 0, the logarithm of the odds that the robot was displaced in it, by solved poses.
+
+    Args:
+        drive: Drive with the poses and landmarks that fit best.
+        errors: Systematic errors of odometry, shape (4,).
+        scales: Ratios of the actual noise of ranges and bearings to their standard deviations, shape (2,).
+    """
+    if not drive.legs or not drive.sightings:
+        return np.zeros(1)
+    poses, number = drive.poses, len(drive.poses)
+    steps = np.array([leg.step + leg.slopes @ errors for leg in drive.legs])
+    off, A, B = step_errors(poses[:-1], poses[1:], steps)
+    trust = np.linalg.inv(np.array([leg.covariance for leg in drive.legs]))
+    legs = Factors(off, np.concatenate([A, B], axis=2), trust, 3 * np.arange(number - 1)[:, None] + np.arange(6))
+    columns = {name: 3 * number + 2 * index for index, name in enumerate(drive.landmarks)}
+    looks = []
+    for row, sighting in drive.sightings:
+        name = sighting.name or ""
+        expected, H_pose, H_landmark = range_bearing(poses[row], drive.landmarks[name][None])
+        nu = innovation(np.array([[sighting.range, sighting.bearing]]), expected)[0]
+        information = np.linalg.inv(sighting.covariance * np.outer(scales, scales))
+        weight = 1.0 / (1.0 + nu @ information @ nu / CAUCHY**2)
+        own = [*range(3 * row, 3 * row + 3), columns[name], columns[name] + 1]
+        looks.append((-nu, np.concatenate([H_pose[0], H_landmark[0]], axis=1), weight * information, own))
+    sightings = Factors(*(np.array(each) for each in zip(*looks, strict=True)))
+    first = np.asarray(np.linalg.inv(drive.first_covariance), dtype=float)
+    size = 3 * number + 2 * len(columns)
+    return np.append(displacement_odds(poses, first, legs, sightings, size), 0.0)
 
 
 def systematic_errors(drive: MeasuredGraph, poses: Array, known: Array) -> Array:

@@ -193,6 +193,15 @@ def test_so_do_particles_and_a_graph(kind):
         assert run.path < 0.4 * run.position.mean()
 
 
+@pytest.mark.slow
+def test_a_push_that_is_not_noticed_online_is_in_the_final_path():
+    pytest.importorskip("gtsam", reason="an extra")
+    slam = mjsim.algorithms.GraphSlam()
+    run = disturbed.drive({"slam": slam}, 1, DISTURBED["pushed by 0.87 m in 2.5 s"], seconds=85.0)["slam"]
+    assert not run.lost.any()
+    assert run.path < 0.5 * run.position.mean()
+
+
 def test_a_landmark_that_left_the_map_says_nothing_about_a_lost_robot():
     relocation, pose = Relocation(), np.array([1.0, 1.0, 0.0])
     for tick in range(12):
