@@ -14,6 +14,8 @@ OF_LINK = re.compile(
     r"(?:A\(((?:(?!\bend\b)[^(),:]|\([^()]*\))+)\)|(RP|isrevolute|isprismatic)\b(?!\())(?!\s*=(?!=))"
 )
 """Methods of links, with the joint's value, or without arguments."""
+MADE_LINK = re.compile(r"(?<![\w.])([A-Za-z]\w*)(\{[^{}\n]*\})?\s*=\s*(\{?)\s*[lL]ink\s*\(")
+"""A variable that is a link, or a cell of links."""
 OF_LINKS = re.compile(r"(?<![\w.])([A-Za-z]\w*)\.links(\.[A-Za-z]\w*)(?!\w|\s*=(?!=))")
 """A field of all links of an arm."""
 OF_SOME = re.compile(r"(?<=[\[{])\s*([A-Za-z]\w*)\.links(\([^()]*\)\.[A-Za-z]\w*)(?=\s*[\]}])")
@@ -33,7 +35,22 @@ def is_old(text: str) -> bool:
 def with_calls(text: str) -> str:
     """Return a script with calls in place of methods, each on its line."""
     text = TWO_RESULTS.sub(lambda at: f"{at[1]}{at[3]}({at[2]}{', ' if at[4] == '(' else ')'}", text)
-    return "\n".join(map(_line, text.split("\n")))
+    lines = [_line(line) for line in text.split("\n")]
+    found = MADE_LINK.finditer("\n".join(map(bare_line, lines)))
+    cells = {made[1]: bool(made[2] or made[3]) for made in found}
+    if not cells:
+        return "\n".join(lines)
+    links = "|".join(name + (r"\{[^{}]*\}" if is_cell else "") for name, is_cell in cells.items())
+    value = r"\(((?:(?!\bend\b)[^(),:]|\([^()]*\))+)\)(?!\s*=(?!=)|[.({])"
+    return "\n".join(_with_values(line, re.compile(rf"(?<![\w.])({links}){value}")) for line in lines)
+
+
+def _with_values(line: str, called: re.Pattern[str]) -> str:
+    """Return a line with calls in place of links that are called with the value of their joint: L{2}(q), L1(0.3)."""
+    for found in reversed(list(called.finditer(bare_line(line)))):
+        link, value = (line[slice(*found.span(k))] for k in (1, 2))
+        line = f"{line[: found.start()]}mjsim_member({link}, '()', {value}){line[found.end() :]}"
+    return line
 
 
 def _line(line: str) -> str:

@@ -22,8 +22,8 @@ INSTEAD = (
         "drivers, planners and filters are modules of a world, such as GoToGoal and EkfSlam",
     ),
     (
-        r"SE[23]|SO[23]|se[23]|so[23]|Twist|Quaternion|UnitQuaternion|quaternion|\w+2(rotm|tform|eul|quat|axang|trvec)",
-        "poses are 4 x 4 matrices of transl, trotx, rpy2tr, eul2tr and angvec2tr",
+        r"SE[23]|SO[23]|se[23]|so[23]|Twist|\w+2(rotm|tform|eul|quat|axang|trvec)",
+        "poses are 4 x 4 matrices of transl, trotx, rpy2tr, eul2tr and angvec2tr; quaternion serves rotations",
     ),
     (
         r"tf|ss|zpk|step|bode|nyquist|margin|rlocus|lqr|place|pid|feedback",

@@ -18,6 +18,10 @@ from mjsim.toolbox.method_calls import is_old, with_calls
         ("G = [p560.links.G]; m = sum([a.links.m]);", "G = [mjsim_links(p560).G]; m = sum([mjsim_links(a).m]);"),
         ("m = [r.links(2:3).m];", "m = [mjsim_links(r)(2:3).m];"),
         ("disp('L.A(q)'), r.A(2, q), sys.A(end) % L.A(q)", "disp('L.A(q)'), r.A(2, q), sys.A(end) % L.A(q)"),
+        ("L{1} = link(a); L{2} = link(b); T = L{1}(0.3) * L{2}(q(2));",
+         "L{1} = link(a); L{2} = link(b); T = mjsim_member(L{1}, '()', 0.3) * mjsim_member(L{2}, '()', q(2));"),
+        ("A = Link(a); B(2) = Link(b); T = A(x) * B(x); A(1) = B(1); f{1}(2); disp('A(1)') % A(x)",
+         "A = Link(a); B(2) = Link(b); T = mjsim_member(A, '()', x) * B(x); A(1) = B(1); f{1}(2); disp('A(1)') % A(x)"),
         ("r.links(2).m = 3; s.A(2) = 1; L.RP = 'P';", "r.links(2).m = 3; s.A(2) = 1; L.RP = 'P';"),
     ],
 )  # fmt: skip

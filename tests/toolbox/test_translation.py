@@ -1,11 +1,13 @@
 """Scripts of any encoding, with functions in files beside them, run as they are, and errors name the user's files."""
 
+import math
 import shutil
 import sys
 
 import numpy as np
 import pytest
 from scipy.io import loadmat
+from scipy.spatial.transform import Rotation, Slerp
 
 from mjsim.mechanics import Arm
 from mjsim.toolbox import run_script
@@ -106,6 +108,25 @@ end
 """
 
 
+QUATERNIONS = """
+v = [0.3 -0.5 0.7]; R = angvec2r(2.1, [1 2 -1]); p = [1 2 3; -4 0.5 2];
+a = quaternion(R); b = UnitQuaternion.rpy(v); c = Quaternion(1.3, [0 0.6 0.8]); w = quaternion(1, 2, -3, 4);
+product = double(a * b / c); whole = [double(w * a * 2); double(inv(w)); w.conj.double; double(w + a - b)];
+lengths = [norm(w), w.unit.norm]; [w1, x1, y1, z1] = parts(w); first = [w1 x1 y1 z1; w.s w.v];
+Ra = a.R; Ta = b.T; frame = rotmat(a, 'frame'); turned = [rotatepoint(a, p); rotateframe(a, p); (a * p')'];
+path = double(a.interp(b, [0 0.25 1])); far = double(slerp(a, quaternion(-compact(a * UnitQuaternion.Rx(0.4))), 0.5));
+power = double(a ^ 2.5); vectors = double(quaternion([v; 0 0 0], 'rotvec'));
+euler = double(quaternion([v; -v], 'euler', 'ZYX', 'frame')); old = double(quaternion([0 0.6 0.8], 1.3));
+halves = double(quaternion(cat(3, rotx(pi), roty(pi), rotz(pi), rotz(3.1), eye(3))));
+some = a.interp(b, [0 1]); last = some(2).R;
+orders = cat(3, rpy2r(v, 'yxz'), rpy2r(v, 'xyz'), rpy2r(v, 'vehicle'), rpy2r(v * 50, 'deg', 'camera'));
+back = [tr2rpy(orders(:, :, 1), 'yxz'); tr2rpy(orders(:, :, 2), 'arm'); tr2rpy(orders(:, :, 3), 'vehicle')];
+L{1} = link([0.4 0.2 0 0.3 0]); L{2} = link([-0.2 0.1 0.5 0 1]); T = L{1}(0.7) * L{2}(0.9);
+clear a b c w some L
+save('-v7', 'quaternions.mat')
+"""
+
+
 def test_sliders_start_where_drivebot_was_called():
     rows = [{"range_deg": [-225.0, 45.0]}, {"slide": True, "range": [0.0, 0.5]}, {}]
     assert start_of(rows, np.array([np.pi, 0.2, -1.0])) == pytest.approx([-180.0, 0.2, np.degrees(-1.0)])
@@ -166,3 +187,65 @@ def test_figures_of_a_module_are_beside_the_recording(tmp_path):
     assert done.stdout.startswith("the figures of its modules are not written: ")
     assert "too far" in done.stderr
     assert (tmp_path / "u-figures").read_text() == "mine"
+
+
+@needs_octave
+@pytest.mark.slow
+def test_quaternions_and_orders_of_turns_are_those_of_scipy(tmp_path):
+    (tmp_path / "quaternions.m").write_text(QUATERNIONS)
+    assert run_script(tmp_path / "quaternions.m", tmp_path / "out").error is None
+    got = loadmat(tmp_path / "quaternions.mat")
+    v, p = np.array([0.3, -0.5, 0.7]), np.array([[1, 2, 3], [-4, 0.5, 2]])
+    a = Rotation.from_rotvec(2.1 * np.array([1, 2, -1]) / math.sqrt(6.0))
+    b, c = Rotation.from_euler("ZYX", v[::-1]), Rotation.from_rotvec([0, 1.3 * 0.6, 1.3 * 0.8])
+    w, unit = (
+        np.array([1.0, 2.0, -3.0, 4.0]),
+        [2 / math.sqrt(30), -3 / math.sqrt(30), 4 / math.sqrt(30), 1 / math.sqrt(30)],
+    )
+
+    def row(rotation):
+        return rotation.as_quat(scalar_first=True)
+
+    def same(name, expected):
+        np.testing.assert_allclose(got[name], expected, rtol=0.0, atol=1e-12, err_msg=name)
+
+    def same_turns(name, rotations):
+        # q and -q are the same rotation.
+        rows, expected = np.atleast_2d(got[name]), np.atleast_2d([row(each) for each in rotations])
+        np.testing.assert_allclose(np.abs((rows * expected).sum(axis=1)), 1.0, rtol=0.0, atol=1e-12, err_msg=name)
+        np.testing.assert_allclose(np.linalg.norm(rows, axis=1), 1.0, rtol=0.0, atol=1e-12, err_msg=name)
+
+    scaled = math.sqrt(30.0) * 2.0 * row(Rotation.from_quat(unit) * a)
+    whole = got["whole"]
+    assert min(np.abs(whole[0] - scaled).max(), np.abs(whole[0] + scaled).max()) < 1e-12
+    np.testing.assert_allclose(whole[1:3], [w * [1, -1, -1, -1] / 30.0, w * [1, -1, -1, -1]], atol=1e-12)
+    np.testing.assert_allclose(whole[3], w + row(a) - row(b), atol=1e-12)
+    same("lengths", [[math.sqrt(30.0), 1.0]])
+    same("first", [w, w])
+    same("Ra", a.as_matrix())
+    same("Ta", np.block([[b.as_matrix(), np.zeros((3, 1))], [np.zeros((1, 3)), 1.0]]))
+    same("frame", a.as_matrix().T)
+    same("turned", np.vstack([a.apply(p), a.inv().apply(p), a.apply(p)]))
+    same("last", b.as_matrix())
+    same("T", link_pose(0.4, 0.2, 0.7, 0.3) @ link_pose(-0.2, 0.1, 0.5, 0.9))
+    same_turns("product", [a * b * c.inv()])
+    same_turns("path", Slerp([0, 1], Rotation.concatenate([a, b]))([0, 0.25, 1]))
+    same_turns("far", [a * Rotation.from_rotvec([0.2, 0, 0])])
+    same_turns("power", [a**2.5])
+    same_turns("vectors", [Rotation.from_rotvec(v), Rotation.identity()])
+    same_turns("euler", [Rotation.from_euler("ZYX", v), Rotation.from_euler("ZYX", -v)])
+    same_turns("old", [c])
+    same_turns(
+        "halves", [Rotation.from_euler(*each) for each in zip("xyzzz", (np.pi, np.pi, np.pi, 3.1, 0.0), strict=True)]
+    )
+    turns = [("YXZ", v[::-1]), ("XYZ", v[::-1]), ("ZYX", v[::-1]), ("YXZ", np.radians(50 * v[::-1]))]
+    same("orders", np.dstack([Rotation.from_euler(*each).as_matrix() for each in turns]))
+    same("back", [v, v, v])
+
+
+def link_pose(alpha, a, theta, d):
+    """Return the matrix of a link in the standard convention, by four elementary ones."""
+    turn, tilt = np.eye(4), np.eye(4)
+    turn[:3, :3], turn[2, 3] = Rotation.from_euler("z", theta).as_matrix(), d
+    tilt[:3, :3], tilt[0, 3] = Rotation.from_euler("x", alpha).as_matrix(), a
+    return turn @ tilt

@@ -1,0 +1,4 @@
+function p = ctranspose(q)
+% CTRANSPOSE  Conjugate, q'.
+  p = conj(q);
+end
