@@ -122,7 +122,7 @@ some = a.interp(b, [0 1]); last = some(2).R;
 orders = cat(3, rpy2r(v, 'yxz'), rpy2r(v, 'xyz'), rpy2r(v, 'vehicle'), rpy2r(v * 50, 'deg', 'camera'));
 back = [tr2rpy(orders(:, :, 1), 'yxz'); tr2rpy(orders(:, :, 2), 'arm'); tr2rpy(orders(:, :, 3), 'vehicle')];
 L{1} = link([0.4 0.2 0 0.3 0]); L{2} = link([-0.2 0.1 0.5 0 1]); T = L{1}(0.7) * L{2}(0.9);
-clear a b c w some L
+a.disp(), a.plot('frame', 'A'); clear a b c w some L
 save('-v7', 'quaternions.mat')
 """
 

@@ -16,6 +16,10 @@ function varargout = subsref(q, s)
       case {'Rx', 'Ry', 'Rz', 'rpy', 'eul', 'angvec'}
         f = struct('Rx', @rotx_, 'Ry', @roty_, 'Rz', @rotz_, 'rpy', @rpy_, 'eul', @eul2tr, 'angvec', @angvec2r);
         v = quaternion(f.(name)(s(2).subs{:})); s(2) = [];
+      case {'plot', 'disp', 'display'}
+        if numel(s) > 1, given = s(2).subs; end
+        feval(name, q, given{:});
+        return
       otherwise
         if numel(s) > 1 && strcmp(s(2).type, '()'), given = s(2).subs; s(2) = []; end
         v = feval(name, q, given{:});
