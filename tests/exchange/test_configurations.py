@@ -110,6 +110,30 @@ def test_a_picture_may_be_named_first(table, tmp_path):
     assert (first.image, first.at, first.heading_deg) == ("posters/lion.jpg", (9.9, 4.0), 180.0)
 
 
+@pytest.mark.parametrize(
+    ("table", "expected"),
+    [
+        ("beacons = [9.9 4 0; 4 7.9 1; pi 0 0]; pics = {'owl', 'lion', 'nobody'};", ["owl", "lion", None]),
+        (
+            "beacons = [9.9 4 0 1; 4 7.9 1 2; pi 0 0 0; 2 1 0 2]; pics = {'owl.jpg'; 'lion.jpg'};",
+            ["lion", "owl", None, "lion"],
+        ),
+        ("beacons = [9.9 4; 4 7.9; pi 0; 1 3]; pics = {'owl', 'lion'}; notes = {'a', 'lion'};", ["owl", None]),
+    ],
+)
+def test_pictures_are_named_in_a_list_of_their_own(table, expected, tmp_path):
+    world, told = brought(tmp_path, table)
+    images = [each.image for each in world.beacons]
+    assert images == [name and f"posters/{name}.jpg" for name in expected]
+    assert "pictures of beacons, named by pics" in told
+    assert "left out: variable 'pics'" not in told
+    assert ("left out: variable 'notes'" in told) == ("notes" in table)
+    assert any("nobody, which is not a picture" in line for line in told) == ("nobody" in table)
+    savemat(tmp_path / "c.mat", {"beacons": BEACONS[:3], "names": np.array(["owl", "lion", "fox"], dtype=object)})
+    found = bring_file(tmp_path / "c.mat", robot=None, reading=Reading(None, rows=False))
+    assert "posters/owl.jpg" in found.text
+
+
 def test_a_scale_is_that_of_the_start_too_and_a_start_that_is_no_number_is_told(tmp_path):
     lines = "lm = [100 300; 200 400];\nrobot.pose = [{} 150 pi];\n"
     world, _ = brought(tmp_path, lines.format("250"), scale=0.01)

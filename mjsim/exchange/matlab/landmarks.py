@@ -18,13 +18,14 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
 from mjsim.exchange.matlab.equipment import Equipment, equipment_of, owner_of
-from mjsim.exchange.matlab.matlab_tables import Entry, Tables
+from mjsim.exchange.matlab.matlab_tables import Tables
 from mjsim.exchange.matlab.matlab_text import read_assignments
+from mjsim.exchange.matlab.named_pictures import NamedPictures, named_pictures
 from mjsim.exchange.preset_files import inhabited, robot_of
 from mjsim.exchange.start_place import ODOMETRY_NOISE, ROBOT, WAYPOINTS
 from mjsim.geometry import Array
 from mjsim.inventory import Fate, FileItem
-from mjsim.world import Beacon, Modules, Robot, Run, Source, Use, Wall, World, has_asset
+from mjsim.world import Beacon, Modules, Robot, Run, Use, Wall, World
 
 SLAM = "mjsim.algorithms.ekf_slam:EkfSlam"
 WAYPOINT_SPEED = 0.6
@@ -44,13 +45,8 @@ NAMES = {
 """Names of the tables, without underscores, case and TABLE; also in German, French and Spanish."""
 TABLE = re.compile(r"(positions?|list|table|matrix|data)$")
 """Possible ends of such a name."""
-MAX_NAMED = 8
-"""Pictures that do not exist which a report names."""
 NESTED = 4
 """Depth to which structs around the tables are opened."""
-PICTURES = (".jpg", ".jpeg", ".png")
-POSTERS = "posters/"
-"""Folder in assets where a picture of a beacon is looked for, if it is not beside the file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,15 +107,16 @@ def read_landmarks(path: Path, *, scale: float, rows: bool = False) -> LandmarkM
             f"'{path}' holds no landmarks: lm, 2 x n; it holds {'; '.join([f'{names:.200}', *unread[:1]])}"
         )
     tables = Tables(str(path), rows)
-    beacons = _beacons(path, tables, given["landmarks"], scale)
+    used = {each[0] for each in given.values() if each is not None}
+    others = {key: value for key, value in content.items() if key not in used}
+    pictures = named_pictures(path.parent, others)
+    beacons = _beacons(path, tables, given["landmarks"], scale, pictures)
     name, value = given["waypoints"] or ("wp", np.zeros((2, 0)))
     waypoints = tables.points(name, value, limit=MAX_WAYPOINTS) * scale
     walls = tuple(_rounded(points * scale) for points in _walls(tables, given["walls"]))
     beacons, moved = _on_faces(beacons, walls)
-    used = {each[0] for each in given.values() if each is not None}
-    others = {key: value for key, value in content.items() if key not in used}
     equipment, unused = equipment_of(others, scale=scale)
-    kept = (*_told_walls(given["walls"], walls), *equipment.told)
+    kept = (*_told_walls(given["walls"], walls), *equipment.told, *pictures.told_taken())
     map = LandmarkMap(
         _rounded(np.array([beacon.at for beacon in beacons]).reshape(-1, 2)),
         _rounded(waypoints),
@@ -130,7 +127,7 @@ def read_landmarks(path: Path, *, scale: float, rows: bool = False) -> LandmarkM
             *(FileItem(Fate.KEPT, line) for line in kept),
             *(FileItem(Fate.GUESSED, line) for line in (*tables.told, *moved)),
             *(FileItem(Fate.LEFT_OUT, line) for line in unread),
-            *(FileItem(Fate.LEFT_OUT, "variable", name) for name in unused),
+            *(FileItem(Fate.LEFT_OUT, "variable", name) for name in unused if name not in pictures.taken),
         ),
     )
     farthest = float(np.abs(map.points).max())
@@ -236,7 +233,9 @@ def _first(content: Mapping[str, Any], names: tuple[str, ...]) -> tuple[str, Any
     return max(found, key=lambda pair: np.size(pair[1]) if isinstance(pair[1], np.ndarray) else 1, default=None)
 
 
-def _beacons(path: Path, tables: Tables, given: tuple[str, Any] | None, scale: float) -> list[PlacedBeacon]:
+def _beacons(
+    path: Path, tables: Tables, given: tuple[str, Any] | None, scale: float, pictures: NamedPictures
+) -> list[PlacedBeacon]:
     if given is None:
         return []
     name, value = given
@@ -249,35 +248,12 @@ def _beacons(path: Path, tables: Tables, given: tuple[str, Any] | None, scale: f
         tables.told.append(f"the headings of {name} exceed 2 pi: they are taken as degrees")
         turn = math.pi / 180.0
     found = []
-    absent: list[str] = []
-    for item, row in zip(items, numbers, strict=True):
-        picture = _picture(path, item[3], absent) if len(item) == 4 else None
+    for number, (item, row) in enumerate(zip(items, numbers, strict=True)):
+        picture = pictures.of(item, number, len(items))
         heading = float(row[2]) * turn if len(row) == 3 else None
         found.append(PlacedBeacon(_at(_rounded(row[:2] * scale)), heading, picture))
-    tables.told.extend(_told_absent(name, absent))
+    tables.told.extend(pictures.told_absent(name))
     return found
-
-
-def _picture(path: Path, entry: Entry, absent: list[str]) -> str | None:
-    """Return the picture of a beacon, by its name or number; None for a reflector, whose entry joins the absent."""
-    text = entry if isinstance(entry, str) else f"{entry:g}"
-    names = [text, *(text + suffix for suffix in PICTURES)]
-    pictures = [name for name in names if Path(name).name == name and Path(name).suffix.lower() in PICTURES]
-    for picture in (folder + each for folder in ("", POSTERS) for each in pictures):
-        if has_asset(picture, Source(folder=path.parent)):
-            return picture
-    if entry and text not in absent:
-        absent.append(text)
-    return None
-
-
-def _told_absent(name: str, absent: list[str]) -> list[str]:
-    """Return the line about values of P that name no picture."""
-    if not absent:
-        return []
-    values = ", ".join(absent[:MAX_NAMED]) + (f" and {len(absent) - MAX_NAMED} others" if absent[MAX_NAMED:] else "")
-    which = "which are not pictures" if absent[1:] else "which is not a picture"
-    return [f"{name} has P = {values}, {which} beside the file or in assets: reflectors"]
 
 
 def _walls(tables: Tables, given: tuple[str, Any] | None) -> list[Array]:
