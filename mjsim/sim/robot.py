@@ -8,7 +8,6 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.compile import RUNNING_GEAR
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import (
@@ -25,6 +24,7 @@ from mjsim.interface import (
 from mjsim.mechanics import JointMotion
 from mjsim.sim.actuation import Actuation, ServoActuation
 from mjsim.sim.bases import RunningGear, balancing_info, gear_of
+from mjsim.sim.bumper import Bumper
 from mjsim.sim.controls import Controls
 from mjsim.sim.odometry import NO_MOTION
 from mjsim.sim.rays import ProximityRing
@@ -70,8 +70,8 @@ class SimulatedRobot:
         self.actuations: list[Actuation] = [ServoActuation(data, gear, servos, every=world.run.steps_per_tick)]
         """The actuation of its motors, beside controllers."""
         self._pose = _pose_of(model, data, robot)
+        self.bumper = Bumper(model, data, robot, world)
         self._ring = ProximityRing(model, data, robot, sought=_geoms_of_people(model, world))
-        self._bumper = Bumper(model, data, robot)
 
         def mounting(sensor: AnySensor) -> Mounting:
             return Mounting(
@@ -208,7 +208,7 @@ class SimulatedRobot:
                 dt=self._dt,
                 odometry=self._odometry,
                 proximity=self._ring.ranges(),
-                bump=self._bumper.bearings(),
+                bump=self.bumper.bearings(),
                 messages=self._received(tick),
                 joints={name: arm.read(time) for name, arm in self._arms.items()},
                 **sensed.fields(),
@@ -300,34 +300,3 @@ def _arms_at_work(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, *, t
     from mjsim.sim.arm_motion import ArmAtWork
 
     return {item.name: ArmAtWork(model, data, robot, item, tick=tick) for item in robot.arms}
-
-
-MIN_SUPPORT_COSINE = 0.7
-"""A contact whose normal is steeper than this supports wheels and casters, and is not a bump."""
-
-
-class Bumper:
-    """Detects contact between any part of a robot and anything except the floor."""
-
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot) -> None:
-        """Keep the state, read at each measurement, and find the geoms of the robot and the floor."""
-        self._data = data
-        self._base = model.body(f"{robot.name}/base").id
-        # All touching parts of the base except casters, which have a group of their own.
-        self._body = (model.geom_bodyid == self._base) & (model.geom_contype != 0) & (model.geom_group != RUNNING_GEAR)
-        self._own = model.body_rootid[model.geom_bodyid] == self._base
-        self._floor = model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
-
-    def bearings(self) -> tuple[float, ...]:
-        """Return the bearings of current contacts in the robot's frame, left positive, sorted [rad]."""
-        contact = self._data.contact
-        pairs = contact.geom
-        own = self._own[pairs]
-        touched = (own[:, 0] != own[:, 1]) & ~self._floor[pairs].any(axis=1)
-        if not touched.any():
-            return ()
-        # A wheel or a caster also rolls on objects; for the body every contact is a bump, whatever the angle.
-        touched &= self._body[pairs].any(axis=1) | (np.abs(contact.frame[:, 2]) < MIN_SUPPORT_COSINE)
-        offsets = contact.pos[touched] - self._data.xpos[self._base]
-        x, y, _ = (offsets @ self._data.xmat[self._base].reshape(3, 3)).T
-        return tuple(np.sort(np.arctan2(y, x)).tolist())

@@ -27,6 +27,7 @@ from mjsim.interface import (
 )
 from mjsim.mechanics import JointMotion, SensorReadings
 from mjsim.sim.actuation import Actuation
+from mjsim.sim.bumper import Bumpers
 from mjsim.sim.current_noise import Tuning
 from mjsim.sim.health import Health, collected_warnings
 from mjsim.sim.mechanisms import Mechanisms
@@ -73,8 +74,7 @@ class Simulation(Viewed, Closes):
         self.tick = 0
         """Ticks since the start."""
         self._compiled, self._light = Snapshot(self.model), light_source(world, self.model)
-        self._canvases = Canvases()
-        self._health = Health(self.model, world)
+        self._canvases, self._health = Canvases(), Health(self.model, world)
         # Created at a step, so that no controller is made that is replaced before.
         self._actuations: list[Actuation] | None = None
         self._set_up()
@@ -366,7 +366,8 @@ class Simulation(Viewed, Closes):
         }
         self._tuning = Tuning(world, self._robots)
         self._mechanisms = Mechanisms(self.model, self.data, world, seed=self.seed)
-        self._after_each = [call for robot in self._robots.values() for call in robot.after_step]
+        bumpers = Bumpers(self.data, [robot.bumper for robot in self._robots.values()], steps=world.run.steps_per_tick)
+        self._after_each = [bumpers.after_step, *chain(*(robot.after_step for robot in self._robots.values()))]
         self._actuations = None
         self.robots: Mapping[str, RobotInfo] = MappingProxyType({n: robot.info for n, robot in self._robots.items()})
         """Data sheet of each robot, by name."""
@@ -390,11 +391,10 @@ class Simulation(Viewed, Closes):
 
     def _run_physics(self) -> list[str]:
         """Take the physics steps of one tick; return the warnings, which MuJoCo would otherwise print and log."""
-        steps = self.world.run.steps_per_tick
         if self._actuations is None:
             found = [robot.acting() for robot in self._robots.values()]
             self._actuations = [*self._mechanisms.acting(), *self._mechanisms.controls(), *chain(*found)]
         with collected_warnings() as messages:
             acting = [*self._mechanisms.held(), *self._actuations]
-            self._script.run(steps, self.tick * steps, actuations=acting, after_each=self._after_each)
+            self._script.run(self.tick, actuations=acting, after_each=self._after_each)
         return messages

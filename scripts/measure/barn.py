@@ -95,7 +95,7 @@ def result(number: int, preset: str, spec: str, *, avoidance: bool) -> Result:
                 rest, still = place, tick.time
                 began = tick.time if began is None else began
             longest = max(longest, tick.time - still)
-            touched = any(event.kind == "bump" for event in tick.orders["scout"].events)
+            touched = bool(tick.seen["scout"].bump)
             if touched or tick.time > LIMIT:
                 break
             if np.hypot(*(place - GOAL)) < NEAR:

@@ -4,12 +4,11 @@ python scripts/measure/moving_rooms.py [FIRST] [LAST] [--drive PRESET]
 
 In the manner of DynaBARN (Nair et al., SSRR 2022): a robot crosses a room of 12 x 8 m in which ten cylinders go back
 and forth on random paths, each at its own speed of 0.3 to 1.2 m/s. They do not avoid the robot, which sees all around.
-A touch is a contact in any step of the physics: the bumper, read once a tick, misses short ones.
+A touch is a contact that the bumper feels, in any step of the physics.
 """
 
 import argparse
 
-import mujoco
 import numpy as np
 from scipy.stats import beta
 
@@ -40,32 +39,15 @@ robots: [{{name: scout, preset: {preset}, at: [1, 4], sensors: [{LIDAR}]}}]
 """
 
 
-def touches(sim: Simulation) -> list[float]:
-    """Return a list that the times of contacts between robot and cylinders are added to [s]."""
-    model, found = sim.model, list[float]()
-    robot = model.body_rootid[model.geom_bodyid] == model.body("scout/base").rootid[0]
-    other = ~robot & (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE)
-
-    def note(_: mujoco.MjModel, data: mujoco.MjData) -> None:
-        first, second = data.contact.geom.T
-        if ((robot[first] & other[second]) | (other[first] & robot[second])).any():
-            found.append(data.time)
-
-    mujoco.set_mjcb_control(note)
-    return found
-
-
 def drive(number: int, preset: str) -> tuple[float, bool, bool]:
     """Return when a drive ends [s], at a touch, the goal or the limit; whether it touched, and whether it arrived."""
-    navigator, time = GoToGoal([GOAL]), 0.0
+    navigator, time, touched = GoToGoal([GOAL]), 0.0, False
     with Simulation(parse_world(room(number, preset)), seed=number) as sim:
-        found = touches(sim)
         for tick in ticks(sim, {"scout": Driver(navigator=navigator)}):
-            time = tick.time
-            if found or navigator.is_done or time > LIMIT:
+            time, touched = tick.time, bool(tick.seen["scout"].bump)
+            if touched or navigator.is_done or time > LIMIT:
                 break
-    mujoco.set_mjcb_control(None)
-    return time, bool(found), navigator.is_done
+    return time, touched, navigator.is_done
 
 
 def main() -> None:

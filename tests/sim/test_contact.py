@@ -125,3 +125,36 @@ def test_what_its_wheels_roll_over_is_no_bump():
     touching = {sim.model.body(sim.model.geom_bodyid[geom]).name for pair in sim.data.contact.geom for geom in pair}
     assert {"r/wheel_left", "r/wheel_right"} <= touching
     assert sim.sense("r").bump == ()
+
+
+def felt_from(rate_hz: int) -> list[tuple[float, ...]]:
+    """Return what a robot at rest feels while a post grazes it at 5 m/s, in each tick in which it feels anything."""
+    text = f"""
+mjsim: 1
+run: {{rate_hz: {rate_hz}}}
+obstacles: [{{cylinder: [0.2, 0.5], at: [-1, 0.41], path: {{points: [[1, 0.41]], speed: 5, wait: 0}}}}]
+robots: [{{name: r, at: [0, 0]}}]
+"""
+    sim, felt = Simulation(parse_world(text)), []
+    for _ in range(round(0.4 / sim.dt)):
+        sim.step()
+        felt.append(sim.sense("r").bump)
+    return [bump for bump in felt if bump]
+
+
+def test_a_contact_between_two_ticks_is_felt_once_at_the_next_with_its_last_bearing():
+    # Ticks of one physics step, the second and last of which with contact ends 12 ms before one of 40 ms.
+    steps = felt_from(250)
+    assert len(steps) == 2
+    assert felt_from(25) == steps[-1:]
+
+
+def test_a_robot_that_lies_on_a_patch_of_floor_has_not_bumped():
+    sim = Simulation(
+        parse_world("mjsim: 1\nfloor: {patches: [{at: [0, 0], size: [2, 2]}]}\nrobots: [{name: r, at: [0, 0]}]\n")
+    )
+    sim.data.qpos[2] -= 0.06
+    mujoco.mj_forward(sim.model, sim.data)
+    touching = [{sim.model.body(sim.model.geom_bodyid[g]).name for g in pair} for pair in sim.data.contact.geom]
+    assert {"r/base", "world"} in touching
+    assert sim.sense("r").bump == ()

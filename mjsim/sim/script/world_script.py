@@ -214,40 +214,32 @@ class WorldScript:
 
     def run(
         self,
-        count: int,
-        first: int,
+        tick: int,
         *,
         actuations: Sequence[Actuation] = (),
         after_each: Sequence[Callable[[], None]] = (),
     ) -> None:
-        """Take physics steps.
+        """Take the physics steps of a tick.
 
         Args:
-            count: Number of steps.
-            first: Number of the first step, from 0 at the start of the run.
+            tick: Its number, from 0 at the start of the run.
             actuations: Actuations of motors; each acts before the steps at which it is due.
             after_each: Functions called after each step.
         """
-        model, data = self._model, self._data
-        alone = not after_each and not self._movers and not self._joints.moving and not self._shoves
-        # One call for many steps is faster than one call each.
-        stride = math.gcd(count, *(actuation.every for actuation in actuations)) if alone else 1
-        for number in range(first, first + count, stride):
+        model, data, steps = self._model, self._data, self._world.run.steps_per_tick
+        scripted = bool(self._movers or self._joints.moving or self._shoves)
+        for number in range(tick * steps, (tick + 1) * steps):
             for actuation in actuations:
                 if number % actuation.every == 0:
                     actuation.act(number)
-            if alone:
-                mujoco.mj_step(model, data, stride)
-                continue
-            self._movers.put(number * model.opt.timestep)
-            self._joints.drive()
-            if self._shoves:
+            if scripted:
+                self._movers.put(number * model.opt.timestep)
+                self._joints.drive()
                 self._shoves.push()
             mujoco.mj_step(model, data)
             for call in after_each:
                 call()
-        if not alone:
-            self._movers.put((first + count) * model.opt.timestep)
+        self._movers.put((tick + 1) * steps * model.opt.timestep)
 
     def things(self) -> dict[str, Pose]:
         """Return the poses of all movable objects except robots, world frame: `obstacle/NAME`, and `door/NAME`.
