@@ -11,6 +11,8 @@ import pytest
 
 from mjsim.errors import UsageError
 from mjsim.exchange import with_robot, world_from_dxf, world_from_svg
+from mjsim.exchange.drawings.dxf_in import read_dxf
+from mjsim.exchange.drawings.plan_in import read_plan
 from mjsim.exchange.drawings.svg_in import read_svg
 from mjsim.exchange.drawings.svg_tree import made_plain
 from mjsim.inventory import inventory
@@ -211,3 +213,16 @@ def test_blocks_that_multiply_or_contain_themselves_are_refused(tmp_path):
     document.saveas(tmp_path / "loop.dxf")
     with pytest.raises(UsageError):
         world_from_dxf(tmp_path / "loop.dxf")
+
+
+def test_lines_that_are_neither_walls_nor_doors_are_told(tmp_path):
+    document = ezdxf.new(units=6)
+    space = document.modelspace()
+    space.add_lwpolyline([(0, 0), (8, 0), (8, 5), (0, 5)], close=True, dxfattribs={"layer": "A-WALL"})
+    space.add_arc((3, 3), 0.9, 0, 90, dxfattribs={"layer": "A-DOOR"})
+    space.add_line((1, 1), (4, 2))
+    space.add_line((1, 2), (4, 3))
+    document.saveas(tmp_path / "plan.dxf")
+    told = inventory(read_plan(read_dxf(tmp_path / "plan.dxf")).items)
+    assert told[1].startswith("guessed: 2 lines on layers without a known role: doors or furniture at most; --layer")
+    assert "left out: 1 door swing beside no gap of a wall" in told

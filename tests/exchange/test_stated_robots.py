@@ -286,3 +286,13 @@ def test_an_element_that_urdf_does_not_have_is_left_out_and_told(tmp_path):
         source = RobotSource(place, packages={}, given=Given({}, {}))
         source.read(source.name)
         assert [item.name for item in source.changed] == unknown
+
+
+def test_a_frame_called_like_a_lidar_has_usual_keys_and_a_line_says_so():
+    held = '<origin xyz="0 0 0.4"/><parent link="base"/><child link="laser"/>'
+    more = f'<link name="laser"/><joint name="j" type="fixed">{held}</joint>'
+    plan, items = planned(cart(more))
+    assert [mount.name for mount in plan.mounts] == ["laser"]
+    (line,) = inventory(items)
+    assert line == "guessed: lidar 'laser': range, field of view, rate and noise as usual: the file has its place only"
+    assert inventory(planned(cart(fan("main", pose="0 0 0.5 0 0 0")))[1]) == []

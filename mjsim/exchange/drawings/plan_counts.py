@@ -24,8 +24,13 @@ def count_openings(walls: Sequence[Wall], counts: Counter[str]) -> None:
             counts["windows" if opening.sill else "doorways"] += 1
 
 
-def listed(counts: Counter[str]) -> Iterator[FileItem]:
-    """Yield what was made of a drawing, what was guessed and what was left out."""
+def listed(counts: Counter[str], others: int = 0) -> Iterator[FileItem]:
+    """Yield what was made of a drawing, what was guessed and what was left out.
+
+    Args:
+        counts: How many of each kind.
+        others: How many lines are on layers of no known role, where other layers have the walls.
+    """
     made = {
         "doorways": "doorway",
         "windows": "window",
@@ -37,5 +42,8 @@ def listed(counts: Counter[str]) -> Iterator[FileItem]:
     if had:
         yield FileItem(Fate.KEPT, ", ".join(had))
     yield FileItem(Fate.GUESSED, "heights", why="a drawing has none")
+    if others:
+        lines = f"{others} {'line' if others == 1 else 'lines'} on layers without a known role"
+        yield FileItem(Fate.GUESSED, lines, why="doors or furniture at most; --layer NAME makes walls of them")
     if left := [f"{count} {kind}" for kind, count in counts.items() if count and kind not in made]:
         yield FileItem(Fate.LEFT_OUT, ", ".join(left))

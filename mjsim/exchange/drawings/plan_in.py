@@ -132,9 +132,12 @@ def read_plan(
     named = with_openings(named, holes)
     things = _things(moved, named, furniture, counts)
     count_openings(named, counts)
+    if not counts["doorways"] and (swings := len(_arcs(moved.doors))):
+        counts[f"{'door swing' if swings == 1 else 'door swings'} beside no gap of a wall"] += swings
+    others = len({line.path for line in found.others}) if found.named else 0
     world = World(name=name, walls=tuple(named), obstacles=tuple(things))
     place = (corner / metres).tolist()
-    return FloorPlan(world, metres, (place[0], place[1]), [*listed(counts), *drawing.items])
+    return FloorPlan(world, metres, (place[0], place[1]), [*listed(counts, others), *drawing.items])
 
 
 def _walls(lines: SortedLines, thickness: float | None, counts: Counter[str]) -> tuple[list[Wall], list[Hole]]:

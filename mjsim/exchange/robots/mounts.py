@@ -25,6 +25,7 @@ MAX_TWIN_DISTANCE = 0.15
 """Sensors of one kind closer together than this, and looking the same way, are one sensor [m]."""
 ALIKE = math.cos(math.radians(20.0))
 """Sensors whose directions differ by less than this angle look the same way."""
+USUAL_KEYS = "range, field of view, rate and noise as usual"
 MAX_GUESSED = {"lidar": 2, "camera": 2, "imu": 1}
 """Maximum number of sensors of each kind that only names suggest; all that are described are taken."""
 MAX_FAN_BEAMS, MAX_FAN_RANGE = 16, 5.0
@@ -86,6 +87,10 @@ def find_mounts(
             continue
         if len(same) < MAX_GUESSED[mount.kind]:
             chosen.append(_renamed(mount, {other.name for other in chosen}))
+            if mount.kind != "imu" and not mount.keys:
+                items.append(
+                    FileItem(Fate.GUESSED, mount.kind, mount.name, f"{USUAL_KEYS}: the file has its place only")
+                )
         else:
             why = f"it has {len(same)} by names already; add it to `sensors` of the preset if it is one"
             items.append(FileItem(Fate.LEFT_OUT, f"frame called like a sensor ({mount.kind})", mount.name, why))

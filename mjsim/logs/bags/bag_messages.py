@@ -17,6 +17,8 @@ ASSUMED_FOV = math.radians(60.0)
 """Horizontal field of view of a camera without calibration."""
 BROWNS, FISHEYES = ("plumb_bob", "rational_polynomial", "radtan", ""), ("equidistant", "fisheye", "kannala_brandt")
 """Names of lens models."""
+MILLIMETRES = 2.0, 500.0
+"""A lidar whose minimum and maximum range are at least these gives them in millimetres."""
 UNMEASURED = -1.0
 """First element of a covariance of what an inertial sensor does not measure."""
 NOTHING = (math.nan,) * 3
@@ -46,7 +48,7 @@ def scan_of(message: Any, stamp: float, *, upside_down: bool, beams: int | None 
     Raises:
         ValueError: It has fewer than two beams, or angles that are not finite.
     """
-    ranges = _first_echoes(message.ranges, none=np.inf).copy()
+    ranges = _first_echoes(message.ranges, none=np.inf) * range_unit(message)
     first, step = float(message.angle_min), _step(message)
     if len(ranges) < 2 or not math.isfinite(first) or not 0.0 < abs(step) < math.pi:
         raise ValueError(f"a scan of {len(ranges)} beams from {first:g} rad on, {step:g} rad apart")
@@ -98,9 +100,16 @@ def _first_echoes(values: Any, *, none: float) -> Array:
     return np.asarray(values, dtype=float)
 
 
+def range_unit(message: Any) -> float:
+    """Return the unit of the ranges of a lidar's messages [m]: no lidar in metres has limits as these."""
+    nearest, farthest = MILLIMETRES
+    return 1e-3 if message.range_min >= nearest and message.range_max >= farthest else 1.0
+
+
 def limits_of(message: Any) -> tuple[float, float]:
     """Return the minimum and maximum range given in a lidar's messages [m]."""
-    nearest, farthest = float(message.range_min), float(message.range_max)
+    unit = range_unit(message)
+    nearest, farthest = float(message.range_min) * unit, float(message.range_max) * unit
     nearest = nearest if nearest > 0.0 and math.isfinite(nearest) else MIN_RANGE
     return nearest, farthest if nearest < farthest <= 1e4 else max(MAX_RANGE, 2.0 * nearest)
 

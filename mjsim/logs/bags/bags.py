@@ -6,6 +6,7 @@ reads scans and pictures while their ticks are written. So the memory depends on
 Times are those in the headers of messages; without a header, the time of recording.
 """
 
+import math
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
@@ -28,6 +29,7 @@ from mjsim.logs.bags.bag_messages import (
     UPSIDE_DOWN,
     is_clockwise,
     limits_of,
+    range_unit,
     scan_of,
 )
 from mjsim.logs.bags.bag_streams import RobotStreams
@@ -52,6 +54,10 @@ from mjsim.logs.resampling import (
 __all__ = ["is_bag", "read_bag"]
 MAX_TRUTH_GAP = 0.5
 """Maximum time between two poses of the truth to interpolate [s]."""
+GRAVITY, ONE_G = 9.80665, (0.8, 1.2)
+"""Standard gravity [m/s^2], and between what an accelerometer at rest measures it in g."""
+MAX_TURN_RATE, MAX_SPEED = 40.0, 40.0
+"""No gyroscope measures faster turns, and no robot of a building moves faster [rad/s, m/s]."""
 MAX_BEAMS = 10_000
 """Maximum number of beams of a scan in a recording."""
 
@@ -95,6 +101,7 @@ class _Robot:
         self._contents, self._notes = streams.contents, streams.notes
         self._odometry = self._moves(topics.odometry) or self._transformed()
         self._track = None if self._odometry is None else self._odometry.planar()
+        self._tell_speed()
         if self._track is not None:
             self._track, restarted = continuous(self._track)
             self._notes |= {RESTARTS: restarted} if restarted else {}
@@ -105,6 +112,19 @@ class _Robot:
         elif topics.odometry is not None:
             self._notes["odometry"] = f"topic {topics.odometry}"
         self._streams.base = self._base_frame()
+
+    def _tell_speed(self) -> None:
+        """Note an odometry that moves faster than any robot, such as one in millimetres."""
+        if self._track is None or len(self._track) < 2:
+            return
+        steps = np.diff(self._track, axis=0)
+        moving = steps[(steps[:, 0] > 0.0) & steps[:, 1:3].any(axis=1)]
+        speed = float(np.median(np.hypot(moving[:, 1], moving[:, 2]) / moving[:, 0])) if len(moving) else 0.0
+        if speed > MAX_SPEED:
+            self._notes["speed of odometry"] = told(
+                Fate.GUESSED,
+                f"{speed:.4g} m/s as a rule, since ROS has metres; if it is in mm, divide it by 1000 first",
+            )
 
     def _base_frame(self) -> str | None:
         """Return the frame of the robot: the child frame of odometry, or a usual one if that is not in /tf."""
@@ -239,7 +259,8 @@ class _Robot:
                 self._notes[f"place of {name}"] = told(Fate.GUESSED, "level; it is not")
             given, taken = (stream.first.range_min, stream.first.range_max), limits_of(stream.first)
             if not np.allclose(given, taken):
-                limits = f"{taken[0]:.4g} to {taken[1]:.4g} m; the bag gives {given[0]:.4g} to {given[1]:.4g} m"
+                limits = f"{taken[0]:.4g} to {taken[1]:.4g} m; the bag gives {given[0]:.4g} to {given[1]:.4g}"
+                limits += ", which can only be in mm" if range_unit(stream.first) < 1.0 else ""
                 self._notes[f"range limits of {name}"] = told(Fate.GUESSED, limits)
             if not stream.has_returns:
                 limits = f"{stream.first.range_min:.4g} to {stream.first.range_max:.4g} m"
@@ -303,5 +324,14 @@ class _Robot:
             rows = np.array(recorded).reshape(-1, 7)
             for columns in (slice(1, 4), slice(4, 7)):
                 rows[:, columns] = rows[:, columns] @ place[:3, :3].T
+            felt = float(np.nanmedian(np.linalg.norm(rows[:, 1:4], axis=1))) if np.isfinite(rows[:, 1]).any() else 0.0
+            if ONE_G[0] < felt < ONE_G[1]:
+                rows[:, 1:4] *= GRAVITY
+                self._notes[f"acceleration of {name}"] = told(
+                    Fate.GUESSED, f"in g, not m/s^2: it is {felt:.2f} as a rule"
+                )
+            if (turn := float(np.nanmax(np.abs(rows[:, 4:7]), initial=0.0))) > MAX_TURN_RATE:
+                rows[:, 4:7] *= math.pi / 180.0
+                self._notes[f"turn rate of {name}"] = told(Fate.GUESSED, f"in deg/s, not rad/s: it reaches {turn:.3g}")
             tables[name] = rows
         return InertialTable(tables), mounts
