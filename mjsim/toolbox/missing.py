@@ -34,6 +34,10 @@ INSTEAD = (
         "arms that come along are mdl_puma560, mdl_stanford, mdl_twolink, mdl_planar1, 2 and 3; make others of links",
     ),
     (
+        r"table|timetable|\w+2table|readtable|writetable|readmatrix|writematrix",
+        "Octave has no tables: columns are vectors, printed by fprintf and read by csvread or textscan",
+    ),
+    (
         r"plot_\w+",
         "draw with plot, plot3 and quiver; plot(r, q) draws and films an arm",
     ),

@@ -16,6 +16,7 @@ from mjsim.toolbox.missing import explained
         ("bicycleKinematics", "; drivers, planners and filters are modules"),
         ("SE3", "; poses are 4 x 4 matrices"),
         ("eul2quat", "; poses are 4 x 4 matrices"),
+        ("array2table", "; Octave has no tables"),
         ("plot_homline", "; draw with plot"),
         ("fkin", "; did you mean 'fkine'?"),
         ("rnad_of_mine", " ("),

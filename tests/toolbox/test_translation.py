@@ -122,7 +122,7 @@ some = a.interp(b, [0 1]); last = some(2).R;
 orders = cat(3, rpy2r(v, 'yxz'), rpy2r(v, 'xyz'), rpy2r(v, 'vehicle'), rpy2r(v * 50, 'deg', 'camera'));
 back = [tr2rpy(orders(:, :, 1), 'yxz'); tr2rpy(orders(:, :, 2), 'arm'); tr2rpy(orders(:, :, 3), 'vehicle')];
 L{1} = link([0.4 0.2 0 0.3 0]); L{2} = link([-0.2 0.1 0.5 0 1]); T = L{1}(0.7) * L{2}(0.9);
-a.disp(), a.plot('frame', 'A'); clear a b c w some L
+degrees = b.torpy('deg'); minus = double(-w); a.disp(), a.plot('frame', 'A'); clear a b c w some L
 save('-v7', 'quaternions.mat')
 """
 
@@ -226,6 +226,8 @@ def test_quaternions_and_orders_of_turns_are_those_of_scipy(tmp_path):
     same("Ta", np.block([[b.as_matrix(), np.zeros((3, 1))], [np.zeros((1, 3)), 1.0]]))
     same("frame", a.as_matrix().T)
     same("turned", np.vstack([a.apply(p), a.inv().apply(p), a.apply(p)]))
+    same("degrees", [np.degrees(v)])
+    same("minus", [-w])
     same("last", b.as_matrix())
     same("T", link_pose(0.4, 0.2, 0.7, 0.3) @ link_pose(-0.2, 0.1, 0.5, 0.9))
     same_turns("product", [a * b * c.inv()])

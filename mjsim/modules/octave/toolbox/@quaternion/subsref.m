@@ -10,7 +10,9 @@ function varargout = subsref(q, s)
       case 's', v = q.rows(:, 1);
       case 'v', v = q.rows(:, 2:4);
       case 'rows', v = q.rows;
-      case 'torpy', v = fliplr(tr2rpy(rotmat(q, 'point')));
+      case 'torpy'
+        if numel(s) > 1, given = s(2).subs; s(2) = []; end
+        v = fliplr(tr2rpy(rotmat(q, 'point'), given{:}));
       case 'toangvec', [varargout{1:max(nargout, 1)}] = tr2angvec(rotmat(q, 'point')); return
       case 'new', v = quaternion(s(2).subs{:}); s(2) = [];
       case {'Rx', 'Ry', 'Rz', 'rpy', 'eul', 'angvec'}
