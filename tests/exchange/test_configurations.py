@@ -138,6 +138,9 @@ def test_a_scale_is_that_of_the_start_too_and_a_start_that_is_no_number_is_told(
     lines = "lm = [100 300; 200 400];\nrobot.pose = [{} 150 pi];\n"
     world, _ = brought(tmp_path, lines.format("250"), scale=0.01)
     assert (world.beacons[1].at, world.robots[0].at) == ((3.0, 4.0), (2.5, 1.5))
+    world, told = brought(tmp_path, lines.format("250").replace("pi", "90"), scale=0.01)
+    assert world.robots[0].heading_deg == 90.0
+    assert "robot.pose is the start: 2.5, 1.5, 90 degrees, as it exceeds 2 pi" in told
     world, told = brought(tmp_path, lines.format("NaN"), scale=0.01)
     assert world.robots[0].at == (2.0, 3.0)
     assert "left out: variable 'robot.pose'" in told

@@ -153,8 +153,11 @@ def equipment_of(content: Mapping[str, Any], *, scale: float) -> tuple[Equipment
     for name, owner, key, value in _named(content):
         numbers = None if isinstance(value, str | list | Mapping) else np.ravel(value)
         if owner == "robot" and key in POSES and numbers is not None and _is_pose(numbers):
-            pose = (float(numbers[0]) * scale, float(numbers[1]) * scale, float(numbers[2]))
-            told.append(f"{name} is the start: {pose[0]:g}, {pose[1]:g}, {math.degrees(pose[2]):g} degrees")
+            is_in_degrees = abs(numbers[2]) > 2.0 * math.pi + 0.01
+            heading = math.radians(numbers[2]) if is_in_degrees else float(numbers[2])
+            pose = (float(numbers[0]) * scale, float(numbers[1]) * scale, heading)
+            unit = ", as it exceeds 2 pi" if is_in_degrees else ""
+            told.append(f"{name} is the start: {pose[0]:g}, {pose[1]:g}, {math.degrees(heading):g} degrees{unit}")
         elif owner == "robot" and key == "preset" and isinstance(value, str):
             preset = value
             told.append(f"{name} is the preset {value}")
