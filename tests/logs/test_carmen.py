@@ -81,8 +81,13 @@ def test_all_codes_of_a_scanner_for_no_return_tell_nothing(tmp_path):
     for row, number in enumerate(lost):
         words[number] = ("81.83", "81.83", "81.87", "81.91")[row % 4]
     (tmp_path / "room.clf").write_text(" ".join(words))
-    scans = [scan for seen in imported(tmp_path / "room.clf").observations("robot") for scan in seen.scans.values()]
+    run = imported(tmp_path / "room.clf")
+    scans = [scan for seen in run.observations("robot") for scan in seen.scans.values()]
     assert sum(int(np.isinf(scan.ranges).sum()) for scan in scans) == len(lost) > 100
+    guessed = (
+        f"guessed: none where the range is 81.91 m, its largest: {len(lost)} of {scans[0].ranges.size * len(scans)}"
+    )
+    assert run.metadata["returns of front"] == f"{guessed} ranges"
     assert max(scan.ranges[np.isfinite(scan.ranges)].max() for scan in scans) <= WALL / 0.1
     assert scans[0].range_max < 60.0
 

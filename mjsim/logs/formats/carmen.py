@@ -117,7 +117,7 @@ def read_carmen(path: Path) -> Log:
     robot = RobotLog(
         track=clock.connected(_rows(found.odometry, 4)) if found.odometry else None,
         twists=_rows(found.twists, 3),
-        scans={name: kept(_without_returns(scans)) for name, scans in lasers.items()},
+        scans={name: kept(_without_returns(scans, name, notes)) for name, scans in lasers.items()},
         truth=_rows(found.truth, 4) if found.truth else None,
         gap=1.0,
     )
@@ -226,8 +226,8 @@ def _with_beams(scan: Scan, count: int) -> Scan:
     )
 
 
-def _without_returns(scans: Sequence[Scan]) -> list[Scan]:
-    """Return the scans of a laser with its largest values, if they are frequent, replaced by infinity (no return)."""
+def _without_returns(scans: Sequence[Scan], name: str, notes: dict[str, str]) -> list[Scan]:
+    """Return the scans of a laser; its largest values, if they are frequent, become infinite, and a note says so."""
     if not scans:
         return []
     ranges = np.array([scan.ranges for scan in scans])
@@ -239,6 +239,9 @@ def _without_returns(scans: Sequence[Scan]) -> list[Scan]:
     at_top = int((finite > top).sum())
     if at_top >= MIN_NO_RETURNS and at_top > int(((finite > 0.9 * largest) & (finite <= top)).sum()):
         ranges[ranges > top] = np.inf
+        notes[f"returns of {name}"] = told(
+            Fate.GUESSED, f"none where the range is {largest:g} m, its largest: {at_top} of {len(finite)} ranges"
+        )
         finite = ranges[np.isfinite(ranges)]
     declared = scans[0].range_max
     reach = declared if math.isfinite(declared) else max(1.0, math.ceil(float(finite.max(initial=1.0))))
