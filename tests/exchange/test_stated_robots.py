@@ -296,3 +296,13 @@ def test_a_frame_called_like_a_lidar_has_usual_keys_and_a_line_says_so():
     (line,) = inventory(items)
     assert line == "guessed: lidar 'laser': range, field of view, rate and noise as usual: the file has its place only"
     assert inventory(planned(cart(fan("main", pose="0 0 0.5 0 0 0")))[1]) == []
+
+
+def test_a_camera_of_depth_measures_depth():
+    seen = "".join(
+        f'<gazebo reference="base"><sensor name="{kind}" type="{kind}"><pose>0 {y} 0.3 0 0 0</pose><camera>'
+        "<horizontal_fov>1.2</horizontal_fov></camera></sensor></gazebo>"
+        for y, kind in enumerate(("camera", "depth", "rgbd_camera"))
+    )
+    plan, _ = planned(cart(seen))
+    assert [mount.keys.get("depth", False) for mount in plan.mounts] == [False, True, True]

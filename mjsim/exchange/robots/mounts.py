@@ -261,6 +261,8 @@ def _keys(sensor: SaidSensor, kind: str) -> dict[str, object]:
             keys |= {"width": max(16, round(width * share)), "height": max(16, round(height * share))}
         if stated.get("fov_deg", 0) > 0:
             keys["fov_deg"] = _within(math.radians(stated["fov_deg"]))
+        if stated.get("depth"):
+            keys["depth"] = True
     if sensor.kind != "imu" and stated.get("rate_hz", 0) > 0:
         keys["rate_hz"] = _rate(stated["rate_hz"])
     return keys

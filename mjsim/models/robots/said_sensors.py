@@ -1,6 +1,7 @@
 """Sensors that a robot's file describes for a simulator."""
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
@@ -22,7 +23,7 @@ class SaidSensor:
     name: str
     keys: Mapping[str, float] = field(default_factory=dict)
     """Its properties: beams, fov_deg, middle_deg (of its fan, to the left), rings, lowest_deg, highest_deg, nearest,
-    farthest, rate_hz, noise, width, height."""
+    farthest, rate_hz, noise, width, height, depth (1 for a camera that measures it)."""
     at: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Position in the frame of the body [m]."""
     rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -61,6 +62,7 @@ def _gazebo_keys(sensor: Element) -> dict[str, float]:
             "fov_deg": _degrees(finite_number(camera.findtext("horizontal_fov"))),
             "width": finite_number(camera.findtext("image/width")),
             "height": finite_number(camera.findtext("image/height")),
+            "depth": 1.0 if re.search("depth|rgbd", sensor.get("type", "")) else None,
         }
     return {key: value for key, value in found.items() if value is not None}
 
