@@ -118,11 +118,12 @@ path = double(a.interp(b, [0 0.25 1])); far = double(slerp(a, quaternion(-compac
 power = double(a ^ 2.5); vectors = double(quaternion([v; 0 0 0], 'rotvec'));
 euler = double(quaternion([v; -v], 'euler', 'ZYX', 'frame')); old = double(quaternion([0 0.6 0.8], 1.3));
 halves = double(quaternion(cat(3, rotx(pi), roty(pi), rotz(pi), rotz(3.1), eye(3))));
-some = a.interp(b, [0 1]); last = some(2).R;
+some = a.interp(b, [0 1]); last = some(end).R;
+pair = [a; b]; pair(3) = a; counts = [numel(pair), length(pair), numel(a)]; put = double(pair(end)) - double(a);
 orders = cat(3, rpy2r(v, 'yxz'), rpy2r(v, 'xyz'), rpy2r(v, 'vehicle'), rpy2r(v * 50, 'deg', 'camera'));
 back = [tr2rpy(orders(:, :, 1), 'yxz'); tr2rpy(orders(:, :, 2), 'arm'); tr2rpy(orders(:, :, 3), 'vehicle')];
 L{1} = link([0.4 0.2 0 0.3 0]); L{2} = link([-0.2 0.1 0.5 0 1]); T = L{1}(0.7) * L{2}(0.9);
-degrees = b.torpy('deg'); minus = double(-w); a.disp(), a.plot('frame', 'A'); clear a b c w some L
+degrees = b.torpy('deg'); minus = double(-w); a.disp(), a.plot('frame', 'A'); clear a b c w some pair L
 save('-v7', 'quaternions.mat')
 """
 
@@ -228,6 +229,8 @@ def test_quaternions_and_orders_of_turns_are_those_of_scipy(tmp_path):
     same("turned", np.vstack([a.apply(p), a.inv().apply(p), a.apply(p)]))
     same("degrees", [np.degrees(v)])
     same("minus", [-w])
+    same("counts", [[3, 3, 1]])
+    same("put", [[0, 0, 0, 0]])
     same("last", b.as_matrix())
     same("T", link_pose(0.4, 0.2, 0.7, 0.3) @ link_pose(-0.2, 0.1, 0.5, 0.9))
     same_turns("product", [a * b * c.inv()])

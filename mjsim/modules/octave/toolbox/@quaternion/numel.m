@@ -1,4 +1,5 @@
 function n = numel(q, varargin)
-% NUMEL  One object, whatever is asked of it; its count of quaternions is size(double(q), 1).
+% NUMEL  How many there are; an index or a field gives one object.
   n = 1;
+  if nargin == 1, n = size(q.rows, 1); end
 end

@@ -1,0 +1,4 @@
+function n = length(q)
+% LENGTH  How many there are.
+  n = size(q.rows, 1);
+end
