@@ -34,6 +34,8 @@ LOST, SOUND = 0.5, 0.1
 """An island with more failed sightings than the first is replaced by one with fewer than the second."""
 TINY = 1e-300
 """Minimum weight of a particle: the logarithm of 0 is not finite."""
+DECIDED = 20.0
+"""Bound of the logarithm of the Bayes factor for odometry without systematic errors, so that later ones still count."""
 NEWBORN = 1e-9
 """Added to the covariance of the motion, so that it is also regular for a standing robot."""
 
@@ -41,9 +43,10 @@ NEWBORN = 1e-9
 class FastSlam:
     """Estimates the pose and a map of named beacons, and systematic errors of odometry.
 
-    Given a trajectory, these errors have a Gaussian, with a mean for each particle and a common covariance. An island
-    that fails to explain most of its recent sightings, while others explain theirs, is replaced by a copy of one of
-    these; apart from that, islands have equal weights.
+    Given a trajectory, these errors have a Gaussian, with a mean for each particle and a common covariance. So few
+    particles learn them poorly: half of the islands assume that there are none, and both halves are weighted by the
+    likelihood of the sightings. An island that fails to explain most of its recent sightings, while others of its half
+    explain theirs, is replaced by a copy of one of these; apart from that, islands of a half have equal weights.
 
     References:
         Montemerlo, Thrun, Koller, Wegbreit, FastSLAM 2.0: An Improved Particle Filtering Algorithm for Simultaneous
@@ -97,6 +100,10 @@ class FastSlam:
         self._proposals = np.zeros((self._number, 3, 3))
         self._odometry_errors = OdometryErrors(self._systematic)
         self._errors, self._error_covariance = np.zeros((self._number, COUNT)), np.zeros((COUNT, COUNT))
+        halves = 0 if math.isinf(self._systematic) else self._islands // 2
+        self._exact_islands = np.arange(self._islands) < halves
+        self._exact = np.repeat(self._exact_islands, self._number // self._islands)
+        self._part, self._evidence = halves / self._islands, 0.0
         self._failures = np.zeros(self._islands)
         self._picture_errors = PictureErrors(robot, nod=self._nod, repeat=self._repeat)
         self._recent, self._relocation = RecentMotion(), Relocation()
@@ -110,10 +117,10 @@ class FastSlam:
         looks = list(zip(seen.sightings, noises, strict=True))
         known = [(sighting, R) for sighting, R in looks if sighting.name in self._index]
         covariance = moved.covariance * self._odometry_scale**2
-        delay = float(self._weights @ self._errors[:, 3])
+        delay = float(self._weights @ self._errors[:, 3]) / (1.0 - self._part)
         control, slopes, gained = self._odometry_errors.step(moved, covariance, seen.dt, delay=delay)
         self._error_covariance += np.diag(gained)
-        self._move(control, covariance, slopes, known)
+        self._move(np.array([moved.forward, moved.left, moved.turn]), control, covariance, slopes, known)
         if self._relocation.lost:
             self._relocate(seen.time)
         else:
@@ -131,18 +138,21 @@ class FastSlam:
     @property
     def systematic_errors(self) -> Array:
         """Estimated systematic errors of odometry, shape (4,): those of `EkfSlam.systematic_errors`."""
-        return np.asarray(self._weights @ self._errors)
+        return np.asarray(self._shares() @ self._errors)
 
-    def _move(self, control: Array, covariance: Array, slopes: Array, looks: list[tuple[Sighting, Array]]) -> None:
+    def _move(
+        self, told: Array, control: Array, covariance: Array, slopes: Array, looks: list[tuple[Sighting, Array]]
+    ) -> None:
         """Sample each pose from the distribution given odometry and sightings, weight it, and correct its map."""
-        before, steps = self._poses, control + self._errors @ slopes.T
+        before, steps = self._poses, np.where(self._exact[:, None], told, control + self._errors @ slopes.T)
         expected = _compounded(before, steps)
-        covariance = covariance + NEWBORN * np.eye(3) + slopes @ self._error_covariance @ slopes.T
+        covariance = covariance + NEWBORN * np.eye(3)
+        learning = covariance + slopes @ self._error_covariance @ slopes.T
         c, s = np.cos(self._poses[:, 2]), np.sin(self._poses[:, 2])
         G = np.zeros((self._number, 3, 3))
         G[:, 0, 0], G[:, 0, 1], G[:, 1, 0], G[:, 1, 1], G[:, 2, 2] = c, -s, s, c, 1.0
-        P = G @ covariance @ G.transpose(0, 2, 1)
-        mean, log_weights = expected.copy(), np.zeros(self._number)
+        P = G @ np.where(self._exact[:, None, None], covariance, learning) @ G.transpose(0, 2, 1)
+        mean, log_weights, shares = expected.copy(), np.zeros(self._number), self._shares()
         for sighting, R in looks:
             i = self._index[sighting.name or ""]
             nu, H, H_landmark = particle_innovations(mean, self._means[:, i], sighting)
@@ -150,7 +160,7 @@ class FastSlam:
             S = Q + H @ P @ H.transpose(0, 2, 1)
             solved = np.linalg.solve(S, nu[..., None])[..., 0]
             distance = np.sum(nu * solved, axis=1)
-            self._relocation.record(sighting.name, sighting, float(np.median(distance)), gate=GATE)
+            self._relocation.record(sighting.name, sighting, _distance_of_all(shares, nu, S), gate=GATE)
             if self._relocation.lost:
                 continue
             good = distance < GATE
@@ -165,16 +175,37 @@ class FastSlam:
         root = np.linalg.cholesky(0.5 * (P + P.transpose(0, 2, 1)) + 1e-15 * np.eye(3))
         self._poses = mean + (root @ self._rng.standard_normal((self._number, 3, 1)))[..., 0]
         self._poses[:, 2] = wrap_angles(self._poses[:, 2])
-        self._learn(np.einsum("nji,nj->ni", G, self._poses - before) - steps, covariance, slopes)
+        self._learn(np.einsum("nji,nj->ni", G, self._poses - before) - steps, learning, slopes)
         weights = self._by_island(np.log(np.maximum(self._weights, TINY)) + log_weights)
-        weights = np.exp(weights - weights.max(axis=1, keepdims=True))
-        self._weights = (weights / weights.sum(axis=1, keepdims=True)).ravel() / self._islands
+        highest = weights.max(axis=1, keepdims=True)
+        weights = np.exp(weights - highest)
+        total = weights.sum(axis=1, keepdims=True)
+        if looks and self._part:
+            self._compare((highest + np.log(total))[:, 0])
+        self._weights = (weights / total).ravel() / self._islands
         for sighting, R in () if self._relocation.lost else looks:
             self._correct(sighting, R)
 
+    def _compare(self, logs: Array) -> None:
+        """Add the evidence of sightings, given the logarithm of their likelihood on each island."""
+        likelihoods = np.exp(logs - logs.max()) + TINY
+        exact = likelihoods[self._exact_islands].mean()
+        gained = math.log(exact / likelihoods[~self._exact_islands].mean())
+        self._evidence = min(max(self._evidence + gained, -DECIDED), DECIDED)
+
+    def _shares(self) -> Array:
+        """Return the weights of the particles, by which islands are as probable as their assumption, shape (n,)."""
+        if not self._part:
+            return self._weights
+        chance = 1.0 / (1.0 + math.exp(-self._evidence))
+        shares = self._weights * ((1.0 - chance) / (1.0 - self._part))
+        shares[self._exact] = self._weights[self._exact] * (chance / self._part)
+        return shares
+
     def _relocate(self, time: float) -> None:
         """Move each particle of a lost robot to where its map explains what is seen, once sightings determine it."""
-        places = {name: self._weights @ self._means[:, i] for name, i in self._index.items()}
+        shares = self._shares()
+        places = {name: shares @ self._means[:, i] for name, i in self._index.items()}
         found = self._relocation.find(self._recent, time, places)
         if found is None:
             return
@@ -200,7 +231,7 @@ class FastSlam:
         """
         off[:, 2] = wrap_angles(off[:, 2])
         K = np.linalg.solve(covariance, slopes @ self._error_covariance).T
-        self._errors = self._errors + off @ K.T
+        self._errors = self._errors + np.where(self._exact[:, None], 0.0, off @ K.T)
         self._error_covariance = self._error_covariance - K @ slopes @ self._error_covariance
 
     def _correct(self, sighting: Sighting, R: Array) -> None:
@@ -231,8 +262,11 @@ class FastSlam:
         """Draw particles by weight in each island where few of them have most of it; replace lost islands."""
         weights = self._islands * self._by_island(self._weights)
         drawn = np.arange(self._number).reshape(self._islands, -1)
-        lost, sound = np.flatnonzero(self._failures > LOST), np.flatnonzero(self._failures < SOUND)
-        for island in lost.tolist() if len(sound) else ():
+        exact = self._exact_islands
+        for island in np.flatnonzero(self._failures > LOST).tolist():
+            sound = np.flatnonzero((self._failures < SOUND) & (exact == exact[island]))
+            if not len(sound):
+                continue
             copied = int(self._rng.choice(sound))
             drawn[island], weights[island] = drawn[copied], weights[copied]
             self._failures[island] = self._failures[copied]
@@ -255,7 +289,7 @@ class FastSlam:
         A particle represents the Gaussian that it was drawn from: if one has nearly all of the weight, the spread of
         the others says nothing about the error of that one.
         """
-        w = self._weights
+        w = self._shares()
         differences = self._poses - self._poses[np.argmax(w)]
         differences[:, 2] = wrap_angles(differences[:, 2])
         offset = w @ differences
@@ -269,6 +303,20 @@ class FastSlam:
         pose = Pose.from_array(self._poses[np.argmax(w)] + offset)
         within = np.einsum("n,nij->ij", w, self._proposals)
         return Estimate(pose, (centred * w[:, None]).T @ centred + within + 1e-12 * np.eye(3), landmarks)
+
+
+def _distance_of_all(weights: Array, nu: Array, S: Array) -> float:
+    """Return the squared Mahalanobis distance of a sighting from what all particles together expect.
+
+    Args:
+        weights: Of the particles, shape (n,).
+        nu: Innovation of each, shape (n, 2).
+        S: Their covariances, shape (n, 2, 2).
+    """
+    mean = weights @ nu
+    off = nu - mean
+    total = np.einsum("n,nij->ij", weights, S) + (off * weights[:, None]).T @ off
+    return float(mean @ np.linalg.solve(total, mean))
 
 
 def _compounded(poses: Array, steps: Array) -> Array:

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mjsim.algorithms.fastslam import ISLAND, FastSlam
+from mjsim.algorithms.fastslam import ISLAND, FastSlam, _distance_of_all
 from mjsim.bench.slam_rooms import ROOMS, scores_in_room
 from tests.algorithms.test_slam_estimators import ring_run
 from tests.algorithms.test_slam_rooms import brief
@@ -37,9 +37,32 @@ def test_an_error_of_odometry_is_learnt():
     ring_run(Misled(slam, 1.25), 1)
     # Ways are told 1.25 times too long, so 0.2 of them has to go.
     assert slam.systematic_errors[0] == pytest.approx(-0.2, abs=0.07)
+    # The islands that do not learn count no more.
+    assert slam._shares()[slam._exact].sum() < 0.05
     without = FastSlam(systematic=np.inf)
     ring_run(Misled(without, 1.25), 1, steps=50)
     np.testing.assert_allclose(without.systematic_errors, 0.0, atol=1e-12)
+
+
+def test_islands_that_learn_errors_of_odometry_and_those_that_do_not_count_by_what_they_expected():
+    slam = FastSlam(particles=4 * ISLAND)
+    ring_run(slam, 1, steps=6)
+    slam._evidence = 0.0
+    np.testing.assert_allclose(slam._shares(), slam._weights, atol=1e-12)
+    likelihoods = np.array([0.2, 0.4, 0.1, 0.1])  # of a look, by island
+    slam._compare(np.log(likelihoods) - 500.0)
+    assert slam._shares()[slam._exact].sum() == pytest.approx(0.3 / (0.3 + 0.1))
+    assert slam._shares().sum() == pytest.approx(1.0)
+
+
+def test_a_sighting_is_compared_with_the_mixture_of_what_all_particles_expect():
+    rng = np.random.default_rng(4)
+    weights, nu, roots = rng.dirichlet(np.ones(5)), rng.normal(size=(5, 2)), rng.normal(size=(5, 2, 2))
+    S = roots @ roots.transpose(0, 2, 1)
+    moments = sum(w * (P + np.outer(n, n)) for w, n, P in zip(weights, nu, S, strict=True))
+    mean = weights @ nu
+    expected = mean @ np.linalg.solve(moments - np.outer(mean, mean), mean)
+    assert _distance_of_all(weights, nu, S) == pytest.approx(expected)
 
 
 class Disturbed:
