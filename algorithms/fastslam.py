@@ -34,8 +34,9 @@ LOST, SOUND = 0.5, 0.1
 """An island with more failed sightings than the first is replaced by one with fewer than the second."""
 TINY = 1e-300
 """Minimum weight of a particle: the logarithm of 0 is not finite."""
-DECIDED = 20.0
-"""Bound of the logarithm of the Bayes factor for odometry without systematic errors, so that later ones still count."""
+DECIDED = 3.0
+"""Bound of the logarithm of the Bayes factor for odometry without systematic errors: each half of the islands keeps
+5 % of the weight. Errors that begin later then still count, and few particles estimate the factor poorly."""
 NEWBORN = 1e-9
 """Added to the covariance of the motion, so that it is also regular for a standing robot."""
 
