@@ -153,7 +153,7 @@ class FastSlam:
         G = np.zeros((self._number, 3, 3))
         G[:, 0, 0], G[:, 0, 1], G[:, 1, 0], G[:, 1, 1], G[:, 2, 2] = c, -s, s, c, 1.0
         P = G @ np.where(self._exact[:, None, None], covariance, learning) @ G.transpose(0, 2, 1)
-        mean, log_weights, shares = expected.copy(), np.zeros(self._number), self._shares()
+        mean, log_weights = expected.copy(), np.zeros(self._number)
         for sighting, R in looks:
             i = self._index[sighting.name or ""]
             nu, H, H_landmark = particle_innovations(mean, self._means[:, i], sighting)
@@ -161,7 +161,7 @@ class FastSlam:
             S = Q + H @ P @ H.transpose(0, 2, 1)
             solved = np.linalg.solve(S, nu[..., None])[..., 0]
             distance = np.sum(nu * solved, axis=1)
-            self._relocation.record(sighting.name, sighting, _distance_of_all(shares, nu, S), gate=GATE)
+            self._relocation.record(sighting.name, sighting, float(np.median(distance)), gate=GATE)
             if self._relocation.lost:
                 continue
             good = distance < GATE
@@ -304,20 +304,6 @@ class FastSlam:
         pose = Pose.from_array(self._poses[np.argmax(w)] + offset)
         within = np.einsum("n,nij->ij", w, self._proposals)
         return Estimate(pose, (centred * w[:, None]).T @ centred + within + 1e-12 * np.eye(3), landmarks)
-
-
-def _distance_of_all(weights: Array, nu: Array, S: Array) -> float:
-    """Return the squared Mahalanobis distance of a sighting from what all particles together expect.
-
-    Args:
-        weights: Of the particles, shape (n,).
-        nu: Innovation of each, shape (n, 2).
-        S: Their covariances, shape (n, 2, 2).
-    """
-    mean = weights @ nu
-    off = nu - mean
-    total = np.einsum("n,nij->ij", weights, S) + (off * weights[:, None]).T @ off
-    return float(mean @ np.linalg.solve(total, mean))
 
 
 def _compounded(poses: Array, steps: Array) -> Array:

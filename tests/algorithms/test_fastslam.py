@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mjsim.algorithms.fastslam import ISLAND, FastSlam, _distance_of_all
+from mjsim.algorithms.fastslam import ISLAND, FastSlam
 from mjsim.bench.slam_rooms import ROOMS, scores_in_room
 from tests.algorithms.test_slam_estimators import ring_run
 from tests.algorithms.test_slam_rooms import brief
@@ -53,16 +53,6 @@ def test_islands_that_learn_errors_of_odometry_and_those_that_do_not_count_by_wh
     slam._compare(np.log(likelihoods) - 500.0)
     assert slam._shares()[slam._exact].sum() == pytest.approx(0.3 / (0.3 + 0.1))
     assert slam._shares().sum() == pytest.approx(1.0)
-
-
-def test_a_sighting_is_compared_with_the_mixture_of_what_all_particles_expect():
-    rng = np.random.default_rng(4)
-    weights, nu, roots = rng.dirichlet(np.ones(5)), rng.normal(size=(5, 2)), rng.normal(size=(5, 2, 2))
-    S = roots @ roots.transpose(0, 2, 1)
-    moments = sum(w * (P + np.outer(n, n)) for w, n, P in zip(weights, nu, S, strict=True))
-    mean = weights @ nu
-    expected = mean @ np.linalg.solve(moments - np.outer(mean, mean), mean)
-    assert _distance_of_all(weights, nu, S) == pytest.approx(expected)
 
 
 class Disturbed:
