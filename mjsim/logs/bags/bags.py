@@ -330,7 +330,9 @@ class _Robot:
                 self._notes[f"acceleration of {name}"] = told(
                     Fate.GUESSED, f"in g, not m/s^2: it is {felt:.2f} as a rule"
                 )
-            if (turn := float(np.nanmax(np.abs(rows[:, 4:7]), initial=0.0))) > MAX_TURN_RATE:
+            # A few readings may be faults.
+            turn = float(np.quantile(np.nan_to_num(np.abs(rows[:, 4:7]).max(axis=1)), 0.98))
+            if turn > MAX_TURN_RATE:
                 rows[:, 4:7] *= math.pi / 180.0
                 self._notes[f"turn rate of {name}"] = told(Fate.GUESSED, f"in deg/s, not rad/s: it reaches {turn:.3g}")
             tables[name] = rows
