@@ -46,8 +46,8 @@ class Factors(NamedTuple):
 def displacement_odds(poses: Array, first: Array, legs: Factors, sightings: Factors, size: int) -> Array:
     """Return for each leg the logarithm of the odds that the robot was displaced in it.
 
-    They are prior odds times the ratio of the likelihoods of all measurements with and without a displacement, after
-    one Gauss-Newton step. A displacement moves all poses after the leg as one rigid body.
+    They are prior odds, divided among the legs, times the ratio of the likelihoods of all measurements with and without
+    a displacement, after one Gauss-Newton step. A displacement moves all poses after the leg as one rigid body.
 
     Args:
         poses: The poses of the graph, at the beginning of the state, shape (n, 3) [m, m, rad].
@@ -85,5 +85,7 @@ def displacement_odds(poses: Array, first: Array, legs: Factors, sightings: Fact
         about[:, 0, 2], about[:, 1, 2] = poses[chunk + 1, 1], -poses[chunk + 1, 0]
         Q, force = about.transpose(0, 2, 1) @ Q @ about, about.transpose(0, 2, 1) @ force[:, :, None]
         gained = 0.5 * force.transpose(0, 2, 1) @ np.linalg.solve(Q + np.linalg.inv(DISPLACED), force)
-        odds[chunk] = np.log(CARRIED) + gained[:, 0, 0] - 0.5 * np.linalg.slogdet(np.eye(3) + DISPLACED @ Q)[1]
+        odds[chunk] = (
+            np.log(CARRIED / (number - 1)) + gained[:, 0, 0] - 0.5 * np.linalg.slogdet(np.eye(3) + DISPLACED @ Q)[1]
+        )
     return odds

@@ -212,7 +212,7 @@ def test_the_odds_of_displacements_are_those_of_the_likelihoods_of_all_measureme
         S = without.copy()
         S[3 * leg + 3 : 3 * leg + 6, 3 * leg + 3 : 3 * leg + 6] += np.eye(3)
         likelihoods = [-0.5 * (r @ np.linalg.solve(C, r) + np.linalg.slogdet(C)[1]) for C in (S, without)]
-        expected.append(math.log(CARRIED) + likelihoods[0] - likelihoods[1])
+        expected.append(math.log(CARRIED / 30) + likelihoods[0] - likelihoods[1])
     found = leg_odds(drive_, np.zeros(4), np.ones(2))
     np.testing.assert_allclose(found[:-1], expected, atol=0.02)
     assert np.argmax(found) in ((14, 15) if any(pushed) else (30,))
