@@ -362,7 +362,7 @@ class Observation:
     )
     """Ring of 16 ranges from the robot's rim, from straight ahead counter-clockwise [m]; +inf for no object."""
     bump: Annotated[tuple[float, ...], Form("Bearings of contacts, left positive [rad]")] = ()
-    """Bearings of current contacts, left positive [rad]; empty without contact."""
+    """Bearings of contacts since the last tick, left positive [rad]; empty without contact."""
     messages: Annotated[tuple[Message, ...], Form("What the radio brought")] = ()
     """Messages from other robots received since the last tick."""
     joints: Annotated[Mapping[str, JointState], Form("Encoders of arms")] = field(default_factory=dict)

@@ -227,7 +227,7 @@ class RobotTick(TypedDict):
     recognised: NotRequired[list[Recognised]]
     """What was recognised in its pictures; only for recordings."""
     bump: NotRequired[list[float]]
-    """Bearings of contacts now [rad]."""
+    """Bearings of contacts since the last tick [rad]."""
     arms: NotRequired[dict[str, ArmTick]]
     """By name of the arm."""
     scans: NotRequired[dict[str, list[float]]]

@@ -237,7 +237,7 @@ export interface RobotTick {
   proximity?: (number | null)[];
   /** What was recognised in its pictures; only for recordings. */
   recognised?: Recognised[];
-  /** Bearings of contacts now [rad]. */
+  /** Bearings of contacts since the last tick [rad]. */
   bump?: number[];
   /** By name of the arm. */
   arms?: Record<string, ArmTick>;
