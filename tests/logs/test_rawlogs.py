@@ -161,6 +161,19 @@ def test_observations_one_after_the_other_have_their_own_times_and_others_are_co
     assert scans_of(log)[0].time_increment == pytest.approx(0.05 / 4)
 
 
+def test_scans_come_in_order_of_their_times_each_once(tmp_path):
+    data = b"".join(
+        obj(
+            "CObservationOdometry", 2, pose2(0.1 * number, 0.0, 0.0) + text("ODO") + ticks(START + number) + b"\x00\x00"
+        )
+        + scan(8, START + late, [1.0 + late, *RANGES[1:]], pose=pose3(3, 0, 0, 0.3, 0))
+        for number, late in enumerate([2.5, 0.5, 1.5, 0.5])
+    )
+    scans = scans_of(read_rawlog(written(tmp_path, data)))
+    assert [scan.stamp - START for scan in scans] == pytest.approx([0.5, 1.5, 2.5], abs=1e-5)
+    assert [scan.ranges[0] for scan in scans] == pytest.approx([1.5, 2.5, 3.5])
+
+
 def test_landmarks_are_sightings_from_the_robot(tmp_path):
     def seen(at: float) -> bytes:
         head = struct.pack("<4f", 0.0, 5.0, 1.0, 1.0) + pose3(3, 0.5, 0.0, 0.2, math.pi / 2) + ticks(at) + b"\x00"

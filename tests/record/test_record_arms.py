@@ -11,8 +11,9 @@ from scipy.io import loadmat
 import mjsim
 from mjsim.errors import RecordingError
 from mjsim.geometry import Pose3
+from mjsim.mechanics import JointMotion
 from mjsim.record import export_csv, export_mat, export_npz
-from mjsim.record.joint_messages import KEYS
+from mjsim.record.joint_messages import KEYS, joint_messages
 from mjsim.report import write_report
 from mjsim.report.arm_plots import drive_plots
 from mjsim.run import drivers_of
@@ -45,6 +46,17 @@ def made(tmp_path_factory):
     with mjsim.Simulation(world) as sim:
         run = mjsim.run(sim, record=path, watch=lambda tick: moved.append(tick.joints))
     return run, moved
+
+
+def test_the_tool_of_an_arm_is_a_topic_with_its_pose():
+    tool, joints = np.eye(4), {key: np.zeros(1) for key in KEYS}
+    tool[:2, :2], tool[:3, 3] = [[0.28, -0.96], [0.96, 0.28]], (1.0, 2.0, 0.5)
+    arm, base = (JointMotion(names=("joint1",), **joints, tool=each) for each in (tool, None))
+    messages = dict(joint_messages(0.5, {"r/big": arm, "r/drive": base}))
+    assert "/r/drive/tool" not in messages
+    told = messages["/r/big/tool"]
+    assert told["pose"]["position"] == {"x": 1.0, "y": 2.0, "z": 0.5}
+    assert [told["pose"]["orientation"][key] for key in "xyzw"] == pytest.approx([0.0, 0.0, 0.6, 0.8])
 
 
 @pytest.mark.slow

@@ -271,6 +271,20 @@ def test_a_trail_keeps_places_a_step_apart_and_weighs_those_ahead_by_how_near_th
     assert not Trail().worn(0.0, 0.0, bearings).any()
 
 
+def test_a_trail_counts_places_in_any_direction():
+    rng, trail = np.random.default_rng(3), Trail()
+    places = rng.uniform(-3.0, 3.0, (40, 2))
+    for x, y in places:
+        trail.add(x, y)
+    x, y, bearings = 0.4, -0.7, np.linspace(-3.0, 3.0, 25)
+    expected = np.zeros(25)
+    for each in places[[0, *(1 + np.flatnonzero(np.hypot(*np.diff(places, axis=0).T) >= 0.3))]]:
+        away = math.dist(each, (x, y))
+        off = [abs(math.remainder(math.atan2(each[1] - y, each[0] - x) - bearing, math.tau)) for bearing in bearings]
+        expected += (np.array(off) < 0.4) * (0.3 < away < 4.0) / away
+    np.testing.assert_allclose(trail.worn(x, y, bearings), expected / max(expected.max(), 1.0))
+
+
 def test_a_trail_forgets_the_oldest_places():
     trail, behind = Trail(), np.array([math.pi])
     for number in range(Trail.CAPACITY):
