@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, Pose3
 from mjsim.interface import ImuReading, Intrinsics, PointCloud, Scan, Sighting
-from mjsim.logs.bags.bags import read_bag
+from mjsim.logs.bags.bag_to_logs import read_bag
 from mjsim.logs.resampling import Bias, Log, MotionNoise, Mount, RobotLog, Wishes, kept, recorded
 from mjsim.logs.resampling.log import record_logs, world_of
 from mjsim.record import LoggedCamera, LoggedFrame

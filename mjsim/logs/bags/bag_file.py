@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from mjsim.closing import Closes
 from mjsim.errors import MAX_MESSAGE_LENGTH, UsageError
-from mjsim.logs.bags.bag_parsing import BrokenBagError, parsing
+from mjsim.logs.bags.parser_faults import BrokenBagError, parsing
 
 MAGICS = {b"#ROSBAG V": ".bag", b"SQLite format 3\x00": ".db3", b"\x89MCAP": ".mcap"}
 """First bytes of files -> usual suffix of their names."""
@@ -70,7 +70,7 @@ class Bag(Closes):
         self.path = path
         try:
             from mjsim.logs.bags.bag_order import going_on
-            from mjsim.logs.bags.bag_reader import decoder_of, files_of, open_reader
+            from mjsim.logs.bags.container_readers import decoder_of, files_of, open_reader
         except ImportError as error:
             raise UsageError(
                 f"ROS bags need a package that is not installed ({error.name}): pip install 'mjsim[ros]'"

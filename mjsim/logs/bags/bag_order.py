@@ -21,7 +21,7 @@ from rosbags.rosbag2.storage_mcap import McapReader
 from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
 
 from mjsim.geometry import Array
-from mjsim.logs.bags.bag_parsing import ZSTD, BrokenBagError, parsing, unpacked
+from mjsim.logs.bags.parser_faults import ZSTD, BrokenBagError, parsing, unpacked
 
 AGREEING_MESSAGES = 4
 """Number of messages of a topic before and after, which must be evenly spaced."""
