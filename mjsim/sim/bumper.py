@@ -9,8 +9,9 @@ import numpy as np
 from mjsim.compile import RUNNING_GEAR
 from mjsim.world import Robot, World, item_names
 
-MIN_SUPPORT_COSINE = 0.7
-"""A contact whose normal is steeper than this supports wheels and casters, and is not a bump."""
+MIN_SUPPORT_COSINE = 0.5
+"""A contact whose normal is steeper than this supports wheels and casters, and is not a bump: they climb steps of half
+their radius."""
 MAX_KNOWN = 1000
 """Number of sets of contacts that are known to touch no robot."""
 

@@ -274,7 +274,8 @@ def test_sensors_and_plugins_of_gazebo_are_read_in_our_units():
         "noise": 0.02,
     }
     assert odd.kind not in ("lidar", "camera", "imu")
-    assert eye.keys == {"fov_deg": pytest.approx(math.degrees(1.2)), "width": 320.0, "height": 240.0}
+    seen = {"fov_deg": pytest.approx(math.degrees(1.2)), "width": 320.0, "height": 240.0}
+    assert eye.keys == {**seen, "depth": 1.0}
     assert (robot.sideways, robot.driven) == ("libgazebo_ros_planar_move.so", {"l"})
 
 
