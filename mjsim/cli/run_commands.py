@@ -125,7 +125,6 @@ def replay(
     overwrite: Overwrite = False,
 ) -> None:
     """Run another estimator on a recording's observations."""
-    from mjsim.logs import Trajectory
     from mjsim.modules import hosting, module_of
     from mjsim.record import require_recording_name
     from mjsim.run import observed_robot
@@ -137,8 +136,11 @@ def replay(
     robot = observed_robot(run, robot)
     spec = _estimator(estimator, trajectory, run, {"topic": topic, "offset": offset, "period": period})
     believes, use = module_of(spec, role="estimator", robot=robot)
-    if isinstance(believes, Trajectory):
-        believes.require_pose_at(float(run.time[0]))
+    if type(believes).__name__ == "Trajectory":  # others need not wait for the import
+        from mjsim.logs import Trajectory
+
+        if isinstance(believes, Trajectory):
+            believes.require_pose_at(float(run.time[0]))
     observing, uses = None, {"estimator": use}
     if observer is not None:
         observing, uses["observer"] = module_of(observer, role="observer", robot=robot)

@@ -123,6 +123,6 @@ def test_a_world_too_narrow_for_the_usual_robot_has_none_and_one_that_was_named_
 def test_walls_thinner_than_a_cell_and_lower_than_a_lidar_are_no_free_space():
     thin = "; ".join(f"[[{x}, 0], [{x}, 3]]; [[0, {x}], [3, {x}]]" for x in np.arange(0, 3.1, 0.6).round(2).tolist())
     world = bars(thin, thickness=0.012, height=0.05)
-    with_robot_in = with_robot(world)
-    assert not check_world(with_robot_in)
-    assert solid(world, height=0.02).distance(shapely.Point(with_robot_in.robots[0].at)) > 0.37
+    inhabited = with_robot(world)
+    assert not check_world(inhabited)
+    assert solid(world, height=0.02).distance(shapely.Point(inhabited.robots[0].at)) > 0.37

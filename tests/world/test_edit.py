@@ -321,14 +321,6 @@ def test_many_things_change_in_one_step():
     assert parse_world(twice).walls[0].points == ((0.0, 0.0), (9.0, 9.0))
 
 
-def test_things_removed_together_are_those_removed_one_by_one():
-    for steps in ((4, 2, 1), (3, 0, 2), (0, 2, 0), (4, 3), (0,)):
-        text = TEXTS["gallery"]
-        for step in steps:
-            text = edited(text, ("remove", ("obstacles", step)))
-        assert edited(TEXTS["gallery"], *(("remove", ("obstacles", step)) for step in steps)) == text, steps
-
-
 def test_ends_of_lines_stay_as_they_are():
     new = edited(ROOM.replace("\n", "\r\n"), ("add", ("obstacles",), {"sphere": 0.2, "at": [1, 1]}))
     assert new.count("\n") == new.count("\r\n") == ROOM.count("\n") + 1
