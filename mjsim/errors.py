@@ -130,7 +130,9 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     Only the first `MAX_WORDS` words are considered, and none that is not printable, as a file's name may be.
     """
     words = sorted(filter(str.isprintable, known))[:MAX_WORDS]
-    matches = difflib.get_close_matches(word, words, n=1)
+    # What is written in part is more likely meant than what differs in a letter.
+    begun = [each for each in words if word and each.startswith(word)]
+    matches = begun or difflib.get_close_matches(word, words, n=1)
     if matches:
         return Sentence("; did you mean '{word}'?", matches[0])
     return Sentence("; there are {words}", ", ".join(words)) if words else "; there are none"

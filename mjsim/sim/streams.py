@@ -7,6 +7,8 @@ from numpy.random import Generator
 
 from mjsim.errors import UsageError
 
+MAX_SEED = 2**63 - 1
+"""A recording holds no larger one."""
 Streams = Callable[[str], Generator]
 """Purpose -> random stream."""
 
@@ -15,11 +17,11 @@ def checked_seed(seed: int) -> int:
     """Return a seed.
 
     Raises:
-        UsageError: It is negative.
+        UsageError: It is no whole number, negative, or larger than a recording holds.
     """
-    if seed < 0:
-        raise UsageError(f"seed is {seed}; it must be 0 or more")
-    return seed
+    if not isinstance(seed, int | np.integer) or not 0 <= seed <= MAX_SEED:
+        raise UsageError(f"seed is {seed!r}; it must be a whole number from 0 to {MAX_SEED}")
+    return int(seed)
 
 
 def stream(seed: int, robot: str, purpose: str) -> Generator:

@@ -78,8 +78,9 @@ class _Worker:
         )
 
     def submit(self, world_file: Path, job: Job, store: Store) -> Future[Outcome]:
-        """Start a job."""
-        return self._executor.submit(_work, world_file, job, store)
+        """Start a job, and the process with the first."""
+        with _uninterrupted():
+            return self._executor.submit(_work, world_file, job, store)
 
     def close(self) -> None:
         """End the process at once; a second call does nothing."""
@@ -96,10 +97,31 @@ class _Worker:
         self.close()
 
 
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Start processes in the block that Ctrl-C, which goes to all of a terminal, does not reach; it comes afterwards.
+
+    A process inherits which signals are blocked, not their handlers; `_begin` ignores this one.
+    """
+    came: list[int] = []
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT,))
+    ours = threading.current_thread() is threading.main_thread()  # Python calls handlers there, whatever it blocks.
+    handler = signal.signal(signal.SIGINT, lambda number, _: came.append(number)) if ours else None
+    try:
+        yield
+    finally:
+        if ours:
+            signal.signal(signal.SIGINT, handler)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    if came:
+        raise KeyboardInterrupt
+
+
 def _begin(listening: Connection) -> None:
     """Turn a new process into a worker."""
-    # Ctrl-C goes to all processes of a terminal; the parent process tells this one when to end.
+    # The parent process tells this one when to end.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGINT,))
     threading.Thread(target=_end_with, args=(listening,), daemon=True).start()
 
 

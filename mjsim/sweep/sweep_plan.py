@@ -52,8 +52,8 @@ class SweepPlan:
         """Check that there are runs, without duplicates."""
         if not self.seeds:
             raise UsageError("no seeds; give at least one, such as 0:10")
-        if min(self.seeds) < 0:
-            raise UsageError(f"seed is {min(self.seeds)}; it must be 0 or more")
+        if wrong := [seed for seed in self.seeds if not 0 <= seed < 2**63]:
+            raise UsageError(f"seed is {wrong[0]}; it must be from 0 to {2**63 - 1}")
         _require_once("seed", self.seeds)
         for key, values in self.settings.items():
             if not values:

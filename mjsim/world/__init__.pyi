@@ -165,6 +165,7 @@ from .items import as_motions as as_motions
 from .items import carried_body as carried_body
 from .items import complex_root as complex_root
 from .items import event_from as event_from
+from .items import placement as placement
 from .items import event_text as event_text
 from .items import extend_motion as extend_motion
 from .items import first_looks as first_looks

@@ -305,6 +305,7 @@ def test_what_is_not_a_map_is_refused_in_one_line(tmp_path):
     large = b"P5\n10000 5000\n255\n"
     for text, picture, message in [
         ("walls: []\n", None, "this is not a map; a map names an image, a resolution and an origin"),
+        ("mjsim: 1\nname: a\n", None, "this is already a world of mjsim; run it, or copy it"),
         ("image: map.pgm\n", None, "resolution is None; it must be a number"),
         ("image: map.pgm\nresolution: 0\n", None, "map.yaml:2:13: resolution is 0 m; cells must be 0.001 to 10 m"),
         ("image: ../map.pgm\nresolution: 0.05\n", None, "is outside its folder; put it beside the YAML file"),

@@ -235,3 +235,23 @@ def test_single_lines_named_as_walls_are_walls_beside_those_of_two_faces():
     lengths = sorted(round(float(np.ptp(wall.points, axis=0).max()), 3) for wall in plan.world.walls)
     assert lengths == pytest.approx([4.0, 4.0, 4.0, 6.0, 6.0], abs=0.31)
     assert sorted({round(wall.thickness, 3) for wall in plan.world.walls}) == [0.1, 0.2]
+
+
+def test_what_fills_a_room_is_its_floor_and_an_oval_table_is_a_box_that_is_told():
+    def box(wide: float, deep: float) -> np.ndarray:
+        return np.array([[-wide, -deep], [wide, -deep], [wide, deep], [-wide, deep]]) / 2
+
+    turns = np.linspace(0.0, 2 * np.pi, 40, endpoint=False)
+    oval = np.stack([0.5 * np.cos(turns), 0.25 * np.sin(turns)], axis=-1) + np.array([0.7, 0.5])
+    lines = [
+        Line(box(3.0, 2.0), closed=True, width=0.1, role="wall"),
+        Line(box(2.88, 1.88), closed=True, dark=0.05),
+        Line(box(0.8, 0.5) - (0.7, 0.5), closed=True),
+        Line(oval, closed=True, role="furniture"),
+    ]
+    plan = read_plan(Drawing("plan", lines, 1.0))
+    sizes = sorted(thing.box[:2] for thing in plan.world.obstacles)
+    assert sizes == [(0.8, 0.5), (1.0, 0.5)]
+    told = inventory(plan.items)
+    assert "guessed: the shape of a piece of furniture that is not rectangular: a box around it" in told
+    assert "left out: 1 floors of rooms" in told

@@ -335,6 +335,7 @@ def test_a_broken_scene_is_refused_in_one_line(content, says, tmp_path):
         ("a.world", "<sdf><world", "is not XML"),
         ("a.sdf", "<robot/>", "begins with <robot>; a scene of Gazebo begins with <sdf>"),
         ("a.sdf", "", "is not XML"),
+        ("a.world", "# Stage\nsize [16 16]\n", "line 1, column 1, and so no world of Gazebo (SDF)"),
         ("a.world", "<!DOCTYPE x [<!ENTITY a 'b'>]><sdf/>", "document type"),
         ("a.world", "<sdf>" * 300, "more than 200 deep"),
         ("a.xml", "<robot/>", "has no <mujoco>"),

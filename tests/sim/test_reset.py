@@ -91,6 +91,6 @@ def test_without_a_seed_the_same_run_comes_again_whatever_happened_before():
         sim.reset()
         assert not sim.data.warning.number.any()
         assert episode(sim) == first
-        with pytest.raises(UsageError, match="seed is -1; it must be 0 or more"):
+        with pytest.raises(UsageError, match="seed is -1; it must be a whole number from 0 to"):
             sim.reset(-1)
         assert sim.seed == 4

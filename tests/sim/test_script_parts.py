@@ -66,8 +66,9 @@ def test_what_is_put_down_is_at_rest_at_its_place_with_its_wheels_as_they_were(s
     for heading, told in ((None, math.radians(40)), (-2.0, -2.0)):
         data.qpos[:], data.qvel[:] = before, 1.0
         data.qpos[wheel] = 0.7
-        root = put_down(sim.model, data, "r/free", (1.5, -0.5), height=None, heading=heading)
-        assert sim.model.body(root).name == "r/base"
+        parts = put_down(sim.model, data, "r/free", (1.5, -0.5), height=None, heading=heading)
+        root = sim.model.body("r/base").id
+        assert parts.tolist() == np.flatnonzero(sim.model.body_rootid[sim.model.geom_bodyid] == root).tolist()
         mujoco.mj_kinematics(sim.model, data)
         body = data.body("r/base")
         np.testing.assert_allclose(body.xpos, [1.5, -0.5, before[place + 2]])

@@ -160,8 +160,9 @@ def test_a_robot_or_seed_that_cannot_be_is_named():
     for use in (sim.sense, sim.truth, lambda name: sim.apply(name, Command())):
         with pytest.raises(UsageError, match="no robot 'skout' in this world; did you mean 'scout'"):
             use("skout")
-    with pytest.raises(UsageError, match="seed is -1"):
-        Simulation(sim.world, seed=-1)
+    for seed in (-1, 2**63, 1.5, "1"):
+        with pytest.raises(UsageError, match=f"seed is {seed!r}; it must be a whole number from 0 to {2**63 - 1}"):
+            Simulation(sim.world, seed=seed)
 
 
 def test_modules_are_told_where_beacons_hang_only_when_the_map_is_known():

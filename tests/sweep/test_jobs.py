@@ -21,6 +21,7 @@ from mjsim.sweep.store import Store
 from mjsim.sweep.sweep import run_plan, sweep
 from mjsim.sweep.sweep_plan import Job
 from mjsim.world import parse_world
+from tests.children import child
 from tests.sweep.test_parts import PLAN, ROOM, STAND, TURN, job
 
 
@@ -294,3 +295,24 @@ def test_a_module_that_is_not_there_is_told_before_a_process_is_started(tmp_path
     with pytest.raises(MjsimError, match="Crap"):
         sweep(world, seeds=[1], folder=tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+def test_ctrl_c_while_a_worker_starts_ends_the_parent_alone_and_after_the_start(tmp_path):
+    path = tmp_path / "sweeping.py"
+    path.write_text("""
+import os, signal
+from mjsim.sweep.pool import _Worker
+if __name__ == "__main__":
+    with _Worker() as worker:
+        start = worker._executor._spawn_process
+        worker._executor._spawn_process = lambda: (start(), os.killpg(0, signal.SIGINT))
+        try:
+            worker.submit(None, None, None)
+        except KeyboardInterrupt:
+            print("interrupted")
+        print(type(worker.submit(None, None, None).exception(60)).__name__)
+""")
+    with child([sys.executable, path]) as process:
+        assert process.rest() == "interrupted\nAttributeError\n"
+        assert process.rest("stderr") == ""

@@ -10,6 +10,8 @@ from mjsim.world import Wall
 
 _LEFT: dict[Role | None, str] = {"note": "lines of notes", "stairs": "lines of stairs"}
 """Descriptions of roles that are not represented in the world."""
+UNEVEN = "pieces of furniture that are no rectangles"
+"""These become boxes around them."""
 
 
 def left_out(lines: Sequence[Line]) -> Counter[str]:
@@ -42,8 +44,11 @@ def listed(counts: Counter[str], others: int = 0) -> Iterator[FileItem]:
     if had:
         yield FileItem(Fate.KEPT, ", ".join(had))
     yield FileItem(Fate.GUESSED, "heights", why="a drawing has none")
+    if number := counts[UNEVEN]:
+        pieces = "a piece of furniture that is" if number == 1 else f"{number} pieces of furniture that are"
+        yield FileItem(Fate.GUESSED, f"the shape of {pieces} not rectangular", why="a box around it")
     if others:
         lines = f"{others} {'line' if others == 1 else 'lines'} on layers without a known role"
         yield FileItem(Fate.GUESSED, lines, why="doors or furniture at most; --layer NAME makes walls of them")
-    if left := [f"{count} {kind}" for kind, count in counts.items() if count and kind not in made]:
+    if left := [f"{count} {kind}" for kind, count in counts.items() if count and kind not in (*made, UNEVEN)]:
         yield FileItem(Fate.LEFT_OUT, ", ".join(left))

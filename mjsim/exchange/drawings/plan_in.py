@@ -32,7 +32,8 @@ from mjsim.exchange.drawings.furnishing import (
     with_parts,
 )
 from mjsim.exchange.drawings.patches import painted_over
-from mjsim.exchange.drawings.plan_counts import count_openings, left_out, listed
+from mjsim.exchange.drawings.plan_counts import UNEVEN, count_openings, left_out, listed
+from mjsim.exchange.drawings.rectilinear import is_rectangle
 from mjsim.exchange.drawings.ribbons import Ribbon, ribbons_of, without_ribbons
 from mjsim.exchange.drawings.sorting import (
     Pens,
@@ -51,7 +52,7 @@ from mjsim.exchange.drawings.wall_faces import Paired, continued, merged, paired
 from mjsim.exchange.maps import DIGITS, WALL_HEIGHT, Bar, distinct, runs_of
 from mjsim.geometry import Array
 from mjsim.inventory import FileItem, inventory
-from mjsim.world import Wall, World, solid
+from mjsim.world import BoxObstacle, Wall, World, solid
 
 CELL_SIDE = 0.05
 """Walls are joined at corners as those of a map with cells of this size [m]."""
@@ -63,6 +64,8 @@ BY_SIZE = (0.3, 3.0)
 """Sizes of closed shapes and blocks in rooms that count as furniture even if no name says so [m]."""
 
 
+MIN_FLOOR_SHARE, FLOOR_GAP = 0.9, 0.05
+"""A closed shape is the floor of a room if at least this fraction of its outline is this close to walls [m]."""
 MIN_DOUBLED_SHARE = 0.03
 """Overlapping lines are merged if they make up at least this fraction of the total length."""
 MIN_BROAD_SHARE = 0.5
@@ -353,7 +356,7 @@ def _things(lines: SortedLines, walls: Sequence[Wall], furniture: bool, counts: 
     columns = outlines_of(lines.columns, "column")
     things = [thing for n, outline in enumerate(columns, start=1) if (thing := column_of(outline, n)) is not None]
     counts["columns"] += len(things)
-    pieces = _furniture(lines, walls)
+    pieces = _furniture(lines, walls, counts)
     if not furniture:
         counts["pieces of furniture that are not wanted"] += len(pieces)
         return things
@@ -364,11 +367,15 @@ def _things(lines: SortedLines, walls: Sequence[Wall], furniture: bool, counts: 
         if thing is not None:
             things.append(thing)
             counts["pieces of furniture"] += 1
+            counts[UNEVEN] += isinstance(thing, BoxObstacle) and not is_rectangle(outline.strokes)
     return things
 
 
-def _furniture(lines: SortedLines, walls: Sequence[Wall]) -> list[Outline]:
-    """Return the furniture: what names mark as such, and closed shapes and blocks of that size outside walls."""
+def _furniture(lines: SortedLines, walls: Sequence[Wall], counts: Counter[str]) -> list[Outline]:
+    """Return the furniture: what names mark as such, and closed shapes and blocks of that size outside walls.
+
+    A shape along walls all around is the floor of a room.
+    """
     import shapely
 
     unnamed = [*lines.others, *([] if lines.named else lines.walls)]
@@ -378,7 +385,11 @@ def _furniture(lines: SortedLines, walls: Sequence[Wall]) -> list[Outline]:
     shape = solid(World(walls=tuple(walls)))
     # The sections between openings are still part of the wall.
     whole = solid(World(walls=tuple(wall.model_copy(update={"openings": ()}) for wall in walls)))
-    inside = shape.convex_hull
+    inside, around = shape.convex_hull, whole.buffer(FLOOR_GAP)
+    rings = {id(line): shapely.linearrings(line.points) for line in closed if line.closed}
+    floors = {n for n, ring in rings.items() if ring.intersection(around).length >= MIN_FLOOR_SHARE * ring.length}
+    counts["floors of rooms"] += len(floors)
+    closed = [line for line in closed if id(line) not in floors]
     found = outlines_of(lines.furniture, "furniture")
     for outline in outlines_of(closed, "thing"):
         hull = shapely.MultiPoint(outline.points).convex_hull

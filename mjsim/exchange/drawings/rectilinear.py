@@ -31,13 +31,10 @@ def rectangles_in(strokes: Sequence[Array]) -> list[Array]:
     import shapely
     from shapely import affinity
 
+    if is_rectangle(strokes):
+        return []
     shape = _surrounded(strokes)
-    if shape is None:
-        return []
-    box = shapely.minimum_rotated_rectangle(shape)
-    if box.geom_type != "Polygon" or shape.area >= MIN_FILLED_SHARE * box.area:
-        return []
-    (x, y), (to_x, to_y) = shapely.get_coordinates(box)[:2]
+    (x, y), (to_x, to_y) = shapely.get_coordinates(shapely.minimum_rotated_rectangle(shape))[:2]
     turn = math.atan2(to_y - y, to_x - x)
     level = affinity.rotate(shape, -turn, origin=(0.0, 0.0), use_radians=True)
     boxes = _boxes(level) if _is_rectilinear(level) else []
@@ -46,6 +43,17 @@ def rectangles_in(strokes: Sequence[Array]) -> list[Array]:
         return []
     turned = [affinity.rotate(part, turn, origin=(0.0, 0.0), use_radians=True) for part in boxes]
     return [shapely.get_coordinates(part)[:4] for part in turned]
+
+
+def is_rectangle(strokes: Sequence[Array]) -> bool:
+    """Return whether the rectangle around lines, shape (n, 2) each [m], is about the area that they surround."""
+    import shapely
+
+    shape = _surrounded(strokes)
+    if shape is None:
+        return True
+    box = shapely.minimum_rotated_rectangle(shape)
+    return box.geom_type != "Polygon" or bool(shape.area >= MIN_FILLED_SHARE * box.area)
 
 
 def _surrounded(strokes: Sequence[Array]) -> Any:

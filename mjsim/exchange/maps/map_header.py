@@ -54,6 +54,8 @@ def read_header(path: Path) -> MapHeader:
     node, problems = read_text(text, file=str(path))
     if problems and data.strip():
         raise UsageError("\n".join(map(str, problems)))
+    if node is not None and isinstance(node.value, dict) and "mjsim" in node.value:
+        raise UsageError(f"{path}: this is already a world of mjsim; run it, or copy it")
     if node is None or not isinstance(node.value, dict) or "image" not in node.value:
         raise UsageError(f"{path}: this is not a map; a map names an image, a resolution and an origin")
     keys = _Keys(path, node)

@@ -30,7 +30,10 @@ def read_xml(path: Path) -> Element:
     except RefusedXmlError as error:
         raise UsageError(f"'{path}' {error}") from None
     except ParseError as error:
-        raise UsageError(f"'{path}' is not XML: {error}; correct it") from None
+        what = (
+            "; correct it" if data.lstrip(b"\xef\xbb\xbf \t\r\n")[:1] == b"<" else ", and so no world of Gazebo (SDF)"
+        )
+        raise UsageError(f"'{path}' is not XML: {error}{what}") from None
 
 
 @dataclass(slots=True)

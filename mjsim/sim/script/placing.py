@@ -4,6 +4,8 @@ import math
 from collections.abc import Collection, Sequence
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
 from mjsim.geometry import Array
 from mjsim.models import matrix_of
@@ -12,16 +14,19 @@ MAX_OVERLAP = 1e-3
 """Allowed overlap of a placed object with others [m]."""
 
 
-def held_by(model: mujoco.MjModel, data: mujoco.MjData, own: int, *, but: Collection[int] = ()) -> str | None:
-    """Return the object inside which the parts of a root body are; None if there is none, such as on the floor.
+def held_by(
+    model: mujoco.MjModel, data: mujoco.MjData, own: Collection[int], *, but: Collection[int] = ()
+) -> str | None:
+    """Return the object inside which some geoms are; None if there is none, such as on the floor.
 
     Root bodies of `but` do not count.
     """
+    mine = set(own)
     for contact in data.contact[: data.ncon]:
-        if contact.dist < -MAX_OVERLAP:
+        if contact.dist < -MAX_OVERLAP and not mine.isdisjoint(contact.geom.tolist()):
             roots = model.body_rootid[model.geom_bodyid[contact.geom]].tolist()
             for geom, root in zip(contact.geom.tolist(), roots, strict=True):
-                if own in roots and root not in (own, *but) and (name := _called(model, geom, root)):
+                if geom not in mine and root not in but and (name := _called(model, geom, root)):
                     return name
     return None
 
@@ -43,7 +48,7 @@ def put_down(
     *,
     height: float | None,
     heading: float | None,
-) -> int:
+) -> NDArray[np.intp]:
     """Move a free body elsewhere, with all its parts at rest; its wheels keep their angles.
 
     Args:
@@ -55,7 +60,7 @@ def put_down(
         heading: [rad]; None for the current one.
 
     Returns:
-        The root body of what was moved.
+        The geoms of what was moved.
     """
     found = model.joint(joint)
     start = int(found.qposadr[0])
@@ -66,7 +71,7 @@ def put_down(
     data.qpos[start + 3 : start + 7] = [math.cos(heading / 2), 0.0, 0.0, math.sin(heading / 2)]
     root = int(model.body_rootid[model.jnt_bodyid[found.id]])
     data.qvel[model.body_rootid[model.dof_bodyid] == root] = 0.0
-    return root
+    return np.flatnonzero(model.body_rootid[model.geom_bodyid] == root)
 
 
 def heading_of(matrix: Array) -> float:

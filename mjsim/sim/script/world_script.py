@@ -40,13 +40,16 @@ from mjsim.world import (
     led_goals,
     led_values,
     misplaced,
+    placement,
     reached_joints,
     single_targets,
     with_noise,
 )
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.random import Generator
+    from numpy.typing import NDArray
 
     from mjsim.mechanics import TimeSignal
     from mjsim.sim.arm_motion import ArmAtWork
@@ -141,8 +144,10 @@ class WorldScript:
     def _check_possible(self, event: WorldEvent) -> None:
         """Raise UsageError if an event is impossible now."""
         self._check(event)
-        if isinstance(event, MoveEvent):
-            self._check_room(event)
+        if (move := placement(event)) is not None and (message := misplaced(self._world, move)) is not None:
+            raise UsageError(message)
+        if isinstance(event, MoveEvent | RestoreEvent):
+            self._require_room(event)
         if isinstance(event, NoiseEvent):
             with_noise(self._world, event.noise, event.value)
         wrong = ""
@@ -169,8 +174,8 @@ class WorldScript:
         event, *later = single_targets(event)
         self._check(event)
         match event:
-            case MoveEvent():
-                self._put_down(event, self._data)
+            case MoveEvent() | RestoreEvent() if (move := placement(event)) is not None:
+                self._put_down(move, self._data)
             case ShoveEvent():
                 self._shoves.add(self._body(event.shove), event.impulse, event.seconds)
             case PushEvent():
@@ -281,7 +286,8 @@ class WorldScript:
                 things = [item.name for item in (*self._world.beacons, *self._world.obstacles) if item.name]
                 _require(event.remove, "beacon or obstacle", things)
             case RestoreEvent():
-                _require(event.restore, "beacon", [beacon.name for beacon in self._world.beacons])
+                things = [item.name for item in (*self._world.beacons, *self._world.obstacles) if item.name]
+                _require(event.restore, "beacon or obstacle", things if event.to is None else self._movable)
             case ReachEvent(reach=name) | ReleaseEvent(release=name) if event.hand is not None:
                 _require(name, "person", [person.name for person in self._world.people])
             case LeadEvent() | ReleaseEvent(joint=str()):
@@ -331,12 +337,6 @@ class WorldScript:
                 f"the angle is {event.angle_deg:.6g} degrees; door '{event.open}' swings to {limit:.6g} at most"
             )
 
-    def _check_room(self, event: MoveEvent) -> None:
-        """Raise UsageError if something would be placed inside a static object, or inside something currently there."""
-        if (message := misplaced(self._world, event)) is not None:
-            raise UsageError(message)
-        self._require_room(event)
-
     def require_room(self, event: WorldEvent) -> None:
         """Raise UsageError if a move names something that does not exist, or places it in something other than robots.
 
@@ -348,29 +348,34 @@ class WorldScript:
             roots = [int(self._model.body(self._body(name)).rootid[0]) for name in mobile]
             self._require_room(event, but=roots)
 
-    def _require_room(self, event: MoveEvent, *, but: Sequence[int] = ()) -> None:
+    def _require_room(self, event: MoveEvent | RestoreEvent, *, but: Sequence[int] = ()) -> None:
+        """Raise UsageError if something would be placed, or come back, inside something currently there."""
         if (found := self._obstacle_at(event, but=but)) is not None:
-            place = f"[{event.to[0]:g}, {event.to[1]:g}]"
-            raise UsageError(f"'{event.move}' is placed at {place} inside {found}; move it to a free place")
+            if (move := placement(event)) is not None:
+                place = f"[{move.to[0]:g}, {move.to[1]:g}]"
+                raise UsageError(f"'{move.move}' is placed at {place} inside {found}; move it to a free place")
+            raise UsageError(f"'{event.restore}' would come back inside {found}; move that away first")
 
-    def _obstacle_at(self, event: MoveEvent, *, but: Sequence[int] = ()) -> str | None:
+    def _obstacle_at(self, event: MoveEvent | RestoreEvent, *, but: Sequence[int] = ()) -> str | None:
         """Return the object inside which something would be placed; None if there is none, such as on the floor."""
         model = self._model
         trial = mujoco.MjData(model)
         mujoco.mj_copyData(trial, model, self._data)
         for due in reversed(self._due):
-            if isinstance(due, MoveEvent) and due.time <= event.time + EVENT_TOLERANCE:
-                self._put_down(due, trial)
-        own = self._put_down(event, trial)
-        mujoco.mj_fwdPosition(model, trial)
+            if (move := placement(due)) is not None and due.time <= event.time + EVENT_TOLERANCE:
+                self._put_down(move, trial)
+        move, back = placement(event), getattr(event, "restore", "")
+        own = self._scenery.geoms(back) if move is None else self._put_down(move, trial)
+        with self._scenery.back(back):
+            mujoco.mj_fwdPosition(model, trial)
         return held_by(model, trial, own, but=but)
 
     def _body(self, name: str) -> str:
         """Return the body of a robot or an obstacle to push."""
         return f"{name}/base" if name in self._heights else f"obstacle/{name}"
 
-    def _put_down(self, event: MoveEvent, data: mujoco.MjData) -> int:
-        """Move a robot or an obstacle elsewhere in a state; return its root body."""
+    def _put_down(self, event: MoveEvent, data: mujoco.MjData) -> "NDArray[np.intp]":
+        """Move a robot or an obstacle elsewhere in a state; return its geoms."""
         joint = f"{event.move}/free" if event.move in self._heights else f"obstacle/{event.move}"
         height = self._heights.get(event.move)
         heading = None if event.heading_deg is None else math.radians(event.heading_deg)

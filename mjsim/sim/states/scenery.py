@@ -1,6 +1,7 @@
 """Appearance of a compiled world after events: light, lamps, and removed objects."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -76,6 +77,18 @@ class Scenery:
         model.body_contype[bodies[falls]] |= GHOST
         model.geom_conaffinity[model.geom("floor").id] |= GHOST
         model.body_conaffinity[0] |= GHOST
+
+    @contextmanager
+    def back(self, name: str) -> Iterator[None]:
+        """Bring an object back in the block if it is removed, for a trial."""
+        if name not in self._looks.removed:
+            yield
+            return
+        self._bring_back(name)
+        try:
+            yield
+        finally:
+            self._take_away(name)
 
     def _bring_back(self, name: str) -> None:
         geoms = self.geoms(name)

@@ -8,7 +8,7 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.sentences import Sentence
 from mjsim.world.check.overlaps import MAX_OVERLAP, Finding, Solids, called, disc, pair
-from mjsim.world.items import MoveEvent, Obstacle, RemoveEvent, World
+from mjsim.world.items import MoveEvent, Obstacle, RemoveEvent, World, placement
 from mjsim.world.plan import prisms, stays
 
 
@@ -69,7 +69,8 @@ def _within(place: tuple[float, ...], points: Array) -> bool:
 def _put_into_things(world: World, solids: Solids, loose: Collection[str]) -> Iterator[Finding]:
     """Yield the events that place a robot or an obstacle inside something static."""
     for index, event in enumerate(world.run.events):
-        message = _inside(world, event, solids, loose) if isinstance(event, MoveEvent) else None
+        move = placement(event)
+        message = None if move is None else _inside(world, move, solids, loose)
         if message is not None:
             yield message, ("run", "events", index, "to")
 

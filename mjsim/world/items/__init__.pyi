@@ -156,6 +156,7 @@ from .timeline import Signal as Signal
 from .timeline import WorldEvent as WorldEvent
 from .timeline import as_motions as as_motions
 from .timeline import event_from as event_from
+from .timeline import placement as placement
 from .timeline import event_text as event_text
 from .timeline import extend_motion as extend_motion
 from .timeline import last_time as last_time

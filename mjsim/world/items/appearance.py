@@ -70,11 +70,10 @@ class Looks:
             case LampEvent():
                 return replace(self, lamps={**self.lamps, event.lamp: event.brightness})
             case RemoveEvent():
-                carried = {beacon.name for beacon in world.beacons if beacon.on == event.remove}
-                return replace(self, removed=self.removed | {event.remove} | carried)
+                return replace(self, removed=self.removed | _with_carried(event.remove, world))
             case RestoreEvent():
                 lost = any(item.name == event.restore and item.on in self.removed for item in world.beacons)
-                return self if lost else replace(self, removed=self.removed - {event.restore})
+                return self if lost else replace(self, removed=self.removed - _with_carried(event.restore, world))
             case ReachEvent(hand=str(hand), to=(x, y, z)):
                 return self._led(event.reach, HandLed(event.time, hand, (x, y, z)))
             case ReleaseEvent(hand=str(hand)):
@@ -84,6 +83,11 @@ class Looks:
 
     def _led(self, person: str, led: HandLed) -> "Looks":
         return replace(self, reached={**self.reached, person: (*self.reached.get(person, ()), led)})
+
+
+def _with_carried(name: str, world: World) -> set[str]:
+    """Return the name of something and those of the beacons on it."""
+    return {name, *(beacon.name for beacon in world.beacons if beacon.on == name)}
 
 
 def first_looks(world: World) -> Looks:

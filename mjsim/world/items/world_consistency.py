@@ -207,6 +207,11 @@ def _events_without_target(run: Mapping[str, Any], keys: Mapping[str, Any]) -> I
                     ("run", "events", index, key),
                 )
     yield from _opened_too_far(events, keys)
+    movable = targets["move"][1]
+    for index, event in events:
+        name = event.get("restore")
+        if event.get("to") is not None and name in targets["restore"][1] - movable:
+            yield Sentence("'{name}' is not movable; leave out 'to'", name), ("run", "events", index, "to")
 
 
 def _opened_too_far(events: list[tuple[int, dict[str, Any]]], keys: Mapping[str, Any]) -> Iterator[Misfit]:
@@ -242,7 +247,7 @@ def _event_targets(keys: Mapping[str, Any]) -> dict[str, tuple[str, set[str]]]:
         "open": ("opening with a door", doors),
         "close": ("opening with a door", doors),
         "lamp": ("lamp", _names(_items(keys, "lamps"))),
-        "restore": ("beacon", _names(_items(keys, "beacons"))),
+        "restore": ("beacon or obstacle", _names(_items(keys, "beacons")) | _names(obstacles)),
         "reach": ("robot with an arm", armed),
         "release": ("robot with an arm", armed),
         "goal": ("robot that drives", _names(rolling)),

@@ -22,6 +22,7 @@ from .events import RestoreEvent as RestoreEvent
 from .events import ShoveEvent as ShoveEvent
 from .events import WorldEvent as WorldEvent
 from .events import event_from as event_from
+from .events import placement as placement
 from .signals import Signal as Signal
 from .signals import signal_of as signal_of
 from .signals import table_files as table_files

@@ -40,7 +40,11 @@ def event_text(event: WorldEvent) -> str:
         case RemoveEvent():
             return Sentence("{remove} is removed", event.remove)
         case RestoreEvent():
-            return Sentence("{restore} is restored", event.restore)
+            if event.to is None:
+                return Sentence("{restore} is restored", event.restore)
+            return Sentence(
+                "{restore} is restored at [{x:g}, {y:g}]{heading}", event.restore, *event.to, _heading_text(event)
+            )
         case ShoveEvent():
             return Sentence("{shove} is shoved by {impulse:g} N s", event.shove, math.hypot(*event.impulse))
         case PushEvent():
@@ -60,7 +64,7 @@ def event_text(event: WorldEvent) -> str:
             return Sentence("{goal} is sent to [{x:g}, {y:g}]{heading}", event.goal, *event.to, _heading_text(event))
 
 
-def _heading_text(event: MoveEvent | GoalEvent) -> str:
+def _heading_text(event: MoveEvent | GoalEvent | RestoreEvent) -> str:
     return "" if event.heading_deg is None else Sentence(", heading {heading:g} deg", event.heading_deg)
 
 

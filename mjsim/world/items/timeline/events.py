@@ -93,10 +93,20 @@ class RemoveEvent(_Event):
 
 
 class RestoreEvent(_Event):
-    """Restores a removed beacon."""
+    """Restores a removed beacon or obstacle, with everything attached to it."""
 
     restore: Name
-    """The beacon; it stays away if its carrier was removed."""
+    """The beacon or obstacle; a beacon stays away if its carrier was removed."""
+    to: Point | None = None
+    """[x, y] for a movable obstacle; default: where it was removed [m]."""
+    heading_deg: Degrees | None = None
+    """New heading with `to`; default: unchanged."""
+
+    @model_validator(mode="after")
+    def _is_turned_elsewhere(self) -> Self:
+        if self.heading_deg is not None and self.to is None:
+            raise fault("what is restored keeps its heading unless it is put elsewhere; give to: [x, y]", "heading_deg")
+        return self
 
 
 class ShoveEvent(_Event):
@@ -315,10 +325,17 @@ WorldEvent = Annotated[
     OneOf(
         EVENT_KINDS,
         "an event needs an action; write move: NAME, open: DOOR, close: DOOR, light: 0.5, lamp: NAME,"
-        " noise: KEY, remove: NAME, restore: BEACON, shove: NAME, push: NAME, reach: ROBOT or PERSON,"
+        " noise: KEY, remove: NAME, restore: NAME, shove: NAME, push: NAME, reach: ROBOT or PERSON,"
         " release: ROBOT, PERSON or MECHANISM, lead: MECHANISM, or goal: ROBOT",
     ),
 ]
+
+
+def placement(event: WorldEvent) -> MoveEvent | None:
+    """Return the move that an event makes; None if it puts nothing elsewhere."""
+    if isinstance(event, RestoreEvent) and event.to is not None:
+        return MoveEvent(time=event.time, move=event.restore, to=event.to, heading_deg=event.heading_deg)
+    return event if isinstance(event, MoveEvent) else None
 
 
 _EVENT: TypeAdapter[WorldEvent] = TypeAdapter(WorldEvent)
