@@ -100,6 +100,8 @@ ROLES: Mapping[str, Style] = MappingProxyType(
         # A thin wall must not fade when it is narrower than a pixel.
         "wall": _edged(Mix("wall"), Mix("wall"), 0.1, group="walls"),
         "window": Style(line=Mix("glass"), width=0.3, group="windows"),
+        # Of the studio alone, so that an opening can be found.
+        "gap": Style(line=Mix("muted", "paper", 0.4), width=0.15, dash=0.6, group="openings"),
         "swing": Style(line=Mix("muted"), width=0.12, group="doors"),
         "leaf": _edged(_LEAF, _LEAF, 0.3, group="doors"),
         "route": _edged(Mix("muted"), Mix("muted"), 0.3, dash=0.7),

@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -11,14 +11,20 @@ from mjsim.geometry import Array, Pose
 from mjsim.plan.shapes import ORIGIN, PlanItem
 from mjsim.posture import from_above
 from mjsim.world import (
+    FloorPatch,
     Hung,
+    Lamp,
     Leaf,
     Obstacle,
     OpenEvent,
+    Opening,
+    Person,
+    Piece,
     RampObstacle,
     Robot,
     RobotArm,
     StepsObstacle,
+    Wall,
     World,
     footprint,
     hung,
@@ -42,59 +48,57 @@ HEAD = np.array([[0.0, 0.0], [-1.6, 0.6], [-1.6, -0.6]])
 
 def world_shapes(world: World) -> list[PlanItem]:
     """Return the shapes of all that a plan shows, from the floor up; mechanisms are left to `mjsim.video`."""
+    walls = [shape for pieces in solid_pieces(world.walls) for shape in wall_shapes(pieces)]
+    named = list(zip(world.obstacles, item_names(world.obstacles), strict=True))
+    lamps = zip(world.lamps, item_names(world.lamps), strict=True)
     return [
-        *(PlanItem(role="patch", parts=(patch.outline(),), tint=patch.color) for patch in world.floor.patches),
-        *wall_shapes(world, low=True),
-        *_obstacles(world),
-        *wall_shapes(world, low=False),
-        *_windows(world),
-        *_doors(world),
-        *_lamps(world),
-        *(
-            PlanItem(role="person", parts=(outline,), tint=tint, of=person.name)
-            for person in world.people
-            for outline, tint in from_above(world, person)
-        ),
-        *(shape for robot in world.robots for shape in _robot(robot)),
-        *(shape for item in hung(world) for shape in _beacon(item)),
+        *map(patch_shape, world.floor.patches),
+        *(shape for shape in walls if shape.role == "low wall"),
+        *(shape for each in sorted(named, key=lambda each: top(each[0])) for shape in obstacle_shapes(*each)),
+        *(shape for each in named for shape in route_shapes(*each)),
+        *(shape for shape in walls if shape.role == "wall"),
+        *(shape for wall in world.walls for opening in wall.openings for shape in window_shapes(wall, opening)),
+        *(shape for leaf in leaves(world) for shape in leaf_shapes(world, leaf)),
+        *(shape for lamp, name in lamps for shape in lamp_shapes(lamp, name)),
+        *(shape for person in world.people for shape in person_shapes(world, person)),
+        *(shape for robot in world.robots for shape in robot_shapes(robot)),
+        *(shape for item in hung(world) for shape in beacon_shapes(item)),
     ]
 
 
-def wall_shapes(world: World, *, low: bool) -> Iterator[PlanItem]:
-    """Yield the section of each wall at `SECTION_HEIGHT`, or parts that end below: low walls, parts below windows."""
-    for pieces in solid_pieces(world.walls):
-        parts = [
-            piece.outline
-            for piece in pieces
-            if (piece.high <= SECTION_HEIGHT if low else piece.low <= SECTION_HEIGHT < piece.high)
-        ]
+def patch_shape(patch: FloorPatch) -> PlanItem:
+    """Return a patch of the floor."""
+    return PlanItem(role="patch", parts=(patch.outline(),), tint=patch.color)
+
+
+def wall_shapes(pieces: Iterable[Piece]) -> Iterator[PlanItem]:
+    """Yield the parts of a wall that end below `SECTION_HEIGHT`, and its section there."""
+    low = [piece.outline for piece in pieces if piece.high <= SECTION_HEIGHT]
+    cut = [piece.outline for piece in pieces if piece.low <= SECTION_HEIGHT < piece.high]
+    for role, parts in (("low wall", low), ("wall", cut)):
         if parts:
-            yield PlanItem(role="low wall" if low else "wall", parts=parts)
+            yield PlanItem(role=role, parts=parts)
 
 
-def _windows(world: World) -> Iterator[PlanItem]:
-    for wall in world.walls:
-        for opening in wall.openings:
-            if opening.sill > 0.0:
-                first, last = (np.array(end) for end in wall.segments()[opening.segment])
-                along = (last - first) / np.hypot(*(last - first))
-                ends = first + np.outer([opening.at, opening.at + opening.width], along)
-                yield PlanItem(role="window", kind="line", parts=(ends,))
+def window_shapes(wall: Wall, opening: Opening) -> Iterator[PlanItem]:
+    """Yield the pane of a window; nothing for a doorway."""
+    if opening.sill > 0.0:
+        first, last = (np.array(end) for end in wall.segments()[opening.segment])
+        along = (last - first) / np.hypot(*(last - first))
+        ends = first + np.outer([opening.at, opening.at + opening.width], along)
+        yield PlanItem(role="window", kind="line", parts=(ends,))
 
 
-def _obstacles(world: World) -> Iterator[PlanItem]:
-    """Yield obstacles, the lowest first, then their routes."""
-    named = list(zip(world.obstacles, item_names(world.obstacles), strict=True))
-    for item, name in sorted(named, key=lambda each: top(each[0])):
-        yield from obstacle_shapes(item, name)
-    for item, name in named:
-        if item.path is not None:
-            points = np.array([item.at, *item.path.points, *([item.at] if item.path.closed else [])])
-            yield PlanItem(role="route", kind="line", parts=(points,), of=name)
-            for start, end in itertools.pairwise(points):
-                x, y = ((start + end) / 2).tolist()
-                place = Pose(x, y, math.atan2(*(end - start)[::-1]))
-                yield PlanItem(role="route", parts=(HEAD,), symbol=True, place=place, of=name)
+def route_shapes(item: Obstacle, name: str) -> Iterator[PlanItem]:
+    """Yield the path of an obstacle that moves by itself, with an arrow in each of its segments."""
+    if item.path is None:
+        return
+    points = np.array([item.at, *item.path.points, *([item.at] if item.path.closed else [])])
+    yield PlanItem(role="route", kind="line", parts=(points,), of=name)
+    for start, end in itertools.pairwise(points):
+        x, y = ((start + end) / 2).tolist()
+        place = Pose(x, y, math.atan2(*(end - start)[::-1]))
+        yield PlanItem(role="route", parts=(HEAD,), symbol=True, place=place, of=name)
 
 
 def obstacle_shapes(item: Obstacle, name: str) -> Iterator[PlanItem]:
@@ -125,20 +129,18 @@ def obstacle_shapes(item: Obstacle, name: str) -> Iterator[PlanItem]:
         yield shape("way up", HEAD, symbol=True, at=Pose(0.42 * length, 0.0, 0.0))
 
 
-def _doors(world: World) -> Iterator[PlanItem]:
-    """Yield the leaves in their initial position, with the arcs of their swing."""
-    for leaf in leaves(world):
-        path = leaf_path(leaf, swing(world, leaf))
-        yield PlanItem(role="swing", kind="line", parts=(path, np.stack([leaf.hinge, path[-1]])), of=leaf.name)
-        place = leaf.pose(math.radians(leaf.door.angle_deg))
-        yield PlanItem(
-            role="leaf",
-            parts=(leaf.outline(),),
-            place=place,
-            frame=f"door/{leaf.name}",
-            of=leaf.name,
-            tint=leaf.door.color,
-        )
+def leaf_shapes(world: World, leaf: Leaf) -> Iterator[PlanItem]:
+    """Yield the arc of a door's swing, and its leaf in its initial position."""
+    path = leaf_path(leaf, swing(world, leaf))
+    yield PlanItem(role="swing", kind="line", parts=(path, np.stack([leaf.hinge, path[-1]])), of=leaf.name)
+    yield PlanItem(
+        role="leaf",
+        parts=(leaf.outline(),),
+        place=leaf.pose(math.radians(leaf.door.angle_deg)),
+        frame=f"door/{leaf.name}",
+        of=leaf.name,
+        tint=leaf.door.color,
+    )
 
 
 def leaf_path(leaf: Leaf, angle_deg: float) -> Array:
@@ -155,18 +157,23 @@ def swing(world: World, leaf: Leaf) -> float:
     return math.copysign(max(abs(standing), min(SWING_ANGLE, leaf.door.limit_deg)), standing)
 
 
-def _lamps(world: World) -> Iterator[PlanItem]:
-    """Yield lamps as small suns; a lamp that is off is hollow."""
+def lamp_shapes(lamp: Lamp, name: str) -> Iterator[PlanItem]:
+    """Yield a lamp as a small sun; a lamp that is off is hollow."""
     angles = np.arange(8) * (np.pi / 4)
     rays = [np.outer([1.2, 1.8], (math.cos(angle), math.sin(angle))) for angle in angles]
-    for lamp, name in zip(world.lamps, item_names(world.lamps), strict=True):
-        place = Pose(lamp.at[0], lamp.at[1], 0.0)
-        yield PlanItem(role="lamp", kind="line", parts=rays, symbol=True, place=place)
-        level = min(lamp.brightness, 1.0)
-        yield PlanItem(role="lamp", parts=(circle(0.8),), symbol=True, place=place, frame=f"lamp/{name}", level=level)
+    place = Pose(lamp.at[0], lamp.at[1], 0.0)
+    yield PlanItem(role="lamp", kind="line", parts=rays, symbol=True, place=place)
+    level = min(lamp.brightness, 1.0)
+    yield PlanItem(role="lamp", parts=(circle(0.8),), symbol=True, place=place, frame=f"lamp/{name}", level=level)
 
 
-def _robot(robot: Robot) -> Iterator[PlanItem]:
+def person_shapes(world: World, person: Person) -> Iterator[PlanItem]:
+    """Yield the segments of a person, the lowest first."""
+    for outline, tint in from_above(world, person):
+        yield PlanItem(role="person", parts=(outline,), tint=tint, of=person.name)
+
+
+def robot_shapes(robot: Robot) -> Iterator[PlanItem]:
     """Yield a robot at its initial pose, with an arrow in its forward direction, and its arms."""
     place, outline = start_of(robot), robot.body.outline()
     nose = Pose(float(np.max(outline[:, 0])), 0.0, 0.0)
@@ -241,7 +248,7 @@ def arm_outlines(item: RobotArm, q: Array) -> list[Array]:
     return [link_outline(link) for link in shadows(item, q)[0]]
 
 
-def _beacon(item: Hung) -> Iterator[PlanItem]:
+def beacon_shapes(item: Hung) -> Iterator[PlanItem]:
     """Yield a beacon as a line of its width with a tick in the direction that it faces; a marker is hollow.
 
     A reflector is a ring, a radio anchor a diamond.

@@ -207,6 +207,7 @@ from .plan import THICKNESS as THICKNESS
 from .plan import Grid as Grid
 from .plan import Hung as Hung
 from .plan import Leaf as Leaf
+from .plan import Piece as Piece
 from .plan import PlacedTarget as PlacedTarget
 from .plan import Route as Route
 from .plan import aimed as aimed

@@ -1,23 +1,47 @@
-"""Write mjsim/web/page/src/run/protocol.ts, the types of the messages between page and server.
+"""Write what the page shares with Python: the types of the messages between page and server, and the look of a plan.
 
 python scripts/make/protocol.py
 
-They are made from the models in Python. The script handles only the parts of JSON Schema that these models use, so a
-test can run it without node.
+The types, mjsim/web/page/src/run/protocol.ts, are made from the models in Python, and plan/roles.ts from `ROLES`. The
+script handles only the parts of JSON Schema that these models use, so a test can run it without node.
 """
 
 from collections.abc import Iterator, Mapping
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
 from pydantic import TypeAdapter
 from pydantic.json_schema import models_json_schema
 
+from mjsim.plan import ROLES, Mix
 from mjsim.web.run.news import FrameHead, News
 from mjsim.web.run.requests import REQUESTS
 from mjsim.world.items import SENSOR_KINDS
 
-FILE = Path(__file__).resolve().parents[2] / "mjsim" / "web" / "page" / "src" / "run" / "protocol.ts"
+PAGE = Path(__file__).resolve().parents[2] / "mjsim" / "web" / "page" / "src"
+FILE, ROLES_FILE = PAGE / "run" / "protocol.ts", PAGE / "plan" / "roles.ts"
+ROLES_HEAD = """\
+/** How each role of a plan is drawn, as in all pictures. Made by scripts/make/protocol.py; do not edit. */
+
+import type { Tokens } from "../ui/ink";
+
+type Ink = keyof Tokens | "tint";
+
+/** A colour and a fraction of another; 'tint' is a thing's own colour. */
+export type Mix = readonly [Ink, Ink, number];
+
+export interface Style {
+  fill?: Mix;
+  line?: Mix;
+  /** [mm on paper] */
+  width: number;
+  /** Length of dashes, whose gaps are half as long [mm on paper]. */
+  dash?: number;
+}
+
+export const ROLES: Record<string, Style> = {
+"""
 HEAD = "/** What page and server say to each other about a run. Made by scripts/make/protocol.py; do not edit. */\n"
 PLAIN = {"string": "string", "number": "number", "integer": "number", "boolean": "boolean", "null": "null"}
 Schema = Mapping[str, Any]
@@ -32,6 +56,28 @@ def protocol() -> str:
     kinds = ", ".join(f'"{kind}"' for kind in SENSOR_KINDS)
     parts.append(f"/** Kinds of sensors: keys that name them. */\nexport const SENSOR_KINDS = [{kinds}];\n")
     return "\n".join([HEAD, *parts])
+
+
+def roles() -> str:
+    """Return the text of roles.ts: the roles of a world, without those of a run."""
+    lines = []
+    for role, style in takewhile(lambda each: each[0] != "odometry path", ROLES.items()):
+        if style.group == "floor":
+            continue
+        keys = {
+            "fill": style.fill and _mix(style.fill),
+            "line": style.line and _mix(style.line),
+            "width": f"{style.width:g}",
+            "dash": style.dash and f"{style.dash:g}",
+        }
+        text = ", ".join(f"{key}: {value}" for key, value in keys.items() if value)
+        name = f'"{role}"' if " " in role else role
+        lines.append(f"  {name}: {{ {text} }},\n")
+    return f"{ROLES_HEAD}{''.join(lines)}}};\n"
+
+
+def _mix(mix: Mix) -> str:
+    return f'["{mix.ink}", "{mix.other}", {mix.share:g}]'
 
 
 def _definition(name: str, schema: Schema) -> str:
@@ -73,8 +119,9 @@ def _type(schema: Schema) -> str:
 
 
 def main() -> None:
-    """Write the file."""
+    """Write both files."""
     FILE.write_text(protocol(), encoding="utf-8")
+    ROLES_FILE.write_text(roles(), encoding="utf-8")
 
 
 if __name__ == "__main__":

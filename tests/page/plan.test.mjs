@@ -2,6 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { snapCorner } from "page/edit/snap";
+import { inkOf, outlines, placed } from "page/plan/shapes";
 import { boundsOf, distanceTo, heading, inside, nearestOn, rotate, short, turned } from "page/plan/geometry";
 import { LARGEST, PlanView, SMALLEST, metres, roundStep } from "page/plan/view";
 import { between, inverse, ofVector, product, rotated, toVector } from "page/run/rotations";
@@ -147,4 +148,49 @@ test("the shortest rotation takes one direction to another, also to the opposite
     near(after.map((each) => each / Math.hypot(...from)), to.map((each) => each / Math.hypot(...to)));
     assert.ok(Math.hypot(...between(from, to)) <= Math.PI + 1e-9);
   }
+});
+
+const DOOR = {
+  at: [1.5, 0],
+  heading_deg: 0,
+  polygons: [[[1, -0.1], [2, -0.1], [2, 0.1], [1, 0.1]], [[1, 0], [2, 0], [2, 0.04]]],
+  shapes: [{ role: "gap", fixed: true, count: 1 }, { role: "leaf", carrier: [1, 0, 0], count: 1 }],
+};
+
+test("a leaf turns about its hinge, and its gap stays", () => {
+  const [gap, leaf] = outlines(DOOR, { at: [1, 0], heading_deg: 90 });
+  assert.deepEqual(gap, DOOR.polygons[0]);
+  leaf.forEach((point, k) => near(point, [[1, 0], [1, 1], [0.96, 1]][k]));
+});
+
+test("of an outline in more pieces than before all are there", () => {
+  const corners = [[0, 0], [1, 0], [1, 1]];
+  const wall = { at: null, polygons: [corners, corners, corners], shapes: [{ role: "low wall", count: 1 }, { role: "wall", count: 1 }] };
+  assert.equal(outlines(wall, { at: [0, 0], heading_deg: 0 }).length, 3);
+});
+
+test("a symbol has the same size at each scale, a line that of the world, and both go with their item", () => {
+  const robot = { at: [1, 2], heading_deg: 90, polygons: [] };
+  const nose = { role: "heading", anchor: [0.2, 0, 0], parts: [[[0, 0], [1, 0]]] };
+  const shaft = { role: "heading", parts: [[[0, 0], [0.2, 0]]] };
+  for (const scale of [10, 200]) {
+    const view = Object.assign(new PlanView(), { scale });
+    for (const [stand, at, ahead] of [[undefined, [1, 2], [0, 1]], [{ at: [3, 3], heading_deg: 180 }, [3, 3], [-1, 0]]]) {
+      const tip = view.toScreen([at[0] + 0.2 * ahead[0], at[1] + 0.2 * ahead[1]]);
+      const [symbol, line] = [placed(robot, nose, view, stand)[0], placed(robot, shaft, view, stand)[0]];
+      near(symbol[0], tip);
+      near(symbol[1], [tip[0] + 5 * ahead[0], tip[1] - 5 * ahead[1]]);
+      near([...line[0], ...line[1]], [...view.toScreen(at), ...tip]);
+    }
+  }
+});
+
+test("colours are mixed as in films, and what is selected has the colour of the selection", () => {
+  const palette = { ground: "#ffffff", ink: "#000000", wall: "#404040", accent: "#0000ff", muted: "#808080" };
+  const box = { role: "obstacle", tint: "#204060", count: 1 };
+  assert.deepEqual(inkOf(box, true, palette, {}), { fill: "#90a0b0", line: "#122335", width: 1, dash: 0 });
+  assert.equal(inkOf({ ...box, level: 0.5 }, true, palette, {}).fill, "#c8d0d8");
+  assert.deepEqual(inkOf(box, true, palette, { selected: true }), { fill: "#90a0b0", line: "#0000ff", width: 2, dash: 0 });
+  assert.equal(inkOf({ role: "wall", count: 1 }, true, palette, { selected: true }).fill, "#0000ff");
+  assert.equal(inkOf({ role: "tool", anchor: [0, 0, 0], parts: [], closed: true }, true, palette, {}).line, null);
 });

@@ -52,7 +52,19 @@ def test_the_design_settles_the_colours_and_all_roles_use_them():
 def test_the_studio_has_the_colours_of_plans_and_films(theme):
     first, dark = THEME.read_text().split(':root[data-theme="dark"]')
     tokens = dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6});", first if theme == "light" else dark.split("}")[0]))
-    for name in ("truth", "estimate", "odometry", "beacon", "seen", "scanned", "bump", "final", "glass", "wall"):
+    for name in (
+        "truth",
+        "estimate",
+        "odometry",
+        "beacon",
+        "seen",
+        "scanned",
+        "bump",
+        "final",
+        "glass",
+        "lamp",
+        "wall",
+    ):
         assert tokens[name] == getattr(INKS[name], theme), name
 
 

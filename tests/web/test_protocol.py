@@ -21,6 +21,7 @@ NEWS = TypeAdapter(News, config=ConfigDict(extra="forbid"))
 
 def test_the_page_has_the_types_that_the_models_give():
     assert PROTOCOL["FILE"].read_text(encoding="utf-8") == PROTOCOL["protocol"]()
+    assert PROTOCOL["ROLES_FILE"].read_text(encoding="utf-8") == PROTOCOL["roles"]()
 
 
 def test_every_kind_of_news_of_a_run_is_as_its_type_says(tmp_path):

@@ -23,8 +23,8 @@ robots: [{name: scout, preset: pioneer3dx, at: [0, 0]}]
 people: [{name: eve, sex: female, at: [1, 2]}]
 run: {seconds: 1, drivers: {scout: {navigator: {use: "mjsim.algorithms.waypoints:Waypoints", points: [[1, 0]]}}}}
 """
-NOT_FOR_PEOPLE = {"text/look.ts", "text/phrases.ts", "scene/strokes.ts", "scene/ribbons.ts"}
-"""Style sheets, keys by which a library asks for words, and programs for the graphics processor."""
+NOT_FOR_PEOPLE = {"text/look.ts", "text/phrases.ts", "scene/strokes.ts", "scene/ribbons.ts", "plan/roles.ts"}
+"""Style sheets, names of roles, keys by which a library asks for words, and programs for the graphics processor."""
 LITERAL = re.compile(r"""//[^\n]*|/\*.*?\*/|("(?:[^"\\\n]|\\.)*"|`(?:[^`\\]|\\.)*`)""", re.DOTALL)
 NOT_SEEN = re.compile(
     r"(\b(class|role|at|font|style|viewBox|method|view|kind)|className|from|FONT|KEY|FIRST|clip"

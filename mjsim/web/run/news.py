@@ -266,6 +266,30 @@ class TickNews(TypedDict):
 
 
 @_DOCUMENTED
+class PlanShape(TypedDict):
+    """A part of an item's drawing; an area to scale fills polygons of the item, all others have parts of their own."""
+
+    role: str
+    """Its look is that of `ROLES`."""
+    tint: NotRequired[str]
+    """Own colour of the thing, '#rrggbb'."""
+    level: NotRequired[float]
+    """Strength of its fill, from 0 to 1; 1 if omitted."""
+    count: NotRequired[int]
+    """How many polygons of the item it fills, in turn."""
+    parts: NotRequired[list[list[tuple[float, float]]]]
+    """Lines, or outlines if `closed`, from the pose of the item [m]."""
+    closed: NotRequired[bool]
+    anchor: NotRequired[tuple[float, float, float]]
+    """A symbol of the same size at each scale: its pose from that of the item (x, y [m], heading [deg]); its parts are
+    in millimetres on paper from there."""
+    fixed: NotRequired[bool]
+    """Whether it stays where it is when the item moves in a run."""
+    carrier: NotRequired[tuple[float, float, float]]
+    """Initial pose of what it moves with, world frame (x, y [m], heading [deg]); that of the item if omitted."""
+
+
+@_DOCUMENTED
 class Item(TypedDict):
     """An item of a world for the plan, the panel and the outline."""
 
@@ -277,6 +301,8 @@ class Item(TypedDict):
     heading_deg: float | None
     polygons: list[list[tuple[float, float]]]
     """Outlines in the world frame [m]."""
+    shapes: list[PlanShape]
+    """What is drawn of it, from the floor up."""
     values: dict[str, object]
     written: list[str]
     raw: NotRequired[dict[str, object]]

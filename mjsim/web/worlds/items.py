@@ -1,17 +1,30 @@
 """A world in JSON for the page: items with their outlines, their values, and their positions in the text."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from mjsim.geometry import Array, Pose
-from mjsim.plan import arm_outlines
-from mjsim.posture import columns_of
+from mjsim.plan import (
+    PlanItem,
+    beacon_shapes,
+    lamp_shapes,
+    leaf_shapes,
+    obstacle_shapes,
+    patch_shape,
+    person_shapes,
+    robot_shapes,
+    route_shapes,
+    wall_shapes,
+    window_shapes,
+)
 from mjsim.sentences import Sentence
 from mjsim.web.worlds.mechanism_poses import outlines, plan_joints, start_values
 from mjsim.world import (
+    Hung,
     Mechanism,
     Model,
     Node,
@@ -20,23 +33,23 @@ from mjsim.world import (
     Wall,
     World,
     extent,
-    footprint,
     hung,
+    item_names,
     leaves,
     solid_pieces,
 )
 
-EYE_HEIGHT = 1.5
-"""Parts of a wall that start above this height are not drawn [m]."""
 THICKNESS = 0.03
-"""Thickness of a beacon in drawings [m]."""
+"""Thickness of a beacon that is taken hold of [m]."""
 LISTS = ("walls", "obstacles", "beacons", "lamps", "robots", "mechanisms", "people")
 _DECIMALS = 4
 
+ORIGIN = Pose(0.0, 0.0, 0.0)
+
 Path = tuple[str | int, ...]
 Json = dict[str, Any]
-Thing = tuple[Path, str, Model, Sequence[Array], Pose | None]
-"""Path, kind, model, outlines (world frame, shape (n, 2) each [m]), and pose."""
+Thing = tuple[Path, str, Model, Sequence[PlanItem], Pose | None]
+"""Path, kind, model, what is drawn of it, and pose."""
 
 
 def scene_of(world: World, raw: Node | None = None) -> Json:
@@ -47,8 +60,8 @@ def scene_of(world: World, raw: Node | None = None) -> Json:
         raw: Its text as written; by default its expanded form.
 
     Returns:
-        `items`: each with path, kind, name, label, at [m], heading_deg, polygons [m] (world frame), values, written,
-        raw, computed, type, fixed, origin and line. `bounds`: [x0, y0, x1, y1] [m].
+        `items`: each with path, kind, name, label, at [m], heading_deg, polygons [m] (world frame), shapes, values,
+        written, raw, computed, type, fixed, origin and line. `bounds`: [x0, y0, x1, y1] [m].
     """
     text = _Text(world.source.written, raw)
     values = world.model_dump(mode="json")
@@ -59,10 +72,10 @@ def scene_of(world: World, raw: Node | None = None) -> Json:
             kind,
             model=model,
             values={**_at(values, path), **(_starts(world, path) if kind == "joint" else {})},
-            polygons=polygons,
+            shapes=shapes,
             place=place,
         )
-        for path, kind, model, polygons, place in things
+        for path, kind, model, shapes, place in things
     ]
     return {"items": items, "bounds": _bounds(world, things)}
 
@@ -79,7 +92,7 @@ def world_values(world: World, raw: Node | None = None) -> Json:
 
 def _bounds(world: World, things: Sequence[Thing]) -> list[float]:
     """Return the bounding box of all outlines and positions, at least 1 m wide; 10 x 10 m for an empty world."""
-    outlines = [outline for thing in things for outline in thing[3]]
+    outlines = [outline for thing in things for outline in _outlines(thing[3])]
     outlines += [np.array([[place.x, place.y]]) for *_, place in things if place is not None]
     outlines += [extent(obstacle) for obstacle in world.obstacles if obstacle.path is not None]
     if not outlines:
@@ -93,56 +106,102 @@ def _bounds(world: World, things: Sequence[Thing]) -> list[float]:
 def _things(world: World) -> Iterator[Thing]:
     for index, patch in enumerate(world.floor.patches):
         place = Pose(patch.at[0], patch.at[1], math.radians(patch.heading_deg))
-        yield ("floor", "patches", index), "patch", patch, [patch.outline()], place
+        yield ("floor", "patches", index), "patch", patch, [patch_shape(patch)], place
     yield from _walls(world)
-    for index, obstacle in enumerate(world.obstacles):
+    for index, (obstacle, name) in enumerate(zip(world.obstacles, item_names(world.obstacles), strict=True)):
         place = Pose(obstacle.at[0], obstacle.at[1], math.radians(obstacle.heading_deg))
         kind = "mover" if obstacle.path is not None else "obstacle"
-        yield ("obstacles", index), kind, obstacle, [footprint(obstacle)], place
+        shapes = [*obstacle_shapes(obstacle, name), *route_shapes(obstacle, name)]
+        yield ("obstacles", index), kind, obstacle, shapes, place
     for index, item in enumerate(hung(world)):
-        half, thin = item.beacon.width / 2, THICKNESS / 2
-        outline = item.place.transform(np.array([[-thin, -half], [thin, -half], [thin, half], [-thin, half]]))
         kind = "beacon" if item.beacon.marker is None else "marker"
-        yield ("beacons", index), kind, item.beacon, [outline], item.place
-    for index, lamp in enumerate(world.lamps):
-        yield ("lamps", index), "light", lamp, [], Pose(lamp.at[0], lamp.at[1], 0.0)
+        yield ("beacons", index), kind, item.beacon, _beacon(item), item.place
+    for index, (lamp, name) in enumerate(zip(world.lamps, item_names(world.lamps), strict=True)):
+        yield ("lamps", index), "light", lamp, list(lamp_shapes(lamp, name)), Pose(lamp.at[0], lamp.at[1], 0.0)
     for index, robot in enumerate(world.robots):
         place = Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg))
-        arms = [outline for arm in robot.arms for outline in arm_outlines(arm, np.array(arm.start()))]
-        yield (
-            ("robots", index),
-            "robot",
-            robot,
-            [place.transform(each) for each in (robot.body.outline(), *arms)],
-            place,
-        )
+        yield ("robots", index), "robot", robot, list(robot_shapes(robot)), place
     for kind in ("people", "mechanisms"):
         for index, thing in enumerate(getattr(world, kind)):
             yield from _moving(world, thing, (kind, index))
 
 
+def _beacon(item: Hung) -> list[PlanItem]:
+    """Return a beacon with an outline to take hold of instead of the line of its face."""
+    half, thin = item.beacon.width / 2, THICKNESS / 2
+    outline = np.array([[-thin, -half], [thin, -half], [thin, half], [-thin, half]])
+    first, *others = beacon_shapes(item)
+    role = "beacon" if item.beacon.has_face else "reflector"
+    held = replace(first, role=role, kind="area", parts=(outline,), symbol=False)
+    return [held, *(shape for shape in (first, *others) if shape.role != "beacon")]
+
+
 def _moving(world: World, thing: Mechanism | Person, path: Path) -> Iterator[Thing]:
     """Yield a person, or a mechanism and those of its joints that can be moved on the plan."""
     if isinstance(thing, Person):
-        yield path, "person", thing, [outline for outline, _, _ in columns_of(world, thing).values()], thing.place()
+        yield path, "person", thing, list(person_shapes(world, thing)), thing.place()
         return
-    yield path, "mechanism", thing, outlines(thing), Pose(thing.at[0], thing.at[1], math.radians(thing.heading_deg))
-    for number, outline, place in plan_joints(thing):
-        yield (*path, "joints", number), "joint", thing.joints[number], [outline], place
+    bodies = [PlanItem(role="link", parts=(outline,), tint=thing.body(name).color) for name, outline in outlines(thing)]
+    yield path, "mechanism", thing, bodies, Pose(thing.at[0], thing.at[1], math.radians(thing.heading_deg))
+    for number, body, outline, place in plan_joints(thing):
+        shape = PlanItem(role="link", parts=(outline,), tint=thing.body(body).color)
+        yield (*path, "joints", number), "joint", thing.joints[number], [shape], place
 
 
 def moving_items(world: World, thing: Mechanism | Person, path: Path) -> Iterator[Json]:
     """Yield path, polygons, at and heading_deg of the plan items that make up a mechanism or a person."""
-    for own, _, _, polygons, place in _moving(world, thing, path):
-        yield {"path": list(own), **_placed(polygons, place)}
+    for own, _, _, shapes, place in _moving(world, thing, path):
+        yield {"path": list(own), **_placed(shapes, place)}
 
 
-def _placed(polygons: Sequence[Array], place: Pose | None) -> Json:
+def _placed(shapes: Sequence[PlanItem], place: Pose | None) -> Json:
     return {
         "at": None if place is None else [_short(place.x), _short(place.y)],
         "heading_deg": None if place is None else _degrees(place.heading),
-        "polygons": [np.round(outline, _DECIMALS).tolist() for outline in polygons],
+        "polygons": [_rounded(outline) for outline in _outlines(shapes)],
     }
+
+
+def _outlines(shapes: Iterable[PlanItem]) -> Iterator[Array]:
+    """Yield the outlines of all areas to scale, world frame, shape (n, 2) each [m]."""
+    for shape in shapes:
+        if shape.kind == "area" and not shape.symbol:
+            yield from shape.placed(0.0)
+
+
+def _shape(shape: PlanItem, place: Pose | None) -> Json:
+    """Return a shape as `PlanShape`, from the pose of its item."""
+    drawn: Json = {"role": shape.role}
+    if shape.tint:
+        drawn["tint"] = shape.tint
+    if shape.level != 1.0:
+        drawn["level"] = _short(shape.level)
+    if not shape.frame:
+        drawn["fixed"] = True
+    elif place is not None and math.dist(
+        _pose(place), _pose(carrier := shape.place @ shape.frame_from_shape.inverse())
+    ):
+        drawn["carrier"] = _pose(carrier)
+    if shape.kind == "area" and not shape.symbol:
+        return {**drawn, "count": len(shape.parts)}
+    local = (place or ORIGIN).inverse() @ shape.place
+    if shape.symbol:
+        drawn["anchor"] = _pose(local)
+    parts = shape.parts if shape.symbol else [local.transform(part) for part in shape.parts]
+    return {
+        **drawn,
+        "parts": [_rounded(part) for part in parts],
+        **({"closed": True} if shape.kind == "area" else {}),
+    }
+
+
+def _pose(pose: Pose) -> list[float]:
+    return [_short(pose.x), _short(pose.y), _degrees(pose.heading)]
+
+
+def _rounded(points: Array) -> list[list[float]]:
+    rounded: list[list[float]] = (np.round(points, _DECIMALS) + 0.0).tolist()
+    return rounded
 
 
 def _starts(world: World, path: Path) -> Json:
@@ -153,18 +212,19 @@ def _starts(world: World, path: Path) -> Json:
 def _walls(world: World) -> Iterator[Thing]:
     doors = iter(leaves(world))
     for index, (wall, pieces) in enumerate(zip(world.walls, solid_pieces(world.walls), strict=True)):
-        yield ("walls", index), "wall", wall, [piece.outline for piece in pieces if piece.low < EYE_HEIGHT], None
+        yield ("walls", index), "wall", wall, list(wall_shapes(pieces)), None
         for number, opening in enumerate(wall.openings):
-            outlines, place = _gap(wall, opening)
+            shapes, place = _gap(wall, opening)
+            shapes += window_shapes(wall, opening) if shapes else ()
             if opening.door is not None and place is not None:
                 leaf = next(doors, None)
                 if leaf is not None:
-                    outlines.append(leaf.pose(math.radians(leaf.door.angle_deg)).transform(leaf.outline()))
-            yield ("walls", index, "openings", number), "opening", opening, outlines, place
+                    shapes += leaf_shapes(world, leaf)
+            yield ("walls", index, "openings", number), "opening", opening, shapes, place
 
 
-def _gap(wall: Wall, opening: Opening) -> tuple[list[Array], Pose | None]:
-    """Return the rectangle that an opening cuts out of its wall, and its centre; nothing if it is outside the wall."""
+def _gap(wall: Wall, opening: Opening) -> tuple[list[PlanItem], Pose | None]:
+    """Return the gap that an opening cuts out of its wall, and its centre; nothing if it is outside the wall."""
     start, end = wall.segments()[opening.segment]
     length = math.dist(start, end)
     first, last = min(opening.at, length), min(opening.at + opening.width, length)
@@ -174,7 +234,7 @@ def _gap(wall: Wall, opening: Opening) -> tuple[list[Array], Pose | None]:
     half, across = (last - first) / 2, wall.thickness / 2
     middle = Pose(start[0], start[1], heading) @ Pose((first + last) / 2, 0.0, 0.0)
     corners = np.array([[-half, -across], [half, -across], [half, across], [-half, across]])
-    return [middle.transform(corners)], middle
+    return [PlanItem(role="gap", parts=(corners,), place=middle)], middle
 
 
 class _Text:
@@ -187,7 +247,7 @@ class _Text:
         self._own = {(node.line, node.column): node for node in own}
 
     def item(
-        self, path: Path, kind: str, *, model: Model, values: Json, polygons: Sequence[Array], place: Pose | None
+        self, path: Path, kind: str, *, model: Model, values: Json, shapes: Sequence[PlanItem], place: Pose | None
     ) -> Json:
         """Return an item in JSON form, with its position in the text.
 
@@ -196,7 +256,7 @@ class _Text:
             kind: Its kind on the page.
             model: Its model.
             values: All its fields.
-            polygons: Its outlines, world frame, shape (n, 2) each [m].
+            shapes: What is drawn of it.
             place: Its pose, world frame; None for an item without a single position.
         """
         node, fixed, origin = self._node(path)
@@ -208,7 +268,8 @@ class _Text:
             "kind": kind,
             "name": name,
             "label": name or f"{kind} {int(path[-1]) + 1}",
-            **_placed(polygons, place),
+            **_placed(shapes, place),
+            "shapes": [_shape(shape, place) for shape in shapes],
             "values": values,
             "written": list(plain),
             "raw": plain,

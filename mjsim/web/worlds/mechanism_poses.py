@@ -14,23 +14,23 @@ FREE_TURN, FREE_SLIDE = 180.0, 1.0
 """Range of sliders for joints without limits, to either side of 0 or of the value [deg, m]."""
 
 
-def outlines(mechanism: Mechanism) -> list[Array]:
-    """Return the outlines of all bodies from above at the start, world frame, shape (n, 2) each [m]."""
-    return [outline for _, outline in body_outlines(posed(mechanism, mechanism.assembly.start))]
+def outlines(mechanism: Mechanism) -> list[tuple[str, Array]]:
+    """Return each body with its outline from above at the start, world frame, shape (n, 2) [m]."""
+    return list(body_outlines(posed(mechanism, mechanism.assembly.start)))
 
 
-def plan_joints(mechanism: Mechanism) -> Iterator[tuple[int, Array, Pose]]:
+def plan_joints(mechanism: Mechanism) -> Iterator[tuple[int, str, Array, Pose]]:
     """Yield the joints that can be dragged on the plan: those with a free start whose motion is visible there.
 
     Yields:
-        Index of the joint, the outline of the body that it carries, world frame, shape (n, 2) [m], and the pose at the
+        Index of the joint, the body that it carries, its outline, world frame, shape (n, 2) [m], and the pose at the
         joint, with the heading of that body.
     """
     drawn = posed(mechanism, mechanism.assembly.start)
     for number, body, outline in grips(mechanism, ABOVE):
         x, y, _ = drawn.joint(mechanism.joints[number]).tolist()
         along = drawn.poses[body][:2, 0]
-        yield number, outline, Pose(x, y, math.atan2(along[1], along[0]))
+        yield number, body, outline, Pose(x, y, math.atan2(along[1], along[0]))
 
 
 def grips(mechanism: Mechanism, look: Array) -> Iterator[tuple[int, str, Array]]:

@@ -13,6 +13,7 @@ from .people_plan import look_beside as look_beside
 from .people_plan import look_over as look_over
 from .people_plan import person_outlines as person_outlines
 from .pieces import MITRE_LIMIT as MITRE_LIMIT
+from .pieces import Piece as Piece
 from .pieces import wall_pieces as wall_pieces
 from .polygons import SLICE as SLICE
 from .polygons import obstacle_polygons as obstacle_polygons

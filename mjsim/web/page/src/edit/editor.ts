@@ -1,8 +1,8 @@
 /** What is done to the world in the Edit view, whether by mouse, by keys or by a button. */
 
 import type { Change, Item, Path, Point, Values } from "../api";
-import type { Look } from "../plan/items";
 import { keyOf, type Plan } from "../plan/plan";
+import type { Look } from "../plan/shapes";
 import type { Studio } from "../shell/view";
 import { debounced, Signal } from "../ui/signal";
 import { word } from "../words/words";

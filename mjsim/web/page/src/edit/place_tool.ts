@@ -5,6 +5,8 @@ import { distance, heading, minus, short } from "../plan/geometry";
 import type { Spot, Tool } from "../plan/gestures";
 import { drawItem } from "../plan/items";
 import type { Plan } from "../plan/plan";
+import { ROLES } from "../plan/roles";
+import type { PlanShape } from "../run/protocol";
 import { word } from "../words/words";
 import type { Editor } from "./editor";
 import { paintNote } from "./marks";
@@ -161,9 +163,36 @@ export function robotMaker(look: () => Values): Make {
   };
 }
 
+/** An item that the server has not drawn yet: its outline, with a tick where it faces. */
 function made(kind: string, at: Point, turn: number, polygons: Point[][], values: Values = {}): Item {
   const rest = { path: [], name: null, label: kind, written: [], type: "", fixed: null, origin: null, line: 0 };
-  return { ...rest, kind, at, heading_deg: turn, polygons, values };
+  const role = kind in ROLES ? kind : "obstacle";
+  const sign: PlanShape = polygons.length
+    ? {
+        role: "heading",
+        anchor: [0, 0, 0],
+        parts: [
+          [
+            [0.3, 0],
+            [1.4, 0],
+          ],
+        ],
+      }
+    : {
+        role: "lamp",
+        anchor: [0, 0, 0],
+        parts: [
+          [
+            [1, 0],
+            [0, 1],
+            [-1, 0],
+            [0, -1],
+          ],
+        ],
+        closed: true,
+      };
+  const shapes = [{ role, count: polygons.length }, sign];
+  return { ...rest, kind, at, heading_deg: turn, polygons, shapes, values };
 }
 
 function circle([x, y]: Point, radius: number): Point[] {

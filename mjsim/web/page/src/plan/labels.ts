@@ -3,7 +3,7 @@
 import type { Bounds, Item, Point } from "../api";
 import type { Tokens } from "../ui/ink";
 import { boundsOf, direction, overlaps } from "./geometry";
-import { outlines, type Stand } from "./items";
+import { outlines, type Stand } from "./shapes";
 import type { PlanView } from "./view";
 
 const SIZE = 11;

@@ -23,9 +23,10 @@ import { themeChanged } from "../ui/theme";
 import { boundsOf, distance, distanceTo, overlaps } from "./geometry";
 import { Gestures, type Spot, type Tool } from "./gestures";
 import { drawGrid, drawRulers, RULER } from "./grid";
-import { drawItem, inOrder, type Look, outlines, type Stand } from "./items";
+import { drawItem, inOrder } from "./items";
 import { drawLabels } from "./labels";
 import { Layer } from "./layer";
+import { type Look, outlines, type Stand } from "./shapes";
 import { PlanView, roundStep } from "./view";
 
 export type Painter = (context: CanvasRenderingContext2D, plan: Plan) => void;

@@ -87,6 +87,8 @@ export interface Item {
   heading_deg: number | null;
   /** Outlines in the world frame [m]. */
   polygons: [number, number][][];
+  /** What is drawn of it, from the floor up. */
+  shapes: PlanShape[];
   values: Record<string, unknown>;
   written: string[];
   /** Its keys as in the text, before defaults, presets and arithmetic. */
@@ -179,6 +181,27 @@ export interface PastNews {
 }
 
 export type Pixel = [number, number];
+
+/** A part of an item's drawing; an area to scale fills polygons of the item, all others have parts of their own. */
+export interface PlanShape {
+  /** Its look is that of `ROLES`. */
+  role: string;
+  /** Own colour of the thing, '#rrggbb'. */
+  tint?: string;
+  /** Strength of its fill, from 0 to 1; 1 if omitted. */
+  level?: number;
+  /** How many polygons of the item it fills, in turn. */
+  count?: number;
+  /** Lines, or outlines if `closed`, from the pose of the item [m]. */
+  parts?: [number, number][][];
+  closed?: boolean;
+  /** A symbol of the same size at each scale: its pose from that of the item (x, y [m], heading [deg]); its parts are in millimetres on paper from there. */
+  anchor?: [number, number, number];
+  /** Whether it stays where it is when the item moves in a run. */
+  fixed?: boolean;
+  /** Initial pose of what it moves with, world frame (x, y [m], heading [deg]); that of the item if omitted. */
+  carrier?: [number, number, number];
+}
 
 /** x, y [m] and heading [rad, counter-clockwise from x]. */
 export type PlanarPose = [number, number, number];

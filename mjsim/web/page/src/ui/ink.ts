@@ -14,6 +14,7 @@ const NAMES = [
   "ground",
   "hair",
   "ink",
+  "lamp",
   "muted",
   "odometry",
   "paper",
@@ -73,15 +74,4 @@ export function rowNamed(quantity: string): number {
 export function faded(rgb: string, share: number): string {
   const alpha = Math.round(255 * share);
   return rgb + alpha.toString(16).padStart(2, "0");
-}
-
-/** A colour '#rrggbb' mixed with a share of another. */
-export function blend(one: string, other: string, share: number): string {
-  const [a, b] = [channels(one), channels(other)];
-  const mixed = a.map((value, index) => Math.round((1 - share) * value + share * (b[index] ?? value)));
-  return `rgb(${mixed.join(" ")})`;
-}
-
-function channels(text: string): number[] {
-  return [1, 3, 5].map((start) => Number.parseInt(text.slice(start, start + 2), 16) || 0);
 }
