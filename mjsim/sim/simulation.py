@@ -178,9 +178,8 @@ class Simulation(Viewed, Closes):
         self._mechanisms.settle(self.tick)
         self._script.let_happen(self.time)
         self._refresh()
-        known = bool(self.data.warning.number.any())
-        failure = self._health.fault(self.data, messages, loop=self._mechanisms.failing(self.tick, known=known))
-        if failure is not None:
+        loop = self._mechanisms.failing(self.tick, known=bool(self.data.warning.number.any()))
+        if (failure := self._health.fault(self.data, messages, loop=loop)) is not None:
             raise PhysicsFault(f"physics failed at {self.time:.2f} s: {failure}")
         for robot in self._robots.values():
             robot.after_tick(self.tick)
@@ -366,8 +365,8 @@ class Simulation(Viewed, Closes):
         }
         self._tuning = Tuning(world, self._robots)
         self._mechanisms = Mechanisms(self.model, self.data, world, seed=self.seed)
-        bumpers = Bumpers(self.data, [robot.bumper for robot in self._robots.values()], steps=world.run.steps_per_tick)
-        self._after_each = [bumpers.after_step, *chain(*(robot.after_step for robot in self._robots.values()))]
+        self._bumpers = Bumpers(self.model, self.data, [robot.bumper for robot in self._robots.values()], world)
+        self._after_each = list(chain(*(robot.after_step for robot in self._robots.values())))
         self._actuations = None
         self.robots: Mapping[str, RobotInfo] = MappingProxyType({n: robot.info for n, robot in self._robots.items()})
         """Data sheet of each robot, by name."""
@@ -392,9 +391,10 @@ class Simulation(Viewed, Closes):
     def _run_physics(self) -> list[str]:
         """Take the physics steps of one tick; return the warnings, which MuJoCo would otherwise print and log."""
         if self._actuations is None:
-            found = [robot.acting() for robot in self._robots.values()]
-            self._actuations = [*self._mechanisms.acting(), *self._mechanisms.controls(), *chain(*found)]
+            own = chain(*(robot.acting() for robot in self._robots.values()))
+            self._actuations = [*self._mechanisms.acting(), *self._mechanisms.controls(), *own]
         with collected_warnings() as messages:
             acting = [*self._mechanisms.held(), *self._actuations]
-            self._script.run(self.tick, actuations=acting, after_each=self._after_each)
+            after_each = [*self._bumpers.before_tick(forced=self._script.acts), *self._after_each]
+            self._script.run(self.tick, actuations=acting, after_each=after_each)
         return messages
