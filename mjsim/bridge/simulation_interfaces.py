@@ -6,7 +6,7 @@ References:
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -16,21 +16,40 @@ from mjsim.bridge.services import offer
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array, Pose, Pose3, wrap_angle
 from mjsim.record import Tick
-from mjsim.ros import FEATURES, MAP_FRAME, RESULT, STATE, entity_state, typestore
+from mjsim.ros import (
+    BOUNDS,
+    FEATURES,
+    MAP_FRAME,
+    RESOURCE,
+    RESULT,
+    SPAWNABLE,
+    STATE,
+    entity_state,
+    typestore,
+)
 from mjsim.session import Session, State
-from mjsim.world import MoveEvent, RemoveEvent
+from mjsim.world import MoveEvent, first_looks
 
 UNSUPPORTED, OK, NOT_FOUND, INCORRECT_STATE, FAILED = range(5)
 """Results of every service."""
 INVALID_POSE, ALREADY, INCORRECT_TRANSITION = 101, 101, 103
 """Results of SetEntityState, and of SetSimulationState."""
+NOT_UNIQUE, NAME_INVALID, UNSUPPORTED_FORMAT, NO_RESOURCE, NAMESPACE_INVALID, INVALID_PLACE = (
+    101,
+    102,
+    103,
+    104,
+    105,
+    109,
+)
+"""Results of SpawnEntity."""
 STOPPED, PLAYING, PAUSED, QUITTING, NO_WORLD, LOADING = range(6)
 """States of a simulation."""
-DELETING, GETTING, SETTING, RESET, STATE_GETTING, STATE_SETTING, STATE_PAUSE, SINGLE, MULTIPLE = (
-    *(1, 10, 11),
-    *(20, 24, 25, 26),
-    *(31, 32),
-)
+FEATURES_HAD = {
+    **{"SPAWNING": 0, "DELETING": 1, "ENTITY_STATE_GETTING": 10, "ENTITY_STATE_SETTING": 11, "SPAWNABLES": 14},
+    **{"SIMULATION_RESET": 20, "SIMULATION_STATE_GETTING": 24, "SIMULATION_STATE_SETTING": 25},
+    **{"SIMULATION_STATE_PAUSE": 26, "STEP_SIMULATION_SINGLE": 31, "STEP_SIMULATION_MULTIPLE": 32},
+}
 """Features that the bridge has."""
 RESET_ALL = 0b111
 """Time, state and spawned entities, as bits of the scope of a reset."""
@@ -39,13 +58,17 @@ MAX_STEPS = 100_000
 WORLD_FRAMES = ("", "world", MAP_FRAME)
 MAX_TILT, NORM_TOLERANCE = 1e-3, 1e-2
 """Largest tilt of a pose that is level [rad], and deviation of the length of a quaternion."""
-SAME_HEIGHT = 0.01
-"""Largest difference of a height that is set from that of the entity [m]."""
-NO_SPAWNING = "a running world takes no new entities; write them into its file and start the bridge again"
-INFO = (
-    "mjsim: a step is a tick of the world (run.rate_hz); entities are its robots, obstacles and beacons; SPAWNING is no"
-    f" feature: {NO_SPAWNING}"
+SAME_HEIGHT = SAME_PLACE = 0.01
+"""Largest difference of a height, or of a place that is fixed, from that of the entity [m]."""
+SAME_HEADING = 0.01
+"""Largest difference of a heading that is fixed [rad]."""
+TIME_TOLERANCE = 1e-9
+"""Largest time by which the event of a tick is after it [s]."""
+SPAWNING = (
+    "a running world takes no new entities; SpawnEntity brings back obstacles and beacons that were removed, by"
+    " DeleteEntity or by an event at 0 s, with their names as uri"
 )
+INFO = "mjsim: a step is a tick of the world (run.rate_hz); entities are its robots, obstacles and beacons; " + SPAWNING
 Coded = tuple[int, str]
 """Result, and a line if there is a remark."""
 FINE: Coded = (OK, "")
@@ -66,7 +89,8 @@ class SimulationInterfaces:
         self._entities = Entities(session)
         answers: dict[str, Callable[[Any], tuple[Any, ...]]] = {
             "GetSimulatorFeatures": self._features,
-            "SpawnEntity": lambda request: (_result(self._spawn(request)), ""),
+            "GetSpawnables": self._spawnables,
+            "SpawnEntity": self._spawned,
             "DeleteEntity": lambda request: (_result(self._delete(request)),),
             "GetEntities": self._list,
             "GetEntityState": self._state_of,
@@ -85,11 +109,44 @@ class SimulationInterfaces:
         self._entities.see(tick)
 
     def _features(self, request: Any) -> tuple[Any, ...]:
-        had = DELETING, GETTING, SETTING, RESET, STATE_GETTING, STATE_SETTING, STATE_PAUSE, SINGLE, MULTIPLE
-        return (_of(FEATURES, np.array(had, dtype=np.uint16), [], INFO),)
+        return (_of(FEATURES, np.array([*FEATURES_HAD.values()], dtype=np.uint16), [], INFO),)
 
-    def _spawn(self, request: Any) -> Coded:
-        return UNSUPPORTED, NO_SPAWNING
+    def _spawnables(self, request: Any) -> tuple[Any, ...]:
+        unknown = ", ".join(f"'{each[:60]}'" for each in request.sources[:9])
+        remark = f"no source {unknown}; only what the run holds can be spawned" if unknown else ""
+        return _result((OK, remark)), [spawnable(*each) for each in self._entities.absent().items()]
+
+    def _spawned(self, request: Any) -> tuple[Any, ...]:
+        uri = request.entity_resource.uri
+        coded = self._spawn(request, uri)
+        return _result(coded), uri if coded[0] == OK else ""
+
+    def _spawn(self, request: Any, uri: str) -> Coded:
+        """Bring back an entity that was removed."""
+        absent = self._entities.absent()
+        if not uri:
+            text = bool(request.entity_resource.resource_string)
+            return (UNSUPPORTED_FORMAT if text else NO_RESOURCE), f"give a uri{_that_is(absent)}; {SPAWNING}"
+        if uri not in absent:
+            there = uri in self._entities.names()
+            problem = f"'{uri[:60]}' is there already" if there else f"no uri '{uri[:60]}'"
+            return (NOT_UNIQUE if there else NOT_FOUND), f"{problem}{_that_is(absent)}; {SPAWNING}"
+        if request.name not in ("", uri) and not request.allow_renaming:
+            return NAME_INVALID, f"'{uri}' keeps its name; leave name empty, or allow renaming"
+        if request.entity_namespace:
+            return NAMESPACE_INVALID, "obstacles and beacons have no topics; leave entity_namespace empty"
+        stands, movable = self._entities.place(uri)
+        coded, to = _wanted_pose(request.initial_pose.header, request.initial_pose.pose, uri, stands.z)
+        if to is None:
+            return (INVALID_PLACE if coded[0] == INVALID_POSE else coded[0]), coded[1]
+        if movable:
+            return self._put({"restore": uri}, to)
+        there = stands.planar()
+        turn = abs(wrap_angle(to.heading - there.heading))
+        if math.dist((to.x, to.y), (there.x, there.y)) > SAME_PLACE or turn > SAME_HEADING:
+            place = f"x = {there.x:g}, y = {there.y:g}, heading {math.degrees(there.heading):g} degrees"
+            return INVALID_PLACE, f"'{uri}' is fixed and comes back where it stood: {place}"
+        return self._touch({"restore": uri})
 
     def _delete(self, request: Any) -> Coded:
         if unknown := self._unknown(request.entity):
@@ -125,19 +182,14 @@ class SimulationInterfaces:
             return FINE
         _, now, _ = self._entities.state(request.entity)
         if not request.set_pose:
-            return self._move(request.entity, now.planar())
-        if (frame := request.state.header.frame_id) not in WORLD_FRAMES:
-            return INVALID_POSE, f"the pose is in the frame '{frame[:60]}'; give it in '{MAP_FRAME}' or 'world'"
-        place, q = request.state.pose.position, request.state.pose.orientation
-        if wrong := _wrong_pose([place.x, place.y, place.z], [q.x, q.y, q.z, q.w]):
-            return INVALID_POSE, wrong
-        if abs(place.z - now.z) > SAME_HEIGHT:
-            return INVALID_POSE, f"z is {place.z:g} m; '{request.entity}' keeps its height, z = {now.z:.3f} m"
-        return self._move(request.entity, Pose(place.x, place.y, 2.0 * math.atan2(q.z, q.w)))
+            return self._put({"move": request.entity}, now.planar())
+        coded, to = _wanted_pose(request.state.header, request.state.pose, request.entity, now.z)
+        return coded if to is None else self._put({"move": request.entity}, to)
 
-    def _move(self, entity: str, to: Pose) -> Coded:
+    def _put(self, event: dict[str, Any], to: Pose) -> Coded:
+        """Make an event that puts an entity at a pose."""
         heading = math.remainder(math.degrees(to.heading), 360.0)
-        return self._touch({"move": entity, "to": [to.x, to.y], "heading_deg": heading})
+        return self._touch({**event, "to": [to.x, to.y], "heading_deg": heading})
 
     def _step(self, steps: int) -> Coded:
         if (state := self._reach("paused", "running")) in ("ended", "failed"):  # A world that loads is neither.
@@ -209,6 +261,28 @@ def _moves(request: Any) -> bool:
     return any(getattr(part, axis) for part in parts for axis in "xyz")
 
 
+def _wanted_pose(header: Any, pose: Any, entity: str, height: float) -> tuple[Coded, Pose | None]:
+    """Return the pose that a request gives to an entity at a height [m], or what is wrong with it."""
+    if (frame := header.frame_id) not in WORLD_FRAMES:
+        return (INVALID_POSE, f"the pose is in the frame '{frame[:60]}'; give it in '{MAP_FRAME}' or 'world'"), None
+    place, q = pose.position, pose.orientation
+    if wrong := _wrong_pose([place.x, place.y, place.z], [q.x, q.y, q.z, q.w]):
+        return (INVALID_POSE, wrong), None
+    if abs(place.z - height) > SAME_HEIGHT:
+        return (INVALID_POSE, f"z is {place.z:g} m; '{entity}' keeps its height, z = {height:.3f} m"), None
+    return FINE, Pose(place.x, place.y, 2.0 * math.atan2(q.z, q.w))
+
+
+def spawnable(uri: str, description: str) -> Any:
+    """Return the message of something that can be spawned."""
+    return _of(SPAWNABLE, _of(RESOURCE, uri, ""), description, _of(BOUNDS, 0, []))
+
+
+def _that_is(absent: Mapping[str, str]) -> str:
+    """Return which URIs can be spawned, as the end of a message."""
+    return f"; there are {', '.join(absent)}" if absent else "; nothing is removed now"
+
+
 def _wrong_pose(place: list[float], turned: list[float]) -> str | None:
     """Return why a position [m] and a quaternion (x, y, z, w) are not a pose on the floor; None if they are."""
     if not all(map(math.isfinite, [*place, *turned])):
@@ -242,6 +316,8 @@ class Entities:
         self._newest: Tick | None = None
         self._robots = [robot.name for robot in world.robots]
         named = [each for each in world.obstacles if each.name is not None]
+        fixed = [str(each.name) for each in named if not each.movable]
+        self._fixed = {*fixed, *(each.name for each in world.beacons)}
         self._standing = {
             **{str(each.name): _at(each.at, 0.0, math.radians(each.heading_deg)) for each in named},
             **{each.name: _at(each.at, each.center, math.radians(each.heading_deg)) for each in world.beacons},
@@ -253,11 +329,28 @@ class Entities:
         self._before, self._newest = self._newest, tick
 
     def names(self) -> list[str]:
-        """Return the names of all that were not removed."""
-        removed = {event.remove for event in self._session.touched if isinstance(event, RemoveEvent)}
-        if self._newest is not None and self._newest.looks is not None:
-            removed |= self._newest.looks.removed
+        """Return the names of all that are there after the next tick."""
+        removed = self._removed()
         return [name for name in (*self._robots, *self._standing) if name not in removed]
+
+    def absent(self) -> dict[str, str]:
+        """Return what was removed and can come back: its name, and where it can be, in words."""
+        removed, carriers = self._removed(), {each.name: each.on for each in self._session.world.beacons}
+        back = [name for name in self._standing if name in removed and carriers.get(name) not in removed]
+        return {name: "where it stood" if name in self._fixed else "anywhere on the floor" for name in back}
+
+    def place(self, name: str) -> tuple[Pose3, bool]:
+        """Return the pose at the start of what is no robot, and whether it can be elsewhere."""
+        return self._standing[name], name not in self._fixed
+
+    def _removed(self) -> frozenset[str]:
+        newest, world = self._newest, self._session.world
+        looks = None if newest is None else newest.looks
+        since = -1.0 if newest is None or looks is None else newest.time
+        looks = first_looks(world) if looks is None else looks
+        for event in self._session.touched:
+            looks = looks.after(event, world) if event.time > since + TIME_TOLERANCE else looks
+        return looks.removed
 
     def state(self, name: str) -> tuple[float, Pose3, Array]:
         """Return time [s], world_from_entity, and (x, y, turn) velocity in the world frame [m/s, m/s, rad/s].

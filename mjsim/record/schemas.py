@@ -209,7 +209,7 @@ WORLD_EVENT = topic(
                 "push": text("Robot or obstacle that a force pushes"),
                 "along": numbers("x, y, z, the direction of that force"),
                 "signal": text("JSON: that force over time, as in the world file [N]"),
-                "restore": text("Beacon that is restored"),
+                "restore": text("What is restored"),
                 "reach": text("Robot whose arm is moved, or person"),
                 "hand": text("Which hand of a person: left or right"),
                 "goal": text("Robot that got a new goal"),

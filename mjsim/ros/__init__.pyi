@@ -18,8 +18,11 @@ from .ros_names import plain_names as plain_names
 from .ros_robot import RosRobot as RosRobot
 from .ros_robot import RosTick as RosTick
 from .ros_world import RosWorld as RosWorld
+from .simulation_types import BOUNDS as BOUNDS
 from .simulation_types import FEATURES as FEATURES
+from .simulation_types import RESOURCE as RESOURCE
 from .simulation_types import RESULT as RESULT
+from .simulation_types import SPAWNABLE as SPAWNABLE
 from .simulation_types import STATE as STATE
 from .topics import CLOCK as CLOCK
 from .topics import MAP as MAP

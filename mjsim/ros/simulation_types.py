@@ -1,9 +1,10 @@
 """Messages and services of the ROS package `simulation_interfaces` 2.1, as far as the bridge uses them."""
 
 _PACKAGE = "simulation_interfaces"
-RESULT, STATE, FEATURES, ENTITY_STATE = (
-    f"{_PACKAGE}/msg/{name}" for name in ("Result", "SimulationState", "SimulatorFeatures", "EntityState")
+RESULT, STATE, FEATURES, ENTITY_STATE, SPAWNABLE = (
+    f"{_PACKAGE}/msg/{name}" for name in ("Result", "SimulationState", "SimulatorFeatures", "EntityState", "Spawnable")
 )
+RESOURCE, BOUNDS = f"{_PACKAGE}/msg/Resource", f"{_PACKAGE}/msg/Bounds"
 _MESSAGES = {
     RESULT: "uint8 result\nstring error_message",
     STATE: "uint8 state",
@@ -11,10 +12,11 @@ _MESSAGES = {
     ENTITY_STATE: (
         "std_msgs/Header header\ngeometry_msgs/Pose pose\ngeometry_msgs/Twist twist\ngeometry_msgs/Accel acceleration"
     ),
-    f"{_PACKAGE}/msg/Resource": "string uri\nstring resource_string",
+    RESOURCE: "string uri\nstring resource_string",
     f"{_PACKAGE}/msg/EntityCategory": "uint8 category",
     f"{_PACKAGE}/msg/TagsFilter": "string[] tags\nuint8 filter_mode",
-    f"{_PACKAGE}/msg/Bounds": "uint8 type\ngeometry_msgs/Vector3[] points",
+    BOUNDS: "uint8 type\ngeometry_msgs/Vector3[] points",
+    SPAWNABLE: f"{_PACKAGE}/Resource entity_resource\nstring description\n{_PACKAGE}/Bounds spawn_bounds",
     f"{_PACKAGE}/msg/EntityFilters": (
         f"string filter\n{_PACKAGE}/EntityCategory[] categories\n{_PACKAGE}/TagsFilter tags\n{_PACKAGE}/Bounds bounds"
     ),
@@ -29,6 +31,7 @@ _SERVICES = {
         "geometry_msgs/PoseStamped initial_pose",
         f"{_RESULT}\nstring entity_name",
     ),
+    "GetSpawnables": ("string[] sources", f"{_RESULT}\n{_PACKAGE}/Spawnable[] spawnables"),
     "DeleteEntity": ("string entity", _RESULT),
     "GetEntities": (f"{_PACKAGE}/EntityFilters filters", f"{_RESULT}\nstring[] entities"),
     "GetEntityState": ("string entity", f"{_RESULT}\n{_PACKAGE}/EntityState state"),

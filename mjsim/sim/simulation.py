@@ -232,11 +232,7 @@ class Simulation(Viewed, Closes):
         self._happen(**keys)
 
     def open_door(self, name: str, angle: float = math.pi / 2) -> None:
-        """Start to open a door to an angle, positive to the left side of its wall [rad].
-
-        Raises:
-            UsageError: The door does not exist, or the angle is beyond its limits.
-        """
+        """Start to open a door to an angle, positive to the left of its wall [rad]; raises UsageError if it cannot."""
         self._happen(open=name, angle_deg=math.degrees(angle))
 
     def close_door(self, name: str) -> None:
@@ -266,6 +262,10 @@ class Simulation(Viewed, Closes):
     def remove(self, name: str) -> None:
         """Remove a beacon or an obstacle, with everything attached to it; raises UsageError if there is none."""
         self._happen(remove=name)
+
+    def restore(self, name: str) -> None:
+        """Restore a removed beacon or obstacle where it was; raises UsageError if there is none."""
+        self._happen(restore=name)
 
     def shove(self, name: str, impulse: Sequence[float], seconds: float = 0.1) -> None:
         """Start to push a robot or a movable obstacle at its centre of mass.

@@ -165,7 +165,6 @@ from .items import as_motions as as_motions
 from .items import carried_body as carried_body
 from .items import complex_root as complex_root
 from .items import event_from as event_from
-from .items import placement as placement
 from .items import event_text as event_text
 from .items import extend_motion as extend_motion
 from .items import first_looks as first_looks
@@ -179,6 +178,7 @@ from .items import modules_across as modules_across
 from .items import name_of as name_of
 from .items import noise_figures as noise_figures
 from .items import place_of as place_of
+from .items import placement as placement
 from .items import preset_names as preset_names
 from .items import printed_share as printed_share
 from .items import pulled_values as pulled_values

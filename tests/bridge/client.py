@@ -133,6 +133,34 @@ class SpawnResponse(IdlStruct, typename=f"{SERVICE}SpawnEntity_Response_"):
 
 
 @dataclass
+class Bounds(IdlStruct, typename="simulation_interfaces::msg::dds_::Bounds_"):
+    type: uint8
+    points: sequence[Vector3]
+
+
+@dataclass
+class Spawnable(IdlStruct, typename="simulation_interfaces::msg::dds_::Spawnable_"):
+    entity_resource: Resource
+    description: str
+    spawn_bounds: Bounds
+
+
+@dataclass
+class SpawnablesRequest(IdlStruct, typename=f"{SERVICE}GetSpawnables_Request_"):
+    guid: uint64
+    number: int64
+    sources: sequence[str]
+
+
+@dataclass
+class SpawnablesResponse(IdlStruct, typename=f"{SERVICE}GetSpawnables_Response_"):
+    guid: uint64
+    number: int64
+    result: Result
+    spawnables: sequence[Spawnable]
+
+
+@dataclass
 class DeleteRequest(IdlStruct, typename=f"{SERVICE}DeleteEntity_Request_"):
     guid: uint64
     number: int64
@@ -233,6 +261,7 @@ class Client:
 def called(participant):
     """Return what the services answer, by what was asked."""
     spawn = Client(participant, "spawn_entity", SpawnRequest, SpawnResponse)
+    spawnables = Client(participant, "get_spawnables", SpawnablesRequest, SpawnablesResponse)
     delete = Client(participant, "delete_entity", DeleteRequest, DeleteResponse)
     get = Client(participant, "get_entity_state", GetRequest, GetResponse)
     put = Client(participant, "set_entity_state", SetRequest, SetResponse)
@@ -240,8 +269,9 @@ def called(participant):
     reset = Client(participant, "reset_simulation", ResetRequest, ResetResponse)
     features = Client(participant, "get_simulator_features", FeaturesRequest, FeaturesResponse)().features
     answers = {"features": [*features.features], "formats": [*features.spawn_formats], "info": features.custom_info}
-    box = Resource(resource_string="<sdf version='1.9'><model name='m'/></sdf>")
-    answers["spawn"] = vars(spawn("crate-2", True, box, "", PoseStamped()).result)
+    text = Resource(resource_string="<sdf version='1.9'><model name='m'/></sdf>")
+    answers["text"] = vars(spawn("crate-2", True, text, "", PoseStamped()).result)
+    answers["file"] = vars(spawn("crate-2", True, Resource("file:///box.sdf"), "", PoseStamped()).result)
     there = EntityState(Header(frame_id="map"), Pose(Vector3(3.0, 1.0, 0.0)))
     answers["set"] = vars(put("crate", there, True, False, False).result)
     answers["stepped"] = vars(step(3).result)
@@ -251,6 +281,14 @@ def called(participant):
     answers["deleted"] = vars(delete("crate").result)
     answers["stepped again"] = vars(step(1).result)
     answers["gone"] = vars(get("crate").result)
+    answers["spawnable"] = [[each.entity_resource.uri, each.description] for each in spawnables([]).spawnables]
+    here = PoseStamped(Header(frame_id="world"), Pose(Vector3(1.0, -1.0, 0.0), Quaternion(0.0, 0.0, 0.6, 0.8)))
+    spawned = spawn("", False, Resource("crate"), "", here)
+    answers["spawned"] = {**vars(spawned.result), "name": spawned.entity_name}
+    answers["stepped thrice"] = vars(step(1).result)
+    pose = get("crate").state.pose
+    answers["there"] = [pose.position.x, pose.position.y, pose.orientation.z, pose.orientation.w]
+    answers["left"] = len(spawnables([]).spawnables)
     answers["reset"] = vars(reset(0).result)
     back = get("crate").state.pose.position
     answers["back"] = [back.x, back.y]

@@ -17,7 +17,7 @@ mjsim: 1
 obstacles: [{name: crate, box: [0.3, 0.3, 0.4], at: [2, 0], movable: true, mass: 2}]
 robots: [{name: scout, preset: pioneer3dx, at: [0, 0]}]
 """
-UNSUPPORTED, OK, NOT_FOUND = range(3)
+OK, NOT_FOUND, UNSUPPORTED_FORMAT = 1, 2, 103
 
 
 @pytest.fixture(scope="module")
@@ -31,15 +31,28 @@ def answers(tmp_path_factory) -> dict:
 
 @pytest.mark.slow
 class TestAnIndependentClient:
-    def test_is_told_precisely_that_nothing_can_be_spawned(self, answers):
-        assert 0 not in answers["features"]  # SPAWNING
+    def test_is_told_precisely_what_can_be_spawned(self, answers):
+        assert {0, 14} <= set(answers["features"])  # SPAWNING, SPAWNABLES
+        assert 9 not in answers["features"]  # SPAWNING_RESOURCE_STRING
         assert answers["formats"] == []
-        assert answers["spawn"]["result"] == UNSUPPORTED
-        assert answers["spawn"]["error_message"] in answers["info"]
+        assert [answers[each]["result"] for each in ("text", "file")] == [UNSUPPORTED_FORMAT, NOT_FOUND]
+        for each in ("text", "file"):
+            assert answers[each]["error_message"].endswith(
+                "by DeleteEntity or by an event at 0 s, with their names as uri"
+            )
+        assert "SpawnEntity brings back obstacles and beacons that were removed" in answers["info"]
+
+    def test_spawns_what_it_deleted_at_another_pose(self, answers):
+        assert answers["spawnable"] == [["crate", "anywhere on the floor"]]
+        assert answers["spawned"] == {"result": OK, "error_message": "", "name": "crate"}
+        assert answers["there"] == pytest.approx([1.0, -1.0, 0.6, 0.8], abs=1e-4)
+        assert answers["left"] == 0
 
     def test_moves_steps_deletes_and_resets(self, answers):
         fine = {"result": OK, "error_message": ""}
-        assert [answers[each] for each in ("set", "stepped", "deleted", "stepped again", "reset")] == [fine] * 5
+        assert [
+            answers[each] for each in ("set", "stepped", "deleted", "stepped again", "stepped thrice", "reset")
+        ] == [fine] * 6
         x, y, frame, nanoseconds = answers["crate"]
         assert (x, y, frame) == (pytest.approx(3.0, abs=1e-6), pytest.approx(1.0, abs=1e-6), "map")
         assert nanoseconds == 120_000_000  # three ticks of 25 Hz after the first

@@ -63,7 +63,7 @@ def filters(text: str, *, categories: tuple[int, ...] = ()):
 
 def test_features_are_those_that_answer(desk):
     features = desk.call("GetSimulatorFeatures", 0).features
-    assert features.features.tolist() == [1, 10, 11, 20, 24, 25, 26, 31, 32]
+    assert features.features.tolist() == [0, 1, 10, 11, 14, 20, 24, 25, 26, 31, 32]
     assert len(features.spawn_formats) == 0
 
 
@@ -129,6 +129,106 @@ def test_what_was_deleted_is_an_entity_until_a_reset(desk):
     assert desk.call("GetEntities", filters("")).entities == ["scout", "crate"]
     assert desk.call("ResetSimulation", 0).result.result == 1
     assert desk.call("GetEntities", filters("")).entities == ["scout", "crate", "shelf"]
+
+
+def spawn(
+    desk,
+    uri: str,
+    x: float,
+    y: float,
+    z: float = 0.0,
+    *,
+    text: str = "",
+    name: str = "",
+    renames: bool = True,
+    at="",
+    w=1.0,
+):
+    """Return the answer of SpawnEntity."""
+    state = state_at(x, y, z, frame="map", w=w)
+    pose = of("geometry_msgs/msg/PoseStamped", state.header, state.pose)
+    return desk.call("SpawnEntity", name, renames, of(f"{PACKAGE}/msg/Resource", uri, text), at, pose)
+
+
+def spawnables(desk) -> list[str]:
+    answer = desk.call("GetSpawnables", [])
+    assert answer.result.result == 1
+    return [each.entity_resource.uri for each in answer.spawnables]
+
+
+def test_what_was_deleted_is_spawnable_and_comes_back_at_its_pose(desk):
+    assert spawnables(desk) == []
+    assert desk.call("DeleteEntity", "crate").result.result == 1
+    assert spawnables(desk) == ["crate"]
+    desk.call("StepSimulation", 1)
+    assert spawnables(desk) == ["crate"]
+    answer = spawn(desk, "crate", 1.0, 1.5, name="box")
+    assert (answer.result.result, answer.entity_name) == (1, "crate"), answer.result.error_message
+    assert spawnables(desk) == []
+    desk.call("StepSimulation", 2)
+    place = desk.call("GetEntityState", "crate").state.pose.position
+    assert (place.x, place.y) == pytest.approx((1.0, 1.5), abs=1e-3)
+    assert desk.call("GetSpawnables", ["/usr/share/models"]).result.error_message.startswith("no source '/usr/share")
+
+
+@pytest.mark.parametrize(
+    ("given", "more", "code", "says"),
+    [
+        (("shelf", 2.0, 2.0), {}, 109, "'shelf' is fixed and comes back where it stood: x = 3, y = 0, heading 0 deg"),
+        (("shelf", 3.0, 0.0), {"name": "rack", "renames": False}, 102, "leave name empty, or allow renaming"),
+        (("shelf", 3.0, 0.0), {"at": "/left"}, 105, "leave entity_namespace empty"),
+        (("shelf", 3.0, 0.0, 0.4), {}, 109, "z is 0.4 m; 'shelf' keeps its height"),
+        (("shelf", 3.0, 0.0), {"w": 0.0}, 109, "the quaternion has length 0"),
+        (("scout", 3.0, 0.0), {}, 101, "'scout' is there already; there are shelf"),
+        (("file:///box.sdf", 3.0, 0.0), {}, 2, "no uri 'file:///box.sdf'; there are shelf; a running world takes no"),
+        (("", 3.0, 0.0), {}, 104, "give a uri; there are shelf"),
+        (("", 3.0, 0.0), {"text": "<sdf/>"}, 103, "give a uri; there are shelf"),
+    ],
+)
+def test_what_cannot_be_spawned_has_its_code_and_a_line_with_what_can(desk, given, more, code, says):
+    if spawnables(desk) != ["shelf"]:
+        desk.call("DeleteEntity", "shelf")
+    answer = spawn(desk, *given, **more)
+    assert (answer.result.result, says in answer.result.error_message) == (code, True), answer.result.error_message
+    assert answer.entity_name == ""
+    assert "\n" not in answer.result.error_message
+
+
+def test_a_fixed_entity_comes_back_where_it_stood_but_not_into_another(desk):
+    desk.call("ResetSimulation", 0)
+    desk.call("DeleteEntity", "shelf")
+    desk.call("StepSimulation", 1)
+    desk.call("SetEntityState", "crate", state_at(3.0, 0.0), True, False, False)
+    blocked = spawn(desk, "shelf", 3.0, 0.0).result
+    assert (blocked.result, blocked.error_message) == (
+        4,
+        "'shelf' would come back inside obstacle 'crate'; move that away first",
+    )
+    desk.call("SetEntityState", "crate", state_at(2.0, 0.0), True, False, False)
+    assert spawn(desk, "shelf", 3.0, 0.0).result.result == 1
+    desk.call("StepSimulation", 1)
+    assert desk.call("GetEntities", filters("")).entities == ["scout", "crate", "shelf"]
+
+
+def test_what_an_event_removes_at_the_start_waits_to_be_spawned():
+    events = "run: {events: [{time: 0, remove: spare}, {time: 0.04, remove: rack}]}"
+    spare = "  - {name: spare, cylinder: [0.2, 0.5], at: [0, 3], movable: true}\n"
+    rack = "  - {name: rack, box: [0.4, 0.4, 1], at: [5, 0]}\n"
+    hung = "beacons: [{name: plate, at: [-0.2, 0], heading_deg: 180, on: rack, center: 0.5, width: 0.3}]\n"
+    world = parse_world(ROOM.replace("robots:", f"{spare}{rack}{hung}robots:") + events)
+    desk, seen = Desk(), []
+    with Session(world, on_tick=lambda tick: [each(tick) for each in seen]) as session:
+        interfaces = SimulationInterfaces(desk, session, patience=20.0)
+        seen.append(interfaces.see)
+        session.pause()
+        session.wait("paused", timeout=20.0)
+        desk.call("StepSimulation", 3)
+        assert spawnables(desk) == ["spare", "rack"]  # the plate comes with the rack
+        assert spawn(desk, "rack", 5.0, 0.0).result.result == 1
+        assert spawn(desk, "spare", 1.0, 1.0).result.result == 1
+        desk.call("StepSimulation", 1)
+        assert spawnables(desk) == []
+        assert desk.call("GetEntities", filters("a")).entities == ["crate", "spare", "rack", "plate"]
 
 
 def test_it_plays_pauses_and_stops(desk):

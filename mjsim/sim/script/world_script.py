@@ -144,9 +144,10 @@ class WorldScript:
     def _check_possible(self, event: WorldEvent) -> None:
         """Raise UsageError if an event is impossible now."""
         self._check(event)
-        if (move := placement(event)) is not None and (message := misplaced(self._world, move)) is not None:
-            raise UsageError(message)
         if isinstance(event, MoveEvent | RestoreEvent):
+            move, removed = placement(event), self._removed_by(event)
+            if move is not None and (message := misplaced(self._world, move, removed=removed)) is not None:
+                raise UsageError(message)
             self._require_room(event)
         if isinstance(event, NoiseEvent):
             with_noise(self._world, event.noise, event.value)
@@ -289,12 +290,11 @@ class WorldScript:
                 _require(event.close, "door", self._doors)
             case LampEvent():
                 _require(event.lamp, "lamp", self._scenery.looks.lamps)
-            case RemoveEvent():
+            case RemoveEvent(remove=name) | RestoreEvent(restore=name, to=None):
                 things = [item.name for item in (*self._world.beacons, *self._world.obstacles) if item.name]
-                _require(event.remove, "beacon or obstacle", things)
+                _require(name, "beacon or obstacle", things)
             case RestoreEvent():
-                things = [item.name for item in (*self._world.beacons, *self._world.obstacles) if item.name]
-                _require(event.restore, "beacon or obstacle", things if event.to is None else self._movable)
+                _require(event.restore, "movable obstacle", self._movable)
             case ReachEvent(reach=name) | ReleaseEvent(release=name) if event.hand is not None:
                 _require(name, "person", [person.name for person in self._world.people])
             case LeadEvent() | ReleaseEvent(joint=str()):
@@ -371,11 +371,19 @@ class WorldScript:
         for due in reversed(self._due):
             if (move := placement(due)) is not None and due.time <= event.time + EVENT_TOLERANCE:
                 self._put_down(move, trial)
-        move, back = placement(event), getattr(event, "restore", "")
-        own = self._scenery.geoms(back) if move is None else self._put_down(move, trial)
-        with self._scenery.back(back):
+        move = placement(event)
+        own = self._scenery.geoms(event.restore) if move is None else self._put_down(move, trial)
+        with self._scenery.without(self._removed_by(event)):
             mujoco.mj_fwdPosition(model, trial)
         return held_by(model, trial, own, but=but)
+
+    def _removed_by(self, event: WorldEvent) -> frozenset[str]:
+        """Return what is removed after an event and those due before it."""
+        looks = self._scenery.looks
+        for each in (*reversed(self._due), event):
+            if isinstance(each, RemoveEvent | RestoreEvent) and each.time <= event.time + EVENT_TOLERANCE:
+                looks = looks.after(each, self._world)
+        return looks.removed
 
     def _body(self, name: str) -> str:
         """Return the body of a robot or an obstacle to push."""

@@ -1,6 +1,6 @@
 """Appearance of a compiled world after events: light, lamps, and removed objects."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -79,16 +79,14 @@ class Scenery:
         model.body_conaffinity[0] |= GHOST
 
     @contextmanager
-    def back(self, name: str) -> Iterator[None]:
-        """Bring an object back in the block if it is removed, for a trial."""
-        if name not in self._looks.removed:
-            yield
-            return
-        self._bring_back(name)
+    def without(self, removed: Collection[str]) -> Iterator[None]:
+        """Remove these objects in the block, and no others, for a trial."""
+        before = self._looks
+        self.show(replace(before, removed=frozenset(removed)))
         try:
             yield
         finally:
-            self._take_away(name)
+            self.show(before)
 
     def _bring_back(self, name: str) -> None:
         geoms = self.geoms(name)

@@ -44,8 +44,10 @@ def _through_things(obstacle: Obstacle, number: int, solids: Solids, loose: Coll
                 return
 
 
-def misplaced(world: World, event: MoveEvent) -> str | None:
+def misplaced(world: World, event: MoveEvent, *, removed: Collection[str] = ()) -> str | None:
     """Return why there is no space at the target of an event, considering static objects; None if there is space.
+
+    Objects of the names in `removed` are not there.
 
     In a world with walls, a place outside the outermost walls also counts as unavailable, unless part of the world is
     there.
@@ -57,7 +59,7 @@ def misplaced(world: World, event: MoveEvent) -> str | None:
             "'{move}' is placed at {pair} outside the world; move it to a free place", event.move, pair(event.to)
         )
     numbered = enumerate(world.obstacles)
-    loose = {called(item, number) for number, item in numbered if not stays(item)}
+    loose = {called(item, number) for number, item in numbered if not stays(item) or item.name in removed}
     return _inside(world, event, Solids(world), loose)
 
 

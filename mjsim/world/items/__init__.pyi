@@ -156,10 +156,10 @@ from .timeline import Signal as Signal
 from .timeline import WorldEvent as WorldEvent
 from .timeline import as_motions as as_motions
 from .timeline import event_from as event_from
-from .timeline import placement as placement
 from .timeline import event_text as event_text
 from .timeline import extend_motion as extend_motion
 from .timeline import last_time as last_time
+from .timeline import placement as placement
 from .timeline import reached_joints as reached_joints
 from .timeline import signal_of as signal_of
 from .timeline import single_targets as single_targets
