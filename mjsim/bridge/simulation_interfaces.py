@@ -128,9 +128,9 @@ class SimulationInterfaces:
             text = bool(request.entity_resource.resource_string)
             return (UNSUPPORTED_FORMAT if text else NO_RESOURCE), f"give a uri{_that_is(absent)}; {SPAWNING}"
         if uri not in absent:
-            there = uri in self._entities.names()
-            problem = f"'{uri[:60]}' is there already" if there else f"no uri '{uri[:60]}'"
-            return (NOT_UNIQUE if there else NOT_FOUND), f"{problem}{_that_is(absent)}; {SPAWNING}"
+            taken = uri in self._entities.names()
+            problem = f"'{uri[:60]}' is there already" if taken else f"no uri '{uri[:60]}'"
+            return (NOT_UNIQUE if taken else NOT_FOUND), f"{problem}{_that_is(absent)}; {SPAWNING}"
         if request.name not in ("", uri) and not request.allow_renaming:
             return NAME_INVALID, f"'{uri}' keeps its name; leave name empty, or allow renaming"
         if request.entity_namespace:

@@ -345,10 +345,7 @@ class WorldScript:
             )
 
     def require_room(self, event: WorldEvent) -> None:
-        """Raise UsageError if a move names something that does not exist, or places it in something other than robots.
-
-        Robots may be moved to each other's places, one after the other.
-        """
+        """Raise UsageError if a move names what does not exist, or puts it into anything but robots, which may swap."""
         self._check(event)
         if isinstance(event, MoveEvent):
             mobile = [robot.name for robot in self._world.robots if robot.base != "fixed"]
@@ -358,10 +355,11 @@ class WorldScript:
     def _require_room(self, event: MoveEvent | RestoreEvent, *, but: Sequence[int] = ()) -> None:
         """Raise UsageError if something would be placed, or come back, inside something currently there."""
         if (found := self._obstacle_at(event, but=but)) is not None:
-            if (move := placement(event)) is not None:
-                place = f"[{move.to[0]:g}, {move.to[1]:g}]"
-                raise UsageError(f"'{move.move}' is placed at {place} inside {found}; move it to a free place")
-            raise UsageError(f"'{event.restore}' would come back inside {found}; move that away first")
+            if isinstance(event, RestoreEvent) and event.to is None:
+                raise UsageError(f"'{event.restore}' would come back inside {found}; move that away first")
+            name = event.move if isinstance(event, MoveEvent) else event.restore
+            place = ", ".join(f"{each:g}" for each in event.to or ())
+            raise UsageError(f"'{name}' is placed at [{place}] inside {found}; move it to a free place")
 
     def _obstacle_at(self, event: MoveEvent | RestoreEvent, *, but: Sequence[int] = ()) -> str | None:
         """Return the object inside which something would be placed; None if there is none, such as on the floor."""
@@ -371,8 +369,10 @@ class WorldScript:
         for due in reversed(self._due):
             if (move := placement(due)) is not None and due.time <= event.time + EVENT_TOLERANCE:
                 self._put_down(move, trial)
-        move = placement(event)
-        own = self._scenery.geoms(event.restore) if move is None else self._put_down(move, trial)
+        if (move := placement(event)) is not None:
+            own = self._put_down(move, trial)
+        elif isinstance(event, RestoreEvent):
+            own = self._scenery.geoms(event.restore)
         with self._scenery.without(self._removed_by(event)):
             mujoco.mj_fwdPosition(model, trial)
         return held_by(model, trial, own, but=but)
