@@ -141,10 +141,12 @@ def _moving(world: World, thing: Mechanism | Person, path: Path) -> Iterator[Thi
     if isinstance(thing, Person):
         yield path, "person", thing, list(person_shapes(world, thing)), thing.place()
         return
-    bodies = [PlanItem(role="link", parts=(outline,), tint=thing.body(name).color) for name, outline in outlines(thing)]
+    bodies = [
+        PlanItem(role="obstacle", parts=(outline,), tint=thing.body(name).color) for name, outline in outlines(thing)
+    ]
     yield path, "mechanism", thing, bodies, Pose(thing.at[0], thing.at[1], math.radians(thing.heading_deg))
     for number, body, outline, place in plan_joints(thing):
-        shape = PlanItem(role="link", parts=(outline,), tint=thing.body(body).color)
+        shape = PlanItem(role="obstacle", parts=(outline,), tint=thing.body(body).color)
         yield (*path, "joints", number), "joint", thing.joints[number], [shape], place
 
 

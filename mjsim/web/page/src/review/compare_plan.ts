@@ -6,11 +6,12 @@ import { type Curve, type Figure, rangeOf } from "../charts/figure";
 import { rowAt } from "../charts/rows";
 import { savingMenu } from "../charts/saving";
 import { Plan } from "../plan/plan";
+import { filled, inkOf } from "../plan/shapes";
+import type { PlanShape } from "../run/protocol";
 import { button } from "../ui/controls";
 import { el } from "../ui/dom";
 import { icon } from "../ui/icons";
 import { faded, inLight, readTokens } from "../ui/ink";
-import { color } from "../ui/theme";
 import { makeTile, type Tile } from "../ui/tile";
 import { word } from "../words/words";
 import { type Comparison, type Group, type RunPath, styleOf } from "./comparison";
@@ -72,7 +73,7 @@ export class ComparePlan {
       const curves = [...this.curves("truth"), ...this.curves("estimate")];
       const shapes = this.plan.items
         .filter(({ kind }) => SOLID.has(kind))
-        .flatMap(({ polygons }) => polygons.map((points) => ({ points, fill: color("--wall-low") })));
+        .flatMap((item) => filled(item).flatMap((polygons, k) => painted(polygons, item.shapes[k])));
       const corners = shapes.flatMap(({ points }) => points);
       const range = (of: "x" | "y"): [number, number] =>
         rangeOf([...curves.map((curve) => curve[of]), corners.map(([x, y]) => (of === "x" ? x : y))]);
@@ -193,6 +194,12 @@ function told(groups: Group[]): string {
   const lines = word("review.linesEstimatesWideAndPale");
   if (without.length) return word("review.linesButNotOf", { lines, labels: without.join(", ") });
   return drawn < runs ? word("review.linesOfRuns", { lines, drawn, runs }) : lines;
+}
+
+/** Outlines with the fill of a shape. */
+function painted(polygons: Point[][], shape: PlanShape | undefined): { points: Point[]; fill: string }[] {
+  const fill = shape && inkOf(shape, true, readTokens(), {}).fill;
+  return fill ? polygons.map((points) => ({ points, fill })) : [];
 }
 
 /** x and y; null where it is not known. */
