@@ -32,6 +32,7 @@ from .textbook import TextbookEkfSlam as TextbookEkfSlam
 from .textbook import TextbookFastSlam as TextbookFastSlam
 from .textbook import TextbookMonteCarlo as TextbookMonteCarlo
 from .triangulation import Triangulation as Triangulation
+from .visual_slam import VisualSlam as VisualSlam
 from .wall_follow import WallFollow as WallFollow
 from .wander import Wander as Wander
 from .waypoints import Waypoints as Waypoints

@@ -105,9 +105,18 @@ def find_loop(
     if difference @ information @ difference > GATE:
         return None
     own = inverse(best.seen + 1e-3 * np.eye(3)) + FLOOR
+    return Loop(old, new, best.pose, inverse(own), is_certain(covariance, own))
+
+
+def is_certain(covariance: Array, own: Array) -> bool:
+    """Return whether a loop cannot move the map so far that it needs confirmation.
+
+    Args:
+        covariance: Covariance of the step between its ends without it, shape (3, 3).
+        own: Covariance of the step by the loop alone, shape (3, 3).
+    """
     shift = covariance @ inverse(covariance + own) @ covariance
-    certain = bool((3.0 * np.sqrt(np.diag(shift)) < SURE).all())
-    return Loop(old, new, best.pose, inverse(own), certain)
+    return bool((3.0 * np.sqrt(np.diag(shift)) < SURE).all())
 
 
 def _within_reach(walls: Surface, scan: Surface, guess: Array, window: Array) -> Surface:

@@ -1,0 +1,1 @@
+from .visual_slam import VisualSlam as VisualSlam
