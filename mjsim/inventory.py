@@ -70,9 +70,11 @@ def _called(kind: str, names: list[str]) -> str:
 
 
 def plural(noun: str) -> str:
-    """Return the plural of a regular English noun, alone or as in 'part of a mesh'."""
-    noun, of, rest = noun.partition(" of ")
-    return f"{_regular(noun)}{of}{rest}"
+    """Return the plural of a regular English noun, alone or as in 'part of a mesh' and 'frame called like a sensor'."""
+    noun, more, rest = next(
+        (parts for word in (" of ", " called ") if (parts := noun.partition(word))[1]), (noun, "", "")
+    )
+    return f"{_regular(noun)}{more}{rest}"
 
 
 def _regular(noun: str) -> str:

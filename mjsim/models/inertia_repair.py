@@ -2,9 +2,10 @@
 
 import copy
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from typing import Any
 
+import mujoco
 import numpy as np
 
 from mjsim.geometry import Array, nearest_moments
@@ -33,6 +34,8 @@ IMPOSSIBLE, USUAL_SHARE = 2.0, 0.5
 """Radius of gyration, as a share of the reach of the shapes of a body, beyond which it is reduced, and to which."""
 MIN_STATED = 1e-9
 """A smaller mass is a placeholder of an exporter for none [kg]."""
+GUESSED = "guessed"
+"""Attribute of an inertia that stands for that of the shapes of its link: the note if there are none."""
 FEATHER_SIZE = 1e-4
 """Moments of inertia of such a link, relative to its mass [m^2]."""
 _URDF_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -134,6 +137,47 @@ def mend_impossible(root: Element, path: str, model: Any) -> Iterator[str]:
         )
 
 
+def mend_guessed(root: Element, path: str, compiled: Callable[[], Any]) -> Iterator[str]:
+    """Give links of URDF with a mass but no inertia that of their shapes, and yield notes on what was done.
+
+    Args:
+        root: The tree of the file, which is changed.
+        path: The file.
+        compiled: Returns what MuJoCo makes of the tree.
+    """
+    notes = [(link, held, held.attrib.pop(GUESSED)) for link in root.findall("link") for held in _guessed(link)]
+    if not notes:
+        return
+    held_by = {link: link.find("inertial") for link, _, _ in notes}
+    for link, inertial in held_by.items():
+        link.remove(inertial)
+    model = compiled()  # MuJoCo computes what is missing from the shapes, at one density.
+    for link, inertia, note in notes:
+        link.append(held_by[link])
+        body = model.body(link.get("name", ""))
+        if not model.body_geomnum[body.id]:  # Its meshes are missing.
+            yield note
+            continue
+        turned = np.zeros(9)
+        mujoco.mju_quat2Mat(turned, body.iquat)
+        axes = turned.reshape(3, 3)
+        matrix = axes @ np.diag(body.inertia) @ axes.T * (_stated(link) / float(body.mass[0]))
+        _write_tensor(inertia, matrix)
+        for origin in held_by[link].findall("origin"):
+            origin.attrib.pop("rpy", None)
+        yield f"{note.partition('; made')[0]}; made {_moments(matrix)}, that of its shapes with its mass"
+
+
+def _guessed(link: Element) -> list[Element]:
+    """Return the inertia of a link, if that of its shapes belongs there."""
+    return link.findall(f"inertial/inertia[@{GUESSED}]")[:1]
+
+
+def _write_tensor(inertia: Element, matrix: Array) -> None:
+    for key, value in zip(_URDF_KEYS, matrix[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]], strict=True):
+        inertia.set(key, format(value, DIGITS))
+
+
 def _mend_urdf(root: Element, path: str, feather: float) -> Iterator[str]:
     heavy = {link.get("name", "?") for link in root.findall("link") if _weight_of(link) > 0.0}
     carried = _fixed_to(root, heavy)
@@ -158,18 +202,17 @@ def _mend_urdf(root: Element, path: str, feather: float) -> Iterator[str]:
             yield f"{path}: link '{name}' has a mass of {_shown(weight)} kg; {instead}"
             continue
         if inertia is None:
-            yield from _ball(inertial, weight, f"{path}: link '{name}'")
+            yield from _ball(inertial, weight, f"{path}: link '{name}'", shapes=has)
             continue
         a, b, c, ab, ac, bc = (finite_number(inertia.get(key, "0")) or 0.0 for key in _URDF_KEYS)
         found = mended(np.array([[a, ab, ac], [ab, b, bc], [ac, bc, c]]))
         if found is None and max(a, b, c) <= MIN_MOMENT:
             inertial.remove(inertia)
             given = f" (its file says {a:g}, {b:g}, {c:g})" if any((a, b, c)) else ""
-            yield from _ball(inertial, weight, f"{path}: link '{name}'", given)
+            yield from _ball(inertial, weight, f"{path}: link '{name}'", given, shapes=has)
         elif found is not None:
             matrix, wrong = found
-            for key, value in zip(_URDF_KEYS, matrix[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]], strict=True):
-                inertia.set(key, format(value, DIGITS))
+            _write_tensor(inertia, matrix)
             yield f"{path}: the inertia of link '{name}' {wrong}; made {_moments(matrix)}"
 
 
@@ -209,13 +252,17 @@ def _lighten(link: Element, feather: float) -> None:
     link.append(new)
 
 
-def _ball(inertial: Element, weight: float, called: str, given: str = "") -> Iterator[str]:
-    """Give a link the inertia of a ball; yield notes on what was done."""
+def _ball(inertial: Element, weight: float, called: str, given: str = "", *, shapes: bool = False) -> Iterator[str]:
+    """Give a link the inertia of a ball; yield what was done, unless `mend_guessed` takes its shapes later."""
     value = BALL_INERTIA * weight * GUESSED_RADIUS**2
     keys = dict.fromkeys(("ixx", "iyy", "izz"), format(value, DIGITS)) | dict.fromkeys(("ixy", "ixz", "iyz"), "0")
     new = inertial.makeelement("inertia", keys)
     inertial.append(new)
-    yield f"{called} has no inertia{given}; made {value:.3g} kg m^2, that of a ball of {GUESSED_RADIUS:g} m"
+    note = f"{called} has no inertia{given}; made {value:.3g} kg m^2, that of a ball of {GUESSED_RADIUS:g} m"
+    if shapes:
+        new.set(GUESSED, note)
+    else:
+        yield note
 
 
 def _mend_mjcf(root: Element, path: str) -> Iterator[str]:

@@ -306,3 +306,32 @@ def test_a_camera_of_depth_measures_depth():
     )
     plan, _ = planned(cart(seen))
     assert [mount.keys.get("depth", False) for mount in plan.mounts] == [False, True, True]
+
+
+def test_limits_of_torque_and_acceleration_that_no_drive_has_are_told():
+    plugin = """<gazebo><plugin name="d" filename="libgazebo_ros_diff_drive.so"><left_joint>left</left_joint>
+    <right_joint>right</right_joint><wheel_separation>0.5</wheel_separation><max_wheel_torque>20</max_wheel_torque>
+    <max_wheel_acceleration>1.5</max_wheel_acceleration><torque>0</torque></plugin></gazebo>"""
+    files = cart(plugin)
+    plan, _ = planned(files)
+    told = "left out: max_wheel_torque 20, max_wheel_acceleration 1.5: wheels follow their speeds with any torque"
+    assert told in inventory([*kept(anatomy_of(files), plan)])
+    parameters = {
+        "left_wheel_names": ["left"],
+        "linear.x.max_acceleration": 2.0,
+        "linear.x.has_acceleration_limits": True,
+    }
+    (said,) = drives_in_parameters(parameters, "c.yaml")
+    assert said.unused == ("linear.x.max_acceleration 2",)
+
+
+def test_frames_called_like_sensors_that_mjsim_has_not_are_told_in_one_line():
+    more = [*(f"sonar_{n}" for n in range(3)), "gps_link", "bumper_plate"]
+    links = {"base": BASE, "l": tyre(0.1, 0.03), "r": tyre(0.1, 0.03)} | dict.fromkeys(more, "")
+    wheels = [("left", "l", 0.25), ("right", "r", -0.25)]
+    joints = [joint(name, "base", wheel, f'xyz="0 {y} 0.1"') for name, wheel, y in wheels]
+    joints += [joint(f"j_{name}", "base", name, 'xyz="0 0 0.3"', kind="fixed") for name in more]
+    text = robot(links, joints).encode()
+    _, items = planned(gather_robot("r.urdf", lambda _: text))
+    (line,) = inventory(items)
+    assert line.startswith("left out: 4 frames called like a sensor 'sonar_0', 'sonar_1', 'sonar_2', 'gps_link': each")

@@ -53,3 +53,37 @@ def test_so_is_that_of_a_feather_without_shapes_that_outweighs_the_robot():
     files = gather_robot("r.urdf", lambda _: text)
     assert files.model.body_inertia[2] == pytest.approx([0.01 * 0.1**2] * 3)
     assert any("link 'cliff' is as if all its mass were 10.00 m away" in note for note in files.notes)
+
+
+@pytest.mark.parametrize("inertia", ["", '<inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/>'])
+def test_a_link_with_a_mass_and_shapes_but_no_inertia_has_that_of_its_shapes(inertia):
+    text = f"""<robot name="r"><link name="b"><inertial><origin xyz="0 0 0.1" rpy="0 0 1"/><mass value="30"/>{inertia}
+    </inertial><collision><origin xyz="0 0 0.1" rpy="0 0 1.5707963267948966"/><geometry>
+    <box size="0.6 0.4 0.2"/></geometry></collision></link></robot>""".encode()
+    files = gather_robot("r.urdf", lambda _: text)
+    # m / 12 (a^2 + b^2), of the box turned by a quarter.
+    x, y, z = (30 / 12 * (a**2 + b**2) for a, b in ((0.6, 0.2), (0.4, 0.2), (0.6, 0.4)))
+    turned = np.zeros(9)
+    mujoco.mju_quat2Mat(turned, files.model.body_iquat[1])
+    axes = turned.reshape(3, 3)
+    np.testing.assert_allclose(axes @ np.diag(files.model.body_inertia[1]) @ axes.T, np.diag([x, y, z]), atol=1e-6)
+    assert (files.model.body_mass[1], files.model.body_ipos[1].tolist()) == (30.0, [0.0, 0.0, 0.1])
+    (note,) = files.notes
+    assert "link 'b' has no inertia" in note
+    assert note.endswith("made 0.5, 1, 1.3 kg m^2, that of its shapes with its mass")
+
+
+def test_a_link_without_inertia_whose_mesh_is_missing_keeps_that_of_a_ball():
+    text = b"""<robot name="r"><link name="a"><inertial><mass value="1"/>
+    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+    <link name="b"><inertial><mass value="2"/></inertial><collision><geometry><mesh filename="gone.stl"/></geometry>
+    </collision></link><joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint></robot>"""
+
+    def read(path: str) -> bytes:
+        if path != "r.urdf":
+            raise ValueError(f"no file {path}")
+        return text
+
+    files = gather_robot("r.urdf", read)
+    assert files.model.body_inertia[2] == pytest.approx([0.4 * 2.0 * 0.05**2] * 3)
+    assert any("link 'b' has no inertia; made 0.002 kg m^2, that of a ball" in note for note in files.notes)

@@ -67,6 +67,8 @@ def _speeds(plan: Plan) -> Iterator[FileItem]:
     said = plan.gear.said
     if said.max_turn is not None:
         yield FileItem(Fate.KEPT, f"max_turn {preset_turn(plan):g} deg/s", why=f"by {said.source}")
+    if said.unused:
+        yield FileItem(Fate.LEFT_OUT, ", ".join(said.unused), why="wheels follow their speeds with any torque")
 
 
 def _differing(plan: Plan) -> Iterator[FileItem]:

@@ -35,6 +35,9 @@ MAX_BEAMS, MAX_RINGS, MAX_SIDE = 10_000, 256, 1920
 RING = "a fan of few short beams; each robot has a ring of 16 ranges instead, Observation.proximity"
 LOWEST = {"lidar": 0.02, "lidar3d": 0.02, "camera": 0.02, "imu": -0.01}
 """Minimum height above the floor; lower frames are placeholders, or see only the floor [m]."""
+OTHER_SENSORS = re.compile(r"sonar|ultraso|cliff|infrared|gps|gnss|radar|bumper", re.IGNORECASE)
+NO_OTHERS = "each robot has a ring of 16 ranges and a bumper; mjsim has no such sensor besides"
+"""Names of links and sites for which there is no sensor, and what is told of them."""
 WIDTH, HEIGHT = 640, 480
 MAX_FOV = 150.0
 """Maximum field of view of a camera [deg]."""
@@ -94,6 +97,10 @@ def find_mounts(
         else:
             why = f"it has {len(same)} by names already; add it to `sensors` of the preset if it is one"
             items.append(FileItem(Fate.LEFT_OUT, f"frame called like a sensor ({mount.kind})", mount.name, why))
+    said = {sensor.link for sensor in sensors}
+    names = (place.name for place in anatomy.places if place.name not in said and not NO_SENSOR.search(place.name))
+    others = (name for name in names if OTHER_SENSORS.search(name))
+    items += [FileItem(Fate.LEFT_OUT, "frame called like a sensor", name, NO_OTHERS) for name in others]
     return sorted(chosen, key=lambda mount: list(LOWEST).index(mount.kind)), items
 
 

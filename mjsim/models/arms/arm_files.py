@@ -8,6 +8,7 @@ import posixpath
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from types import MappingProxyType
 
 import mujoco
@@ -21,7 +22,7 @@ from mjsim.models.arms.arm_couplings import JointCoupling, coupled, equalities, 
 from mjsim.models.arms.arm_motors import Motors, motors_of
 from mjsim.models.arms.arm_tree import ArmTree, carried_by, chain_to, tree_of
 from mjsim.models.arms.arm_xacro import expanded
-from mjsim.models.inertia_repair import mend_impossible
+from mjsim.models.inertia_repair import mend_guessed, mend_impossible
 from mjsim.models.lenient_files import LenientGatherer
 from mjsim.models.model_reader import compiled
 from mjsim.models.model_sources import ROBOT, Element, ModelFiles, Read
@@ -134,6 +135,7 @@ def read_arm(
         compiler.set("boundmass", str(1e-3 * MIN_MASS))
         compiler.set("boundinertia", str(1e-3 * MIN_MASS))
     files = ModelFiles(root, gatherer.assets, tuple(gatherer.paths), frozenset(gatherer.sums))
+    changed += [note.removeprefix(f"{path}: ") for note in mend_guessed(root, path, partial(_compiled, files))]
     model = _compiled(files)
     if beyond := [*mend_impossible(root, path, model)]:
         changed += [note.removeprefix(f"{path}: ") for note in beyond]

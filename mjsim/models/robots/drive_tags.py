@@ -1,7 +1,7 @@
 """What plug-ins of simulators, ros2_control and controllers state about a robot's drive."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,6 +14,8 @@ MAX_DEPTH = 8
 """Maximum nesting of the parameters of a controller."""
 _MECANUM = re.compile(r"mecanum|robot_center_projection", re.IGNORECASE)
 """Types of controllers of mecanum wheels, and a parameter that they alone have."""
+_UNUSED = re.compile(r"torque|max_?\w*acceleration", re.IGNORECASE)
+"""Names of limits that are told, but not taken."""
 _WHEELS = re.compile(r"^(left|right)_wheel$|(wheel|traction).*(joints?|names?)$")
 """Parameters that name wheels' joints, in the controllers of ROS and ROS 2 for two, four, steered and omni wheels."""
 
@@ -38,6 +40,8 @@ class SaidDrive:
     """Joints of its wheels; empty if it names none."""
     wheel_speeds: Mapping[str, float] = field(default_factory=dict)
     """Joint -> maximum speed [rad/s]."""
+    unused: tuple[str, ...] = ()
+    """Limits that the drives of mjsim do not have, as written."""
 
 
 def drives_in_tags(root: Element) -> Iterator[SaidDrive]:
@@ -54,6 +58,7 @@ def drives_in_tags(root: Element) -> Iterator[SaidDrive]:
             max_speed=_number(tags, "maxlinearvelocity") or _number(tags, "maxvelocity"),
             max_turn=_number(tags, "maxangularvelocity"),
             joints=frozenset(text.strip() for tag, texts in tags.items() if "joint" in tag for text in texts),
+            unused=_unused((item.tag.rpartition("}")[2], item.text) for item in plugin.iter()),
         )
         if found.wheel_radius or found.separation or found.max_speed:
             yield found
@@ -64,6 +69,12 @@ def drives_in_tags(root: Element) -> Iterator[SaidDrive]:
 
 def _plain(tag: str) -> str:
     return tag.rpartition("}")[2].replace("_", "").replace("-", "").lower()
+
+
+def _unused(stated: Iterable[tuple[str, Any]]) -> tuple[str, ...]:
+    """Return the positive limits that are not taken, each with its value."""
+    numbers = {name: finite_number(str(value)) for name, value in stated if _UNUSED.search(name)}
+    return tuple(f"{name} {value:g}" for name, value in numbers.items() if value is not None and value > 0.0)
 
 
 def _number(tags: Mapping[str, Sequence[str]], tag: str) -> float | None:
@@ -106,6 +117,7 @@ def drives_in_parameters(value: Any, source: str, *, depth: int = 0, within: str
             max_turn=_limit(flat, "angular.z"),
             sideways=source if any(map(_MECANUM.search, [*flat, str(flat.get("type", "")), within])) else "",
             joints=frozenset(joints),
+            unused=_unused(flat.items()),
         )
         return
     for key, inner in value.items():
@@ -155,4 +167,5 @@ def said_about(names: Set[str], said: Sequence[SaidDrive]) -> SaidDrive:
         max_turn=first("max_turn"),
         sideways=next((each.sideways for each in fitting if each.sideways), ""),
         wheel_speeds=speeds,
+        unused=next((each.unused for each in fitting if each.unused), ()),
     )

@@ -7,13 +7,14 @@ and collision shapes replace them; invalid inertias are repaired. Everything is 
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
 
 from mjsim.inventory import Fate, FileItem
-from mjsim.models.inertia_repair import mend_impossible, mend_inertias, mend_weightless
+from mjsim.models.inertia_repair import mend_guessed, mend_impossible, mend_inertias, mend_weightless
 from mjsim.models.lenient_files import INSTEAD, LenientGatherer
 from mjsim.models.model_reader import compiled
 from mjsim.models.model_sources import ROBOT, Element, ModelFiles, Read
@@ -83,6 +84,7 @@ def gather_robot(path: str, read: Read, *, up_axis: bool = True) -> RobotFiles:
     # One element per line, so that line numbers in MuJoCo's errors identify the element.
     ElementTree.indent(root)
     files = ModelFiles(root, gatherer.assets, tuple(gatherer.paths), frozenset(gatherer.sums))
+    mended += mend_guessed(root, path, partial(_compiled, files, gatherer))
     model = _compiled(files, gatherer)
     if beyond := [*mend_impossible(root, path, model)]:
         mended += beyond
