@@ -255,3 +255,25 @@ def test_what_fills_a_room_is_its_floor_and_an_oval_table_is_a_box_that_is_told(
     told = inventory(plan.items)
     assert "guessed: the shape of a piece of furniture that is not rectangular: a box around it" in told
     assert "left out: 1 floors of rooms" in told
+
+
+@pytest.mark.parametrize("reaching", [True, False])
+def test_the_outline_of_a_room_is_no_frame_of_a_sheet_around_its_furniture(reaching):
+    def box(x: float, y: float, wide: float, deep: float) -> np.ndarray:
+        return np.array([[x, y], [x + wide, y], [x + wide, y + deep], [x, y + deep]])
+
+    things = [
+        Line(box(x, y, 1.2, 0.5), closed=True, dark=0.7) for x, y in ((1.5, 1.5), (5.0, 1.5), (5.0, 4.0), (1.5, 4.0))
+    ]
+    wall = [Line(np.array([[3.5, 0.0], [3.5, 3.0]]), width=0.12)] if reaching else []
+    plan = read_plan(Drawing("plan", [Line(box(0, 0, 8, 6), closed=True, width=0.12), *wall, *things], 1.0))
+    points = np.concatenate([wall.points for wall in plan.world.walls])
+    assert [points.min(axis=0).tolist(), points.max(axis=0).tolist()] == [[0.0, 0.0], [8.0, 6.0]]
+
+
+def test_a_dark_shape_that_stands_alone_is_told():
+    ends = np.array([[1.0, 0.0], [1.0, 3.0], [5.0, 3.0], [5.0, 0.0]])
+    slab = np.array([[2.0, 1.0], [3.6, 1.0], [3.6, 1.5], [2.0, 1.5]])
+    lines = [Line(ends, closed=True, width=0.12), Line(slab, closed=True, dark=0.8)]
+    told = inventory(read_plan(Drawing("plan", lines, 1.0)).items)
+    assert "guessed: a thick wall that stands alone: dark shapes are walls unless a name says 'furniture'" in told

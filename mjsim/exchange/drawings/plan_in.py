@@ -32,7 +32,7 @@ from mjsim.exchange.drawings.furnishing import (
     with_parts,
 )
 from mjsim.exchange.drawings.patches import painted_over
-from mjsim.exchange.drawings.plan_counts import UNEVEN, count_openings, left_out, listed
+from mjsim.exchange.drawings.plan_counts import UNEVEN, count_walls, left_out, listed
 from mjsim.exchange.drawings.rectilinear import is_rectangle
 from mjsim.exchange.drawings.ribbons import Ribbon, ribbons_of, without_ribbons
 from mjsim.exchange.drawings.sorting import (
@@ -134,7 +134,7 @@ def read_plan(
     named = [wall.model_copy(update={"name": f"wall-{index}"}) for index, wall in enumerate(made, start=1)]
     named = with_openings(named, holes)
     things = _things(moved, named, furniture, counts)
-    count_openings(named, counts)
+    count_walls(named, counts)
     if not counts["doorways"] and (swings := len(_arcs(moved.doors))):
         counts[f"{'door swing' if swings == 1 else 'door swings'} beside no gap of a wall"] += swings
     others = len({line.path for line in found.others}) if found.named else 0

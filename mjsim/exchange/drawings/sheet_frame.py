@@ -13,6 +13,8 @@ MARGIN = 0.6
 """Minimum distance between the frame of a sheet and the building [m]."""
 MIN_BUILDING_SHARE = 0.35
 """Minimum size of the building, as a fraction of the frame's."""
+MIN_WHOLE_SHARE = 0.5
+"""Minimum size of the largest part of the building that hangs together, as a fraction of the building's."""
 MAX_LINE_DISTANCE = 0.6
 """Lines within this distance of the building belong to it [m]."""
 SMALL, SLIM = 0.2, 0.35
@@ -43,14 +45,27 @@ def _separated(lines: Sequence[Line], frames: Sequence[Line]) -> list[Line]:
 
 
 def _is_building(inner: Sequence[Line], lines: Sequence[Line], low: Array, high: Array) -> bool:
-    """Return whether lines keep clear of all sides of a frame, and are most of its contents."""
+    """Return whether lines keep clear of all sides of a frame, are most of its contents, and hang together.
+
+    In a room, things stand apart, and walls reach from its outline among them.
+    """
+    import shapely
+
     if not inner:
         return False
     boxes = np.array([_box(line.points) for line in inner])
     first, last = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     away = min(*(first - low).tolist(), *(high - last).tolist()) >= MARGIN
     large = float(np.hypot(*(last - first))) >= MIN_BUILDING_SHARE * float(np.hypot(*(high - low)))
-    return away and large and len(inner) >= 0.5 * len(lines)
+    if not (away and large and len(inner) >= 0.5 * len(lines)):
+        return False
+    kept, middle = {id(line) for line in inner}, shapely.box(*first, *last)
+    attached = [line for line in lines if id(line) not in kept]
+    if any(shapely.LineString(line.points).intersection(middle).length > MAX_LINE_DISTANCE for line in attached):
+        return False
+    groups = [np.concatenate([line.points for line in group]) for group in touching(inner, reach=MAX_LINE_DISTANCE)]
+    widest = max(float(np.hypot(*np.ptp(points, axis=0))) for points in groups)
+    return widest >= MIN_WHOLE_SHARE * float(np.hypot(*(last - first)))
 
 
 def without_outliers(lines: Sequence[Line]) -> list[Line]:
