@@ -39,12 +39,12 @@ LONG = {
     "worlds/test_matlab_world.py",
 }
 """Files with a test of over 5 s of processor time, or one that starts large programs."""
-LOADED = 100.0
+LOADED = 300.0
 """What a test may take beyond its limit while it computes, on a machine that does other things [s]."""
 WINDOW = 5.0
 IDLE = 0.1
 """Who used less processor time than this in the last window before the limit waits for what does not come [s]."""
-GRACE = 20.0
+GRACE = 60.0
 """What a test and what it set up may take to end, once its limit within the process is over [s]."""
 COLLECTION = 300.0
 """[s]"""

@@ -7,10 +7,15 @@ import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
+from xdist.scheduler import LoadFileScheduling
 
 from tests.limits import LONGEST
+
+if TYPE_CHECKING:
+    from xdist.workermanage import WorkerController
 
 TESTS = Path(__file__).parent
 running: dict[str, str] = {}
@@ -92,12 +97,33 @@ def pytest_runtest_logstart(nodeid):
     running[nodeid.partition("::")[0]] = nodeid
 
 
-def pytest_handlecrashitem(crashitem, report, sched):
-    """Name the test in which a process ended, and do not run it again."""
+def pytest_handlecrashitem(crashitem, report):
+    """Name the test in which a process ended."""
     file = crashitem.partition("::")[0]
     report.nodeid = running.get(file, crashitem)
     report.longrepr = f"{report.longrepr}: {report.nodeid}; what follows in this file was left out"
-    for scope, unit in list(sched.workqueue.items()):
-        unit.pop(crashitem, None)
-        if not unit:
-            del sched.workqueue[scope]
+
+
+class Files(LoadFileScheduling):
+    """Files shared out to processes, of which some end too early."""
+
+    def remove_node(self, node: "WorkerController") -> str | None:
+        """Share out again what a process had not begun, and return the item in which it ended, if any.
+
+        xdist also shares out what was done: who gets that has nothing to do, tells nothing, and so gets nothing more.
+        """
+        load = self.assigned_work.pop(node)
+        left = {scope: [name for name, done in unit.items() if not done] for scope, unit in load.items()}
+        names = [name for unit in left.values() for name in unit]
+        if not names:
+            return None
+        for scope, unit in left.items():
+            if unbegun := dict.fromkeys([name for name in unit if name != names[0]], False):
+                self.workqueue[scope] = unbegun
+        for other in self.assigned_work:
+            self._reschedule(other)
+        return names[0]
+
+
+def pytest_xdist_make_scheduler(config, log):
+    return Files(config, log) if config.getvalue("dist") == "loadfile" else None

@@ -60,6 +60,18 @@ def test_a_worker_that_is_stuck_in_c_with_signals_blocked_is_ended_and_the_other
 
 
 @pytest.mark.slow
+def test_what_a_worker_had_done_before_it_was_stuck_is_not_shared_out_again(tests):
+    """Files of before are the largest, and so run first; who waits for the last ones must not wait for ever."""
+    for number in range(30):
+        (tests / "tests" / f"test_before_{number}.py").write_text(f"def test_before(): pass\n{2000 * '#'}\n")
+    for number in range(6):
+        (tests / "tests" / f"test_late_{number}.py").write_text("import time\ndef test_late(): time.sleep(1.5)\n")
+    done = ran(tests, "--numprocesses", "2", "--dist", "loadfile")
+    assert "1 failed, 36 passed" in done.stdout
+    assert done.returncode == 1
+
+
+@pytest.mark.slow
 def test_without_workers_it_is_ended_and_named_too(tests):
     done = ran(tests)
     assert "watchdog: tests/test_stuck.py::test_stuck took more than 4 s" in done.stderr
