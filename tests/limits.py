@@ -32,6 +32,7 @@ LONG = {
     "experiments/test_experiments.py",
     "sweep/test_sweep.py",
     "test_setup.py",
+    "test_watchdog.py",
     "web/test_first_slam_page.py",
     "world/test_large_world.py",
     "worlds/test_balancing_run.py",
