@@ -19,7 +19,7 @@ from mjsim.bridge import Bus, bring_loopback_up, call_name
 from mjsim.ros import Outgoing, typestore
 from tests.children import child
 
-PATIENCE = 60.0
+PATIENCE = 150.0
 TOPICS = {
     "/clock": "rosgraph_msgs/msg/Clock",
     "/tf": "tf2_msgs/msg/TFMessage",

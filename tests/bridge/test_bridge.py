@@ -60,7 +60,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         words = ["unshare", "-Urn", *words]
     else:
         words += [str(10 + os.getpid() % 90)]  # a domain that nobody else is likely to use
-    completed(words, within=2 * LIMIT, cwd=Path(__file__).parents[2])
+    completed(words, within=4 * LIMIT, cwd=Path(__file__).parents[2])
     return folder
 
 
