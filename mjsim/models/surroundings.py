@@ -116,6 +116,8 @@ class MjcfScene:
     """Names of height fields, which are left out."""
     couplings: int
     """Number of equality constraints between its bodies or joints, which are left out."""
+    cameras: Sequence[str]
+    """Names of its cameras, except those of robots."""
 
 
 def read_mjcf_scene(path: Path) -> MjcfScene:
@@ -151,7 +153,9 @@ def read_mjcf_scene(path: Path) -> MjcfScene:
     starts = [(model.body(body).name, frame_at(data.xpos[body], data.xmat[body])) for body in robots]
     pictures = {model.texture(k).name: _pixels(model, k) for k in range(model.ntex)}
     bodies = _bodies(model, data, set(robots))
-    return MjcfScene(bodies, starts, lamps, pictures, no_textures, fields, int(model.neq))
+    apart = np.flatnonzero(~np.isin(model.body_rootid[model.cam_bodyid], robots)).tolist()
+    cameras = [model.camera(number).name for number in apart]
+    return MjcfScene(bodies, starts, lamps, pictures, no_textures, fields, int(model.neq), cameras)
 
 
 def _drop(spec: Any, names: Collection[str]) -> None:

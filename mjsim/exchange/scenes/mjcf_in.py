@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
 from mjsim.exchange.scenes.scene_meshes import MAX_SIDE, boxed
-from mjsim.exchange.scenes.scene_solids import Light, Scene, ScenePart, SceneSolid, SceneTexture, SceneThing
+from mjsim.exchange.scenes.scene_solids import ON_ROBOTS, Light, Scene, ScenePart, SceneSolid, SceneTexture, SceneThing
 from mjsim.exchange.scenes.sdf_files import MAX_XML
 from mjsim.inventory import Fate
 from mjsim.models import SceneBody, SceneGeom, bounded, encode_png, read_mjcf_scene
@@ -47,6 +47,8 @@ def read_mjcf(path: Path) -> Scene:
     if found.couplings:
         why = "joints of a scene move one by one"
         scene.tell(Fate.LEFT_OUT, f"{found.couplings} couplings of joints or bodies (equality)", why=why)
+    for name in found.cameras:
+        scene.tell(Fate.LEFT_OUT, "camera", name, ON_ROBOTS)
     for name, pose in found.robots:
         scene.starts.append((float(pose[0, 3]), float(pose[1, 3]), math.atan2(pose[1, 0], pose[0, 0])))
         scene.tell(Fate.LEFT_OUT, "robot", name, "its start is kept; bring it in by mjsim new --robot-from")

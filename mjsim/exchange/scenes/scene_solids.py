@@ -19,6 +19,8 @@ MAX_TILT_SINE = 1e-3
 """Maximum sine of the tilt of an upright solid."""
 MAX_MASS = 1e5
 """Maximum mass of a movable thing; heavier ones are taken as static [kg]."""
+ON_ROBOTS = "only robots have sensors"
+"""Why a sensor of a scene is left out."""
 MAX_SOLIDS = 20_000
 MAX_NAME = 100
 """Maximum length of a name in the report."""

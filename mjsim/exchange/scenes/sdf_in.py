@@ -15,7 +15,7 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
 from mjsim.exchange.scenes.scene_meshes import MeshFiles, MeshName
-from mjsim.exchange.scenes.scene_solids import Light, Scene, SceneSkin, SceneSolid, SceneThing
+from mjsim.exchange.scenes.scene_solids import ON_ROBOTS, Light, Scene, SceneSkin, SceneSolid, SceneThing
 from mjsim.exchange.scenes.sdf_files import Folders
 from mjsim.exchange.scenes.sdf_joints import SdfLink, trees_of
 from mjsim.exchange.scenes.sdf_looks import MAX_PICTURE, SdfLooks
@@ -140,6 +140,9 @@ class _Reader:
         if not static and is_robot(model):
             self._robot(name, world_from_model)
             return
+        for sensor in model.findall("link/sensor"):
+            label = f"{name}::{sensor.get('name', '')}"
+            self.scene.tell(Fate.LEFT_OUT, f"{sensor.get('type', '')} sensor".strip(), label, ON_ROBOTS)
         frames = self._frames(model, inner_file)
         self._links(model, frames, world_from_model, inner_file, name, static=static)
         alone = len([child for child in model if child.tag in ("include", "model", "link")]) == 1
