@@ -148,7 +148,7 @@ def mend_guessed(root: Element, path: str, compiled: Callable[[], Any]) -> Itera
     notes = [(link, held, held.attrib.pop(GUESSED)) for link in root.findall("link") for held in _guessed(link)]
     if not notes:
         return
-    held_by = {link: link.find("inertial") for link, _, _ in notes}
+    held_by = {link: held for link, _, _ in notes if (held := link.find("inertial")) is not None}
     for link, inertial in held_by.items():
         link.remove(inertial)
     model = compiled()  # MuJoCo computes what is missing from the shapes, at one density.
