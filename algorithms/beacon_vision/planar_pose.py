@@ -44,12 +44,6 @@ def picture_corners(width: float, height: float) -> Array:
     return np.array([[-x, -y, 0.0], [x, -y, 0.0], [x, y, 0.0], [-x, y, 0.0]])
 
 
-def project(points: Array, intrinsics: Intrinsics) -> Array:
-    """Return the image of points in the camera's frame, shape (n, 2) [px]."""
-    focal, middle = (intrinsics.fx, intrinsics.fy), (intrinsics.cx, intrinsics.cy)
-    return np.asarray(points[:, :2] / points[:, 2:] * focal + middle)
-
-
 def image_from_plane(rotation: Array, position: Array, intrinsics: Intrinsics) -> Array:
     """Return the homography from the picture's plane [m] to the image [px], shape (3, 3).
 

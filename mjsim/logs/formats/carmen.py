@@ -35,8 +35,6 @@ MESSAGE_KINDS = ("ODOM", "FLASER", "RLASER", "TRUEPOS", "PARAM", "SYNC")
 """First words of lines of such a log, beside those of `LASERS`."""
 LASERS = {f"{kind}{number}": number for kind in ("RAWLASER", "ROBOTLASER") for number in range(1, 6)}
 """Messages of lasers with a configuration in each message, and the number of the laser."""
-STAMP_WORDS = 3
-"""Number of words at the end of a line: time of sending, host, time of logging."""
 OFFSETS = {"front": "robot_frontlaser_offset", "rear": "robot_rearlaser_offset"}
 """Parameters with the forward offset of a laser [m]."""
 RESOLUTIONS = {"FLASER": "laser_front_laser_resolution", "RLASER": "laser_rear_laser_resolution"}

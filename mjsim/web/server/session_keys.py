@@ -65,12 +65,6 @@ class Keys:
                 self._passes.popitem(last=False)[1].over.set()
         return made
 
-    def revoke(self, given: Pass) -> None:
-        """Revoke a pass."""
-        with self._lock:
-            self._passes.pop(_digest(given.word), None)
-        given.over.set()
-
     def exchange(self, word: str, *, peer: str) -> str | None:
         """Return a new session for a valid pass, which is used up; None for any other word."""
         with self._lock:
