@@ -335,3 +335,17 @@ def test_frames_called_like_sensors_that_mjsim_has_not_are_told_in_one_line():
     _, items = planned(gather_robot("r.urdf", lambda _: text))
     (line,) = inventory(items)
     assert line.startswith("left out: 4 frames called like a sensor 'sonar_0', 'sonar_1', 'sonar_2', 'gps_link': each")
+
+
+def test_a_radius_that_is_the_height_above_the_footprint_is_told():
+    mass = '<inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>'
+    links = {"base_footprint": "", "base": BASE, "l": mass, "r": mass}
+    wheels = [("left_wheel", "l", 0.25), ("right_wheel", "r", -0.25)]
+    joints = [joint(name, "base", wheel, f'xyz="0 {y} 0.1"') for name, wheel, y in wheels]
+    joints.append(joint("root", "base_footprint", "base", 'xyz="0 0 -0.02"', kind="fixed"))
+    text = robot(links, joints).encode()
+    files = gather_robot("r.urdf", lambda _: text)
+    plan, _ = planned(files)
+    assert plan.wheel_radius == pytest.approx(0.08)
+    told = "guessed: radius of the wheels: their height above 'base_footprint', as no shape gives it"
+    assert told in inventory([*kept(anatomy_of(files), plan)])

@@ -106,9 +106,9 @@ def find_gear(
         return replace(gear, said=about)
     axis = _common_axis(chosen, file)
     forward, notes = forward_of(anatomy, axis, options, file=file, urdf=urdf)
-    chosen, floor = _on_floor(anatomy, chosen, file, about)
+    chosen, floor, sizes = _on_floor(anatomy, chosen, file, about)
     bearing = [wheel for wheel in others if wheel.radius > 0.0 and wheel.bottom < floor + FLOOR_MARGIN * wheel.radius]
-    gear = _sorted_out(anatomy, chosen, bearing, floor, forward, options, file=file, notes=notes)
+    gear = _sorted_out(anatomy, chosen, bearing, floor, forward, options, file=file, notes=(*notes, *sizes))
     steers = [wheel.steer for wheel in gear.wheels() if wheel.steer is not None]
     note = steering_note(steers) if gear.drive == "ackermann" else ""
     return replace(gear, said=about, notes=(*gear.notes, note) if note else gear.notes)
@@ -204,13 +204,13 @@ def _omnidirectional(
     kind = omni_kind(chosen, file)
     if options.drive not in (None, kind):
         raise UsageError(f"{file}: its wheels are arranged as those of {kind}; leave out --drive {options.drive}")
-    chosen, floor = _on_floor(anatomy, chosen, file, said)
+    chosen, floor, sizes = _on_floor(anatomy, chosen, file, said)
     bearing = tuple(w for w in others if w.radius > 0.0 and w.bottom < floor + FLOOR_MARGIN * w.radius)
     if kind == "omni3":
         requested = None if options.forward is None else np.array(ALONG.get(options.forward, (1.0, 0.0)))
         forward = ring_forward(chosen, requested)
         note = f"it looks along {shown(forward)} of its file, one wheel behind"
-        return Gear(kind, (), bearing, floor, forward, (note,), in_the_ring(chosen, forward))
+        return Gear(kind, (), bearing, floor, forward, (note, *sizes), in_the_ring(chosen, forward))
     forward, notes = forward_of(anatomy, _common_axis(chosen, file), options, file=file, urdf=urdf)
     left = np.array([-forward[1], forward[0]])
     rows = tuple(tuple(tuple(side) for side in by_side(row, left, options)) for row in axles_of(chosen, forward))
@@ -219,7 +219,7 @@ def _omnidirectional(
             f"{file}: {listed([w.name for w in chosen])} are not at the corners of a rectangle; name the four"
             " wheels with --left-wheel JOINT and --right-wheel JOINT, twice each"
         )
-    return Gear(kind, tuple((row[0], row[1]) for row in rows), bearing, floor, forward, notes)
+    return Gear(kind, tuple((row[0], row[1]) for row in rows), bearing, floor, forward, (*notes, *sizes))
 
 
 def _common_axis(wheels: Sequence[FoundWheel], file: str) -> Array:
@@ -236,8 +236,11 @@ def _common_axis(wheels: Sequence[FoundWheel], file: str) -> Array:
     return np.asarray(axis / np.linalg.norm(axis))
 
 
-def _on_floor(anatomy: Anatomy, wheels: list[FoundWheel], file: str, said: SaidDrive) -> tuple[list[FoundWheel], float]:
-    """Return the wheels with known radius, and the height of the floor [m]."""
+def _on_floor(
+    anatomy: Anatomy, wheels: list[FoundWheel], file: str, said: SaidDrive
+) -> tuple[list[FoundWheel], float, tuple[str, ...]]:
+    """Return the wheels with known radius, the height of the floor [m], and what is guessed."""
+    notes: tuple[str, ...] = ()
     known = [wheel.bottom for wheel in wheels if wheel.radius > 0.0]
     if known:
         floor = float(np.mean(known)) if np.ptp(known) < 0.02 else min(known)
@@ -248,6 +251,7 @@ def _on_floor(anatomy: Anatomy, wheels: list[FoundWheel], file: str, said: SaidD
         if not foot:
             raise UsageError(f"{file}: the wheels have no shape that gives their radius; give them a collision shape")
         floor = float(foot[0].at[2])
+        notes = (f"radius of the wheels: their height above '{foot[0].name}', as no shape gives it",)
     whole = []
     for wheel in wheels:
         radius = float(wheel.middle[2]) - floor
@@ -256,7 +260,7 @@ def _on_floor(anatomy: Anatomy, wheels: list[FoundWheel], file: str, said: SaidD
         width = wheel.width if wheel.width > 0.0 else 0.4 * radius
         # All wheels of a robot stand on one floor.
         whole.append(replace(wheel, radius=radius, width=width))
-    return whole, floor
+    return whole, floor, notes
 
 
 def _sorted_out(
