@@ -11,6 +11,7 @@ from mjsim.exchange import RobotOptions, bring_robot
 from mjsim.exchange.robots.folders import Folders
 from mjsim.geometry import Pose
 from mjsim.interface import Command
+from mjsim.models import XacroError
 from mjsim.sim import Simulation
 from mjsim.world import OdometryNoise, WheelOdometry, load_world, parse_world
 from tests.exchange.bringing import brought, few_drives, typed
@@ -284,6 +285,20 @@ def test_meshes_in_text_and_of_too_many_triangles_are_read(tmp_path, count, text
     assert len(corners) <= 60_000
     # Corners that are merged lie on the ball, but for the bulge of a cell of 1/225 of its width.
     np.testing.assert_allclose(np.linalg.norm(corners.reshape(-1, 3), axis=1), 40.0, atol=0.1)
+
+
+def test_a_file_whose_name_differs_by_capitals_alone_is_found_if_it_is_the_only_one(tmp_path):
+    inside = tmp_path / "robot"
+    (inside / "meshes").mkdir(parents=True)
+    (inside / "meshes" / "Ball.STL").touch()
+    (tmp_path / "secret.stl").touch()
+    folders = Folders(inside / "robot.urdf", {})
+    assert folders.in_other_case(inside, "Meshes/ball.stl") == inside / "meshes" / "Ball.STL"
+    assert folders.in_other_case(inside, "meshes/bell.stl") is None
+    with pytest.raises(XacroError, match="outside of the robot's folder"):
+        folders.in_other_case(inside, "../Secret.stl")
+    (inside / "meshes" / "ball.STL").touch()
+    assert folders.in_other_case(inside, "meshes/BALL.stl") is None
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import glob
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import islice
 from pathlib import Path
 
 from mjsim.models import XacroError
@@ -26,6 +27,8 @@ MAX_PARAMETERS, MAX_YAML = 100, 100_000
 """Maximum number of such files in a folder, and their maximum size [bytes]."""
 MAX_BESIDE = 200
 """Maximum number of folders in a folder that are looked at."""
+MAX_LISTED = 10_000
+"""Maximum number of files in a folder among which a name is looked for."""
 _DECLARED = re.compile(rb"<name>\s*([A-Za-z][A-Za-z0-9_.-]{0,99})\s*</name>")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,99}")
 _PATTERN = re.compile(r"[*?[]")
@@ -142,6 +145,22 @@ class Folders:
                     return place
         return None
 
+    def in_other_case(self, base: Path, name: str) -> Path | None:
+        """Return the file below a folder whose name differs by capitals alone, as Windows opens it; None if none does.
+
+        Raises:
+            XacroError: It would be outside the folders.
+        """
+        self._inside(base / name)
+        place = base
+        for part in Path(os.path.normpath(name)).parts:
+            own = place / part
+            likely = [own] if part == ".." or own.exists() else _alike(place, part)
+            if len(likely) != 1:
+                return None
+            place = likely[0]
+        return place if place.is_file() else None
+
     def _inside(self, path: Path) -> Path:
         """Return a path without links.
 
@@ -160,6 +179,14 @@ class Folders:
             except (OSError, RuntimeError, ValueError):
                 raise XacroError(f"no file '{str(path)!r:.100}'; correct its name") from None
         return place
+
+
+def _alike(folder: Path, name: str) -> list[Path]:
+    """Return what a folder holds under a name, whatever its capitals."""
+    try:
+        return [each for each in islice(folder.iterdir(), MAX_LISTED) if each.name.casefold() == name.casefold()]
+    except OSError:
+        return []
 
 
 def _has(folder: Path, names: Iterable[str]) -> bool:

@@ -217,7 +217,12 @@ class RobotSource:
             if folder is None:
                 raise ValueError(f"no package '{package}'")
             base = folder
-        return self._folders.read(base / rest)
+        place = base / rest
+        if not place.is_file() and (other := self._folders.in_other_case(base, rest)) is not None:
+            note = FileItem(Fate.MENDED, "file", Path(rest).name, f"it is '{os.path.relpath(other, base)}' on the disk")
+            self.changed += [note] if note not in self.changed else []
+            place = other
+        return self._folders.read(place)
 
 
 def _check_links(root: Element, data: bytes, path: Path) -> None:
