@@ -243,11 +243,11 @@ def report_of(tmp_path: Path, text: str) -> str:
         ),
         (
             box("0.4 0.3 0.1", inertia='ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"'),
-            "link 'base' has no inertia; made 0.005 kg m^2, that of a ball of 0.05 m",
+            "link 'base' has no inertia; made 0.0417, 0.0708, 0.104 kg m^2, that of its shapes",
         ),
         (
             box("0.4 0.3 0.1", inertia='ixx="-1" iyy="-2" izz="-3" ixy="0" ixz="0" iyz="0"'),
-            "robot.urdf: link 'base' has no inertia (its file says -1, -2, -3); made 0.005 kg m^2",
+            "robot.urdf: link 'base' has no inertia (its file says -1, -2, -3); made 0.0417, 0.0708, 0.104 kg m^2",
         ),
     ],
 )
