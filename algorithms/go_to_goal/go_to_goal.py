@@ -25,7 +25,7 @@ from .recovery import SILENT, Around, Attempt, Recovery, Toward
 from .scan_alignment import ScanAlignment
 from .shown_plan import shown_plan
 from .way_plan import EXPLAINED, WayPlan
-from .wheel_slip import WheelSlip
+from .wheel_slip import SLIPPING, WheelSlip
 
 FINE = 0.025
 """Side of the cells in which obstacles are remembered [m]."""
@@ -160,11 +160,12 @@ class GoToGoal:
         driven = self._slip.held or pose
         seconds = float(field.at(driven.as_array()[:2]))
         if self._recovery.update(driven, seconds, seen.time, area=way.seen_area, barred=way.is_barred):
-            self._memory.forget(seen.time - 1.0)
+            self._memory.forget(seen.time - 1.0, kept=self._views.hidden(pose, self._memory.points))
             self._touched.forget(seen.time - TOUCHED)
             way.begin()
-        lost = self._slip.lasts(seen.time), 0.0 if self._approach is None else self._approach.since(seen.time)
-        self._reason = self._why() if self._recovery.silent(seen.time) or max(lost) > SILENT else None
+        is_lost = self._approach is not None and self._approach.since(seen.time) > SILENT
+        is_lost |= self._slip.lasts(seen.time) > SLIPPING or self._recovery.silent(seen.time)
+        self._reason = self._why() if is_lost else None
         self._local.shift(self._robot.dt)
         # The first plan takes the time of this tick.
         if views and not is_first and self._is_hurried(seen.time):

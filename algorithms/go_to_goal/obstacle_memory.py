@@ -91,9 +91,11 @@ class ObstacleMemory:
 
         self._began = True
 
-    def forget(self, before: float) -> None:
-        """Forget what was not hit since a time [s]."""
+    def forget(self, before: float, *, kept: NDArray[np.bool_] | None = None) -> None:
+        """Forget what was not hit since a time [s], except some of the points."""
         keep = self._stamps >= before
+        if kept is not None:
+            keep |= kept
         self._store(self._keys[keep], self._counts[keep], self._stamps[keep], self._births[keep])
 
     def _store(self, keys: NDArray[np.int64], counts: NDArray[np.int64], stamps: Array, births: Array) -> None:

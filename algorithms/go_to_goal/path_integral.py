@@ -42,6 +42,8 @@ MEETING, REACTION, CREEPING = 5.0, 0.3, 0.05
 """Cost of driving into what moves, time until the robot begins to stop, and speed at which it stands [s, s, m/s]."""
 CHANGE = 0.01
 """Cost of a change of the twist by the robot's limits [s]."""
+STEER = math.radians(75.0)
+"""Maximum angle of the wheel of a tricycle that is planned with [rad]."""
 RESERVE = 0.85
 """Share of the robot's acceleration that is planned with."""
 FEW, FINEST = 0.25, 0.1
@@ -94,14 +96,14 @@ class PathIntegral:
         self._rng, self.body = rng, BodyDiscs(robot)
         self._top = min(top, robot.max_speed)
         self._limits: Array = np.array([self._top, min(robot.max_left, self._top), robot.max_turn], dtype=np.float32)
-        self._bend = robot.max_curvature
+        self._bend, self._is_tricycle = _bend(robot), robot.drive == "tricycle"
         gain = RESERVE * STEP
         most = [robot.max_acceleration, robot.max_acceleration, robot.max_turn_acceleration]
         self._gains = np.array(most, dtype=np.float32) * np.float32(gain)
         self._spread = (self._limits * (0.35, 0.35, 0.4)).astype(np.float32)
         self._plan = np.zeros((STEPS, 3), dtype=np.float32)
         self._fan = _fan(self._limits, self._bend)
-        self._scale = 1.0
+        self._scale, self._floor = 1.0, -math.inf
         self.motion: Array = np.zeros((0, 3))
         """Poses of the chosen motion, shape (STEPS, 3)."""
         self.clearance = 0.0
@@ -197,7 +199,12 @@ class PathIntegral:
         wanted = np.minimum(np.maximum(wanted, -limits), limits)
         twists, now = np.empty_like(wanted), np.broadcast_to(speed.astype(np.float32), (len(wanted), 3))
         for step in range(STEPS):
-            now = np.minimum(np.maximum(wanted[:, step], now - self._gains), now + self._gains)
+            before, now = now, np.minimum(np.maximum(wanted[:, step], now - self._gains), now + self._gains)
+            if self._is_tricycle:
+                # With its wheel turned far, it also stops no sooner ahead than it stops to turn.
+                rolls = np.maximum(np.abs(before[:, 2]) - self._gains[2], 0.0) / self._bend
+                ways = np.copysign(np.float32(1.0), before[:, 0])
+                now[:, 0] = ways * np.maximum(ways * now[:, 0], rolls)
             if math.isfinite(self._bend):
                 bound = self._bend * np.abs(now[:, 0])
                 now[:, 2] = np.minimum(np.maximum(now[:, 2], -bound), bound)
@@ -211,8 +218,9 @@ class PathIntegral:
         x, y, heading = _rollout(pose, twists)
         clearance = self.body.clearance(x, y, heading, map)
         now = float(self.body.clearance(np.array(pose.x), np.array(pose.y), np.array(pose.heading), map))
-        # Closer than the margin it may go on, but not approach.
-        hit = clearance < min(MARGIN, now - CLOSER)
+        # Closer than the margin it may go on, but not approach, also not a little with each choice.
+        self._floor = min(MARGIN, max(now - CLOSER, self._floor if now >= self._floor else -math.inf))
+        hit = clearance < self._floor
         hits = np.asarray(hit.any(axis=1))
         when = np.where(hits, hit.argmax(axis=1), STEPS)
         cost = self._led(np.stack([x[:, 3::4], y[:, 3::4]], axis=-1), heading[:, -1], field)
@@ -277,6 +285,18 @@ class PathIntegral:
         if math.isfinite(self._bend):
             return 2.0 * math.pi / (self._bend * self._top)
         return 0.25 * math.pi / float(self._limits[2])
+
+
+def _bend(robot: RobotInfo) -> float:
+    """Return the maximum curvature that is planned with [1/m].
+
+    A tricycle that reverses while its wheel is turned far has to turn it through straight ahead, rolling on.
+    """
+    if robot.drive != "tricycle":
+        return robot.max_curvature
+    # Its wheel, turned across, is as quick about the axle as along.
+    arm = min(robot.max_acceleration / robot.max_turn_acceleration, robot.radius)
+    return min(robot.max_curvature, math.tan(STEER) / arm)
 
 
 def _rollout(pose: Pose, twists: Array) -> tuple[Array, Array, Array]:

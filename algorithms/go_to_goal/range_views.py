@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter1d
 
 from mjsim.geometry import Array, Pose
@@ -57,6 +58,12 @@ class RangeView:
             np.stack([ranges * np.cos(bearings), ranges * np.sin(bearings)], axis=-1)
         )
 
+    def faces(self, points: Array) -> NDArray[np.bool_]:
+        """Return which points are in the sensor's field of view: robot frame, shape (k, 2) [m]."""
+        x, y = self.robot_from_sensor.inverse().transform(points).T
+        turned = (np.arctan2(y, x) - self.first + 0.5 * self.step) % (2.0 * math.pi)
+        return np.asarray(turned < len(self.ranges) * self.step)
+
     def is_free(self, points: Array, size: float) -> Array:
         """Return whether the sensor has seen past each point.
 
@@ -87,6 +94,7 @@ class Views:
         kinds = {name: sensor.kind for name, sensor in robot.sensors.items()}
         self._lidars = {name: LevelLidar(robot, name) for name, kind in kinds.items() if kind == "lidar"}
         self._top = HEADROOM + max([float(s.robot_from_sensor[2, 3]) for s in robot.sensors.values()], default=0.3)
+        self._latest: dict[str, RangeView] = {}
         self._rims, self._reach = rims(robot, np.linspace(0.0, 2.0 * math.pi, 16, endpoint=False)), 0.0
 
     def update(self, seen: Observation) -> list[RangeView]:
@@ -98,7 +106,18 @@ class Views:
         for name, frame in seen.cameras.items():
             if frame.depth is not None:
                 views.append(self._imaged(name, frame))
-        return views + [self._clouded(name, cloud) for name, cloud in seen.clouds.items()]
+        views += [self._clouded(name, cloud) for name, cloud in seen.clouds.items()]
+        self._latest |= {view.name: view for view in views}
+        return views
+
+    def hidden(self, pose: Pose, points: Array) -> NDArray[np.bool_]:
+        """Return which points (n, 2) [m] are outside the fields of view of all sensors at a pose of the robot.
+
+        The rays of the ring leave gaps: they count only without other sensors.
+        """
+        ring, *others = self._latest.values()
+        robot = pose.inverse().transform(points)
+        return np.asarray(~np.logical_or.reduce([view.faces(robot) for view in others or [ring]]))
 
     def _ring(self, proximity: Array) -> RangeView:
         """Return the view of the proximity rays; their maximum range is unknown: at least what they measured."""

@@ -21,6 +21,9 @@ FAR = 0.2
 CHANGED = 0.05
 """Mean distance of the points of two scans from different places [m]."""
 
+SLIPPING = 4.0
+"""Time after which the robot says so; it has stood for up to a second longer [s]."""
+
 
 class WheelSlip:
     """Compares scans before and after the wheels turn.
@@ -54,7 +57,7 @@ class WheelSlip:
         if not views or not (driven or self._before is None):
             return
         points = np.concatenate([view.points() for view in views])
-        points = points[np.abs(points).max(axis=1, initial=0.0) < RANGE]
+        points, still, moved = points[np.abs(points).max(axis=1, initial=0.0) < RANGE], 0.0, 0.0
         if self._before is not None and len(points) >= FEWEST:
             still, moved = _misfit(points, self._before), _misfit(self._moved.transform(points), self._before)
             if moved > CHANGED > still and still < 0.5 * moved:
@@ -62,7 +65,9 @@ class WheelSlip:
             elif still > CHANGED:
                 self.held = None
         if self.held is None:
-            self._moved, self._start, self._since = Pose(0.0, 0.0, 0.0), pose, now
+            # The body may rock before the scans stay the same: the wheels slip since they explain less than a stop.
+            self._since = self._since if moved > max(CHANGED, still) else now
+            self._moved, self._start = Pose(0.0, 0.0, 0.0), pose
             self._before = ObstacleMap(np.zeros(2), points, cell=CELL, half=RANGE + FAR) if len(points) else None
 
 

@@ -39,6 +39,20 @@ def driven(pose, twists):
     return np.array(found)
 
 
+def test_a_tricycle_turns_its_wheel_by_at_most_75_degrees_and_stops_ahead_no_sooner_than_its_wheel_can():
+    # A wheel 1.23 m from the axle, which accelerates by 0.5 m/s^2 along and across.
+    keys = {"drive": "tricycle", "max_acceleration": 0.5, "max_turn_acceleration": 0.5 / 1.23, "radius": 1.6}
+    local = PathIntegral(robot(**keys), np.random.default_rng(0), top=0.9)
+    start = np.array([-0.35, 0.0, -0.8])
+    twists = local._limited(local._samples(), start, math.inf).astype(float)
+    twists = np.concatenate([np.broadcast_to(start, (len(twists), 1, 3)), twists], axis=1)
+    ahead, across = twists[..., 0], 1.23 * twists[..., 2]
+    wheel, rim = np.degrees(np.arctan2(np.abs(across), np.abs(ahead))), np.hypot(ahead, across)
+    assert 74.0 < wheel[rim > 1e-3].max() < 75.1
+    # Along and across together, with what it plans to use of its acceleration.
+    assert np.abs(np.diff(rim, axis=1)).max() < 1.42 * 0.85 * 0.5 * STEP
+
+
 LEFT = {"max_left": 0.5}
 PASSER = Thing(np.array([1.2, 0.3]), np.array([-0.4, 0.1]), 0.2, 0.0, 9, np.zeros(2))
 

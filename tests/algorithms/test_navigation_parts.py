@@ -175,6 +175,8 @@ def test_obstacles_are_dropped_after_as_many_contradictions_as_hits_at_most_4():
     np.testing.assert_allclose(memory.points, hit + 1.0, atol=0.0126)
     memory.forget(6.1)
     assert len(memory.points) == 1
+    memory.forget(7.0, kept=np.array([True]))
+    assert len(memory.points) == 1
 
 
 def test_a_jump_is_what_odometry_does_not_explain():

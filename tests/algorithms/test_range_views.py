@@ -1,6 +1,7 @@
 """Views of range sensors against rooms whose distances shapely and closed forms know."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -28,6 +29,22 @@ def views_of(sensor, **readings):
     views = Views(robot(sensors={"s": sensor}))
     odometry = Odometry(0.0, 0.0, 0.0, np.eye(3))
     return views.update(Observation(0.04, 0.04, odometry, proximity=np.full(16, 0.5), **readings))
+
+
+def test_points_behind_a_lidar_of_270_degrees_are_hidden_and_without_it_none_of_those_between_the_rays():
+    views = Views(robot(sensors={"s": SensorInfo("lidar", mounted(0.2, 0.1, 0.3, yaw=0.4), 25.0)}))
+    odometry = Odometry(0.0, 0.0, 0.0, np.eye(3))
+    points, pose = np.random.default_rng(1).uniform(-3, 3, (300, 2)), Pose(0.7, -0.4, 2.0)
+    seen = Observation(0.04, 0.04, odometry, proximity=np.full(16, 0.5))
+    views.update(seen)
+    assert not views.hidden(pose, points).any()
+    scan = Scan(0.04, np.full(271, 2.0), -2.356, 4.712 / 270, range_min=0.05, range_max=8.0)
+    views.update(replace(seen, scans={"s": scan}))
+    world = Pose(0.7, -0.4, 2.0) @ Pose(0.2, 0.1, 0.4)
+    bearings = np.arctan2(points[:, 1] - world.y, points[:, 0] - world.x) - world.heading
+    apart = np.abs(np.arctan2(np.sin(bearings), np.cos(bearings)))
+    clear = np.abs(apart - 2.356) > 0.02
+    np.testing.assert_array_equal(views.hidden(pose, points)[clear], apart[clear] > 2.356)
 
 
 @pytest.mark.parametrize(("yaw", "pitch"), [(0.0, 0.0), (0.6, 0.0), (-0.5, 0.25)])

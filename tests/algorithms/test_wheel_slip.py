@@ -26,13 +26,14 @@ def scan(pose, length, width):
     return RangeView("scan", Pose(0.0, 0.0, 0.0), 0.123 * STEP, STEP, np.where(ranges < 4.0, ranges, np.inf), 4.0)
 
 
-def driven(slip, pose, *, forward, turn, share, length=6.0, ticks=40):
+def driven(slip, pose, *, forward, turn, share, length=6.0, began=0.0):
     """Drive with wheels of which a share moves the robot; return where it is and what was held at each tick."""
     held, believed = [], pose
-    for tick in range(ticks):
+    for tick in range(40):
         pose = pose @ Pose(share * forward, 0.0, share * turn)
         believed = believed @ Pose(forward, 0.0, turn)
-        slip.update(believed, Odometry(forward, 0.0, turn, np.zeros((3, 3))), [scan(pose, length, 3.0)], 0.1 * tick)
+        view, now = scan(pose, length, 3.0), began + 0.1 * tick
+        slip.update(believed, Odometry(forward, 0.0, turn, np.zeros((3, 3))), [view], now)
         held.append(slip.held)
     return pose, held
 
@@ -42,11 +43,22 @@ def test_wheels_that_slip_are_noticed_and_released_when_the_robot_moves(forward,
     slip, start = WheelSlip(), Pose(-1.0, 0.2, 0.3)
     place, held = driven(slip, start, forward=forward, turn=turn, share=1.0)
     assert held == [None] * 40
-    _, held = driven(slip, place, forward=forward, turn=turn, share=0.0)
+    _, held = driven(slip, place, forward=forward, turn=turn, share=0.0, began=4.0)
     assert held[-1] is not None
-    assert slip.lasts(3.9) > 2.9
+    assert slip.lasts(7.9) > 2.9
     assert math.hypot(held[-1].x - place.x, held[-1].y - place.y) < 0.3
-    assert driven(slip, place, forward=forward, turn=turn, share=1.0)[1][-1] is None
+    assert driven(slip, place, forward=forward, turn=turn, share=1.0, began=8.0)[1][-1] is None
+
+
+def test_wheels_slip_since_they_explain_the_scans_less_than_a_stop():
+    slip, place = WheelSlip(), Pose(-1.0, 0.2, 0.3)
+    # The body rocks while the wheels turn: scans differ, then stay the same.
+    for tick in range(40):
+        rocking = Pose(0.0, 0.0, 0.1 * (tick % 8 > 3)) if tick < 20 else Pose(0.0, 0.0, 0.0)
+        view = scan(place @ rocking, 6.0, 3.0)
+        slip.update(place, Odometry(0.04, 0.0, 0.0, np.zeros((3, 3))), [view], 0.1 * tick)
+    assert slip.held is not None
+    assert slip.lasts(3.9) > 3.4
 
 
 def test_in_a_corridor_without_ends_nothing_is_known():
@@ -55,7 +67,8 @@ def test_in_a_corridor_without_ends_nothing_is_known():
 
 
 @pytest.mark.slow
-def test_a_robot_that_fell_over_an_edge_and_spins_its_wheels_says_so_after_5_s():
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_robot_that_fell_over_an_edge_and_spins_its_wheels_says_so_within_5_s(seed):
     world = mjsim.parse_world(f"""
 mjsim: 1
 walls: [{{points: [[0, 0], [10, 0], [10, 5], [0, 5]], closed: true}}]
@@ -65,12 +78,11 @@ obstacles:
 robots: [{{name: r, preset: pioneer3dx, at: [1, 2.5], sensors: {SEES}}}]
 """)
     rest, since, navigator = None, 0.0, GoToGoal([8.5, 2.5])
-    with mjsim.Simulation(world, seed=1) as sim:
+    with mjsim.Simulation(world, seed=seed) as sim:
         for tick in mjsim.ticks(sim, {"r": mjsim.Driver(navigator=navigator)}):
             pose = tick.truth["r"]
             if rest is None or math.hypot(pose.x - rest.x, pose.y - rest.y) > 0.15:
                 rest, since = pose, tick.time
             if "the wheels turn, but the sensors see no motion" in (navigator.blocked() or ""):
                 break
-            # On the edge the bumper stops the wheels again and again, until they have turned enough to compare scans.
-            assert tick.time < since + 8.0
+            assert tick.time < since + 5.0
