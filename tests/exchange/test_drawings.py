@@ -226,3 +226,18 @@ def test_lines_that_are_neither_walls_nor_doors_are_told(tmp_path):
     told = inventory(read_plan(read_dxf(tmp_path / "plan.dxf")).items)
     assert told[1].startswith("guessed: 2 lines on layers without a known role: doors or furniture at most; --layer")
     assert "left out: 1 door swing beside no gap of a wall" in told
+
+
+ILLUSTRATED = """<!DOCTYPE svg PUBLIC "-//W3C//DTD SVG 1.1//EN" "http://www.w3.org/Graphics/SVG/1.1/DTD/svg11.dtd" [
+<!ENTITY ns_ai "http://ns.adobe.com/AdobeIllustrator/10.0/">{more}
+]><svg xmlns="http://www.w3.org/2000/svg" xmlns:i="&ns_ai;"><path d="M0 0H5V4H0Z" fill="none" stroke="black"/></svg>"""
+
+
+def test_namespaces_that_illustrator_declares_as_entities_are_read_and_other_entities_are_not(tmp_path):
+    path = tmp_path / "plan.svg"
+    path.write_text(ILLUSTRATED.format(more=""))
+    assert [wall.closed for wall in world_from_svg(path, scale=1.0).walls] == [True]
+    for more in ('<!ENTITY a "b">', '<!ENTITY a SYSTEM "http://x/y">', '<!ENTITY a "http://x/&ns_ai;">'):
+        path.write_text(ILLUSTRATED.format(more=more))
+        with pytest.raises(UsageError, match="declares the XML entity 'a'; save it as plain SVG"):
+            world_from_svg(path, scale=1.0)

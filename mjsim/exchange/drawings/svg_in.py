@@ -36,6 +36,10 @@ MIN_BACKGROUND_SHARE = 0.98
 """A rectangle that covers at least this fraction of the drawing is its background."""
 MAX_PALE_DIFFERENCE, MIN_OPACITY = 0.06, 0.9
 """Maximum difference from the background colour, and minimum opacity, of what hides the lines beneath it [0 to 1]."""
+MAX_HEAD, MAX_REFERENCES = 20_000, 1_000
+"""Length of the start of a file in which entities are declared [bytes], and maximum number of their uses."""
+_ADDRESS = re.compile(rb"""<!ENTITY\s+([A-Za-z_]\w{0,63})\s+["'](https?://[\w./:-]{1,200})["']\s*>""")
+_REFERENCE = re.compile(rb"&([A-Za-z_]\w{0,63});")
 _IMPERIAL = re.compile(
     r"""(?<!\d)(\d{1,4})(?:/(\d{1,4}))?\s*(?:"|\u2033|in\b)\s*=\s*"""
     r"""(\d{1,4})\s*(?:'|\u2032|ft\b)(?:\s*-?\s*(\d{1,4})\s*(?:"|\u2033|in\b))?"""
@@ -120,7 +124,7 @@ def _paths(document: Any) -> tuple[list[Any], int]:
 def _root_of(data: bytes, path: Path) -> Element:
     """Return the root element of a drawing; entities, which can expand or refer to other files, are rejected."""
     try:
-        root = fromstring(checked_xml(data, doctype=True))
+        root = fromstring(checked_xml(_with_addresses(data), doctype=True))
     except RefusedXmlError as error:
         raise UsageError(f"'{path}' {error}; save it as plain SVG") from None
     except ParseError as error:
@@ -128,6 +132,15 @@ def _root_of(data: bytes, path: Path) -> Element:
     if root.tag != "{http://www.w3.org/2000/svg}svg":
         raise UsageError(f"'{path}' is XML but not an SVG drawing; its first element is '{root.tag[:60]}'")
     return root
+
+
+def _with_addresses(data: bytes) -> bytes:
+    """Return a file without the entities that Illustrator declares, addresses of namespaces, each written out."""
+    known = {match[1]: match[2] for match in _ADDRESS.finditer(data[:MAX_HEAD])}
+    if not known:
+        return data
+    plain = _ADDRESS.sub(b"", data, count=len(known))
+    return _REFERENCE.sub(lambda match: known.get(match[1], match[0]), plain, count=MAX_REFERENCES)
 
 
 def _document(root: Element) -> Any:
