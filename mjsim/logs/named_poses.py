@@ -10,7 +10,7 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.inventory import Fate, told
-from mjsim.logs.files import CsvTable, headings_in, instant_of, is_number, lines_of, read_csv
+from mjsim.logs.files import COMMENTS, CsvTable, headings_in, instant_of, is_number, lines_of, read_csv
 
 MAX_HEAD_LINES = 1000
 """Maximum number of lines before the first row."""
@@ -18,6 +18,8 @@ UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "m": 1.0, "cm": 1e-2, "mm
 DEGREES = ("deg", "degree", "degrees", "°")
 EPOCHS = ((1e18, 1e-9, "ns"), (1e15, 1e-6, "us"), (1e12, 1e-3, "ms"))
 """Times since 1970 of this century in units below a second: smallest value, unit [s], and its name."""
+STEPS = ((1e6, 1e-9, "ns"), (1e3, 1e-6, "us"))
+"""The same for the time between two poses, which is 1 ms to 1000 s."""
 AXIS = r"(t_?|p_?|pos_?|position_?|(.*_)?position_|(.*_)?translation_|p_rs_r_)?{}(_?pos|_?position)?"
 TURN = r"(q_?|quat_?|quaternion_?|(.*_)?orientation_|(.*_)?rotation_|(.*_)?quaternion_|q_rs_){}"
 ROLES: Mapping[str, Sequence[str]] = {
@@ -70,11 +72,16 @@ def named_rows(path: Path, notes: dict[str, str]) -> Array | None:
     return np.column_stack([_times(kept, where["time"], notes), *places, turned])
 
 
-def since_1970(times: Array, notes: dict[str, str]) -> Array:
-    """Return times [s], of which those since 1970 may be in ms, us or ns."""
+def in_seconds(times: Array, notes: dict[str, str]) -> Array:
+    """Return times [s], which may be in us or ns, since 1970 also in ms."""
     for smallest, unit, name in EPOCHS:
         if len(times) and times[0] >= smallest:
             notes["times of the trajectory"] = told(Fate.GUESSED, f"in {name} since 1970, by their size")
+            return times * unit
+    step = float(np.median(np.diff(np.sort(times)))) if len(times) > 1 else 0.0
+    for smallest, unit, name in STEPS:
+        if step >= smallest:
+            notes["times of the trajectory"] = told(Fate.GUESSED, f"in {name}, by a step of {step:g}")
             return times * unit
     return times
 
@@ -84,8 +91,8 @@ def _is_named(path: Path) -> bool:
     comment = ""
     for line in islice(lines_of(path, {}), MAX_HEAD_LINES):
         text = line.strip()
-        if text.startswith("#"):
-            comment = text.lstrip("# ")
+        if text.startswith(COMMENTS):
+            comment = text.lstrip("#% ")
         elif text:
             words = _words(text)
             if all(map(is_number, words)):
@@ -141,7 +148,7 @@ def _times(table: CsvTable, column: int, notes: dict[str, str]) -> Array:
     if not is_number(table.words(column)[0]):
         notes["dates of the trajectory"] = told(Fate.GUESSED, "in UTC, unless they say otherwise")
         return table.times(column, unit=1.0)
-    return table.column(column) * UNITS[unit] if unit in UNITS else since_1970(table.column(column), notes)
+    return table.column(column) * UNITS[unit] if unit in UNITS else in_seconds(table.column(column), notes)
 
 
 def _in_radians(table: CsvTable, column: int, places: Sequence[Array], notes: dict[str, str]) -> Array:

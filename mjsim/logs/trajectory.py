@@ -15,7 +15,7 @@ from mjsim.inventory import Fate, told
 from mjsim.logs.bags import POSES, Bag, is_bag, pose_of
 from mjsim.logs.files import MAX_NUMBER, lines_of
 from mjsim.logs.importing import readable_folders
-from mjsim.logs.named_poses import named_rows, since_1970
+from mjsim.logs.named_poses import in_seconds, named_rows
 from mjsim.record import Recording
 
 ODOMETRY_TYPES, PATH_TYPES = "nav_msgs/msg/Odometry", "nav_msgs/msg/Path"
@@ -78,7 +78,7 @@ def trajectory_rows(path: Path, topic: str | None, period: float | None = None) 
     found = _rows_of_bag(path, topic) if is_of_ros else _rows_of_text(path, period)
     rows = np.array([row for row, _ in zip(found, range(MAX_ROWS), strict=False)]).reshape(-1, 4)
     if not is_of_ros:
-        rows[:, 0] = since_1970(rows[:, 0], notes)
+        rows[:, 0] = in_seconds(rows[:, 0], notes)
     return {"rows": rows, "notes": notes}
 
 

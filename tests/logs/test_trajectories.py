@@ -85,6 +85,23 @@ def test_times_in_nanoseconds_are_known_by_their_header_or_size_and_commas_tell_
         np.testing.assert_allclose(read_trajectory(tmp_path / "track.csv"), rows, atol=1e-6)
 
 
+@pytest.mark.parametrize(("unit", "name"), [(1e9, "ns"), (1e6, "us"), (1.0, "")])
+def test_times_since_the_start_are_known_by_their_steps(unit, name, tmp_path):
+    text = "".join(f"{(t - 10.0) / 5.0 * unit:.6f} {x} {y} {turn!r}\n" for t, x, y, turn in ROWS)
+    (tmp_path / "track.txt").write_text(text)
+    notes: dict[str, str] = {}
+    found = read_trajectory(tmp_path / "track.txt", notes=notes)
+    np.testing.assert_allclose(found[:, 0], [0.0, 0.2, 0.4], atol=1e-9)
+    assert listed_notes(notes) == (
+        [f"guessed: times of the trajectory: in {name}, by a step of {0.2 * unit:g}"] if name else []
+    )
+
+
+def test_names_in_a_comment_of_matlab_tell_the_columns(tmp_path):
+    (tmp_path / "track.txt").write_text("% x\ty\tth\tt\n" + "".join(f"{x}\t{y}\t{h!r}\t{t}\n" for t, x, y, h in ROWS))
+    np.testing.assert_allclose(read_trajectory(tmp_path / "track.txt"), ROWS, atol=1e-12)
+
+
 def of_turn(turn: float) -> dict[str, str]:
     """Return the columns of a heading, as different programs name them."""
     z, w = math.sin(turn / 2), math.cos(turn / 2)

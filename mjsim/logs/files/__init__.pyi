@@ -1,6 +1,7 @@
 from .antenna import SCATTER as SCATTER
 from .antenna import CarPoses as CarPoses
 from .antenna import car_poses as car_poses
+from .csv_table import COMMENTS as COMMENTS
 from .csv_table import CsvTable as CsvTable
 from .csv_table import headings_in as headings_in
 from .csv_table import instant_of as instant_of

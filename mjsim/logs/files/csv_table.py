@@ -19,6 +19,8 @@ DECIMAL = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
 DOTTED_DATE, SLASHED_DATE = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})(?!\d)"), re.compile(r"\d{4}/\d\d/\d\d(?!\d)")
 SPACED_DATE = re.compile(r"\b(\d{4}[-/]\d\d[-/]\d\d|\d{1,2}\.\d{1,2}\.\d{4})\s+(?=\d{1,2}:\d\d)")
 """A date before the time of day, in tables whose columns are separated by white space."""
+COMMENTS = ("#", "% ")
+"""What a comment begins with, as of MATLAB; `rostopic` writes %time before names."""
 BLANK_CELLS = ("", "nan", "na", "n/a", "#n/a", "null", "none", "-")
 """Texts that other programs write for missing values."""
 SEPARATOR_LINE = re.compile(r"sep=([;,\t|])", re.IGNORECASE)
@@ -170,7 +172,7 @@ def instant_of(word: str) -> float | None:
 
 
 def read_csv(path: Path, *, skip: int = 0, notes: dict[str, str] | None = None) -> CsvTable:
-    """Read a table from a text file, compressed or not; empty lines and those that begin with '#' are skipped.
+    """Read a table from a text file, compressed or not; empty lines and those that begin with '#' or '% ' are skipped.
 
     The first line has the names of the columns, unless it only has numbers; a first comment with as many words as there
     are columns also gives their names. A first line `sep=;`, which spreadsheets write, says what separates columns.
@@ -193,8 +195,8 @@ def read_csv(path: Path, *, skip: int = 0, notes: dict[str, str] | None = None) 
         if not texts and (found := SEPARATOR_LINE.fullmatch(text)):
             separator_line = found[1]
             continue
-        if text.startswith("#"):
-            comment = comment if texts else text.lstrip("# ")
+        if text.startswith(COMMENTS):
+            comment = comment if texts else text.lstrip("#% ")
             continue
         texts.append(text)
         lines.append(number)
