@@ -159,24 +159,30 @@ def _fits(match: Match, elements: int, share: float) -> bool:
     return on >= MIN_WALL_ELEMENTS and match.share > 0.3 and match.share / (match.share + match.conflict + 1e-9) > share
 
 
-def confirmed_by(loop: Loop, others: Sequence[Loop], poses: Array) -> list[Loop]:
+def confirmed_by(
+    loop: Loop, others: Sequence[Loop], poses: Array, *, apart: float = APART, neighbours: int = NEIGHBOURS
+) -> list[Loop]:
     """Return the loops that confirm one; none if they are too near, or if as many places contradict as agree.
 
     Args:
         loop: A loop.
         others: Loops that need confirmation.
         poses: Poses of all parts of the map, shape (n, 3); right for neighbours.
+        apart: Minimum distance of the places of two loops that confirm each other [m].
+        neighbours: Maximum number of parts between them.
     """
-    compared = [(other, *_difference(loop, other, poses)) for other in others if _are_neighbours(loop, other)]
+    compared = [
+        (other, *_difference(loop, other, poses)) for other in others if _are_neighbours(loop, other, neighbours)
+    ]
     agreeing = [other for other, squared, telling in compared if telling and squared < CONTRARY]
     against = {other.new for other, squared, _ in compared if squared >= CONTRARY}
-    apart = any(np.hypot(*(poses[loop.new] - poses[other.new])[:2]) > APART for other in agreeing)
+    apart = any(np.hypot(*(poses[loop.new] - poses[other.new])[:2]) > apart for other in agreeing)
     return agreeing if apart and len({other.new for other in agreeing}) > len(against) else []
 
 
-def _are_neighbours(one: Loop, other: Loop) -> bool:
+def _are_neighbours(one: Loop, other: Loop, neighbours: int) -> bool:
     """Return whether two loops join the same parts of the path."""
-    return abs(one.old - other.old) <= NEIGHBOURS and 0 < abs(one.new - other.new) <= NEIGHBOURS
+    return abs(one.old - other.old) <= neighbours and 0 < abs(one.new - other.new) <= neighbours
 
 
 def _difference(one: Loop, other: Loop, poses: Array) -> tuple[float, bool]:

@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array
 
+CLOSE = 0.05
+"""A point closer than this counts as behind the camera, relative to its depth where it was first seen."""
 STATES = 5
 """Of the pose of a camera: x, y and heading of the robot, and how much its body leans, in pitch and in roll."""
 
@@ -89,7 +91,7 @@ def seen_from(rays: LandmarkRays, state: Array, robot_from_camera: Array) -> tup
     by_state[:, 0, 3], by_state[:, 2, 3] = -level[:, 2], level[:, 0]
     by_state[:, 1, 4], by_state[:, 2, 4] = level[:, 2], -level[:, 1]
     by_inverse = _turned(offset, np.full(len(rho), -heading)) - arm
-    depth = np.where(np.abs(camera[:, 2]) < 1e-9, 1e-9, camera[:, 2])
+    depth = np.where(camera[:, 2] > CLOSE, camera[:, 2], np.minimum(camera[:, 2], -CLOSE))
     z = np.concatenate([camera[:, :2], rho], axis=1) / depth[:, None]
     # Of a quotient: that of the numerator less the quotient times that of the denominator, over the denominator.
     moved, by_depth = R.T @ by_state, by_inverse @ R

@@ -3,16 +3,16 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.random import Generator
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array, wrap_angles
 
 from ..estimation.ekf_models import odometry_motion
-from ..estimation.pose_graph import PoseGraph, carried, compose, composed, step_between
+from ..estimation.pose_graph import COMMON, PoseGraph, carried, compose, composed, step_between
 from ..estimation.pose_matrices import inverse
 from ..estimation.relocation import ANY_HEADING, ANYWHERE
 from ..scans.loop_closing import Loop, confirmed_by, is_certain
+from ..scans.odometry_bias import OdometryBias
 from .picture_points import PicturePoints, PointCamera
 from .places_seen import PlacesSeen
 from .view_geometry import LandmarkRays, rays_of, seen_from
@@ -20,7 +20,7 @@ from .view_pose import Located, locate, locate_anywhere
 
 LEAN = np.array([0.004, 0.002])
 """Standard deviation of the pitch and the roll of the body of a robot that drives [rad]."""
-UNKNOWN = 0.3, 0.3
+UNKNOWN = 0.3, 1.0
 """Mean and standard deviation of an inverse depth that was not measured [1/m]."""
 NEAREST, FLOOR_SHARE = 10.0, 0.01
 """Maximum inverse depth [1/m], and minimum standard deviation of one, relative to it."""
@@ -28,25 +28,36 @@ LOCAL, MAX_LOCAL = 12, 600
 """Number of keyframes after which a landmark is no longer looked for, and number of those that are."""
 DELAY = 2
 """Number of keyframes after which a keyframe is compared with old ones: its depths are better known by then."""
-RECENT = 12
-"""Number of keyframes after which one counts as old."""
-REACH, TURN = 3.0, 0.8
+REACH, TURN = 2.0, 0.8
 """Distance and turn to an old keyframe that may show the same, without drift [m, rad]."""
+DETOUR, MIN_WAY = 3.0, 3.0
+"""The robot has returned to an old keyframe if it came by a way this much longer than the step to it, and longer than
+this [m]; a radian counts as half a metre."""
 AROUND = 2
 """Landmarks of this many keyframes on either side of an old one are compared too."""
 MIN_INLIERS, MIN_SHARE = 25, 0.25
 """Minimum number of landmarks that agree with a loop, and of those that should be visible."""
 LOOP_FLOOR = np.diag([0.02, 0.02, 0.004]) ** 2
 """Covariance of a loop in addition to that of its pose [m^2, rad^2]."""
+APART, NEIGHBOURS = 2.5, 30
+"""Distance [m], and maximum number of keyframes, between two loops that confirm each other."""
 GATE = 16.3
 """Squared normalised difference of a loop from what the graph expects, above which it is wrong (chi-square, 3 degrees
 of freedom: 99.9 %)."""
+SYSTEMATIC = np.array([0.02, 0.01, 0.004, 1e-4, 1e-3, 1e-3])
+"""Standard deviations of the systematic errors of steps by one camera, in the order of `odometry_bias.PRIOR`: depths
+and poses of neighbours err together."""
+DEPTH_SYSTEMATIC = np.array([0.004, 0.004, 0.001, 1e-4, 1e-3, 1e-3])
+"""The same with depth."""
 MISFIT = 100.0
 """Normalised squared error above which a loop is removed."""
 SETTLED = 0.003
 """The graph is iterated while poses move by more than this [m, rad]."""
 TRIED = 4
 """Number of places with which each keyframe of a lost robot is compared."""
+SURE_SHARE = 0.35
+"""Minimum proportion of the features of a keyframe that agree with a place where a lost robot is found: floors and
+walls repeat."""
 UNIQUE = 0.6
 """Another place must have less than this proportion of the inliers of the best one."""
 LOOSE = np.diag([0.3, 0.3, 0.1]) ** 2
@@ -68,24 +79,26 @@ class ViewMap:
         Mur-Artal, Montiel, Tardos, ORB-SLAM, IEEE T-RO 31(5), 2015: keyframes, recognised places, verified loops.
     """
 
-    def __init__(self, prior: Array, prior_covariance: Array, camera: PointCamera, rng: Generator) -> None:
+    def __init__(self, prior: Array, prior_covariance: Array, camera: PointCamera) -> None:
         """Start without pictures.
 
         Args:
             prior: Start of the robot, world frame, shape (3,) [m, m, rad].
             prior_covariance: Covariance of it, shape (3, 3).
             camera: The camera.
-            rng: For choices at random.
         """
-        self._prior_covariance, self._camera, self._rng = prior_covariance, camera, rng
+        self._prior_covariance, self._camera = prior_covariance, camera
         self._motion = odometry_motion()
         self.graph = PoseGraph(prior[None])
         """Poses of the keyframes."""
         self.keyframes: list[ViewKeyframe] = []
         self.loops = 0
         """Number of closed loops."""
-        self._places = PlacesSeen()
-        self._covariance = prior_covariance
+        self._places, self._ways = PlacesSeen(), np.zeros(0)
+        self._bias = OdometryBias()
+        self._systematic = np.zeros((COMMON, COMMON))
+        # Of the newest keyframe: given the systematic errors, and how its pose changes with them.
+        self._own, self._slopes = prior_covariance, np.zeros((3, COMMON))
         self._unconfirmed: list[Loop] = []
         self._moving = False
         self._begin: int | None = None
@@ -107,6 +120,11 @@ class ViewMap:
         """Return the pose of the newest keyframe in the world, shape (3,), and its covariance, shape (3, 3)."""
         return self.graph.poses[-1], self._covariance
 
+    @property
+    def _covariance(self) -> Array:
+        """Covariance of the pose of the newest keyframe, shape (3, 3)."""
+        return np.asarray(self._own + self._slopes @ self._systematic @ self._slopes.T)
+
     def rays(self, landmarks: NDArray[np.intp], frame: int) -> LandmarkRays:
         """Return landmarks in the frame of a keyframe."""
         poses = step_between(self.graph.poses[frame], self.graph.poses[self._anchors[landmarks]])
@@ -122,15 +140,24 @@ class ViewMap:
             covariance: Covariance of the step from the previous keyframe, shape (3, 3).
         """
         step, number = located.state[:3], len(self.keyframes)
+        if not number:
+            has_depth = bool((points.rays[:, 2] > 0.0).any())
+            self._systematic = np.diag(np.square(DEPTH_SYSTEMATIC if has_depth else SYSTEMATIC))
+            self.graph.expect(np.zeros(COMMON), self._systematic)
         if number:
             covariance = (
                 np.diag(np.square((*ANYWHERE[:2], np.sqrt(ANY_HEADING)))) if number == self._begin else covariance
             )
+            slopes = self._bias.slopes(step, float(np.hypot(*step[:2])), 0.0)
             pose, F, G = self._motion(self.graph.poses[-1], step)
-            self._covariance = F @ self._covariance @ F.T + G @ covariance @ G.T
+            self._own, self._slopes = F @ self._own @ F.T + G @ covariance @ G.T, F @ self._slopes + G @ slopes
             self._refine(points, located, numbers)
             self.graph.add_pose(pose)
-            self.graph.add_step(number - 1, number, step, inverse(covariance))
+            at = step - slopes @ self.graph.errors
+            self.graph.add_step(number - 1, number, at, inverse(covariance), slopes=slopes)
+        self._ways = np.append(
+            self._ways, self._ways[-1:] + np.hypot(*step[:2]) + 0.5 * abs(step[2]) if number else 0.0
+        )
         landmarks = np.full(len(points), -1, dtype=np.intp)
         known = numbers[located.landmarks]
         landmarks[located.features] = known
@@ -202,7 +229,7 @@ class ViewMap:
         number = len(self.keyframes) - 1 - DELAY
         if self._begin is not None:
             self._find(number, self._begin)
-        elif number > RECENT:
+        elif number > 0:
             self._try_loop(number)
         if self._moving:
             self._solve()
@@ -215,10 +242,12 @@ class ViewMap:
 
     def _try_loop(self, number: int) -> None:
         """Compare a keyframe with the old one near it that looks most like it."""
-        step = step_between(self.graph.poses[number], self.graph.poses[: number - RECENT])
+        step = step_between(self.graph.poses[number], self.graph.poses[:number])
+        distance, turn = np.hypot(*step.T[:2]), np.abs(step[:, 2])
         drift = 2.0 * np.sqrt(np.trace(self._covariance[:2, :2]))
         turned = TURN + 2.0 * np.sqrt(self._covariance[2, 2])
-        near = np.flatnonzero((np.hypot(*step.T[:2]) < REACH + drift) & (np.abs(step[:, 2]) < turned))
+        returned = self._ways[number] - self._ways[:number] > MIN_WAY + DETOUR * (distance + 0.5 * turn)
+        near = np.flatnonzero((distance < REACH + drift) & (turn < turned) & returned)
         if not len(near):
             return
         old = int(near[np.argmax(self._places.likeness(number, near))])
@@ -234,17 +263,16 @@ class ViewMap:
 
     def _verified(self, old: int, number: int) -> Located | None:
         """Return the pose of a keyframe in the frame of an old one; None if they do not show the same landmarks."""
-        points, own = self.keyframes[number]
         around = self.keyframes[max(0, old - AROUND) : old + AROUND + 1]
         landmarks = np.unique(np.concatenate([each.landmarks for each in around]))
-        rays, descriptors = self.rays(landmarks, old), self._descriptors[landmarks]
-        camera = self._camera.robot_from_camera
-        found = locate_anywhere(
-            points, self.rays(own, number), rays, descriptors, robot_from_camera=camera, rng=self._rng
-        )
+        return self.recognised(self.keyframes[number].points, self.rays(landmarks, old), self._descriptors[landmarks])
+
+    def recognised(self, points: PicturePoints, rays: LandmarkRays, descriptors: NDArray[np.uint64]) -> Located | None:
+        """Return the pose from which a picture shows some landmarks; None if it does not show enough of them."""
+        found = locate_anywhere(points, rays, descriptors, robot_from_camera=self._camera.robot_from_camera)
         if found is None:
             return None
-        guess = np.array([*found[0], 0.0, 0.0])
+        guess = np.array([*found, 0.0, 0.0])
         located = self.located(points, rays, descriptors, guess, (guess, LOOSE))
         enough = max(MIN_INLIERS, MIN_SHARE * min(len(located.visible), len(points)))
         return located if len(located.landmarks) >= enough else None
@@ -272,7 +300,7 @@ class ViewMap:
 
     def _consider(self, loop: Loop) -> None:
         """Close a loop if it is certain or others confirm it; otherwise remember it."""
-        witnesses = confirmed_by(loop, self._unconfirmed, self.graph.poses)
+        witnesses = confirmed_by(loop, self._unconfirmed, self.graph.poses, apart=APART, neighbours=NEIGHBOURS)
         if not loop.certain and not witnesses:
             self._unconfirmed.append(loop)
             return
@@ -295,7 +323,7 @@ class ViewMap:
             near = np.hypot(*(self.graph.poses[:begin, :2] - self.graph.poses[old, :2]).T) < REACH / 2.0
             likeness[near] = 0.0
             located = self._verified(old, number)
-            if located is not None:
+            if located is not None and len(located.landmarks) > SURE_SHARE * len(self.keyframes[number].points):
                 tried.append((len(located.landmarks), old, located))
         if not tried:
             return
@@ -321,4 +349,7 @@ class ViewMap:
             self.loops, self._moving = self.loops - dropped, dropped > 0
         newest = len(self.graph.poses) - 1
         by_first = carried(self.graph.poses[newest], self.graph.poses[0])
-        self._covariance = self.graph.covariance(newest) + by_first @ self._prior_covariance @ by_first.T
+        joint = self.graph.joint_covariance(newest)
+        self._systematic = joint[3:, 3:]
+        self._slopes = np.asarray(np.linalg.solve(joint[3:, 3:], joint[3:, :3]).T)
+        self._own = joint[:3, :3] - self._slopes @ joint[3:, :3] + by_first @ self._prior_covariance @ by_first.T

@@ -1,9 +1,10 @@
 """The pose of a camera from landmarks: matched near where they should be seen, or by appearance alone."""
 
+import math
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
-from numpy.random import Generator
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array
@@ -27,10 +28,17 @@ INDEPENDENT = 30.0
 """Number of independent matches for which all of one picture count: errors of landmarks and of the lens are shared."""
 MIN_MATCHES = 8
 """Minimum number of matches that give a pose."""
-HYPOTHESES, BASE, NEAR = 200, 0.25, 0.25
-"""Number of poses tried from two matches each; minimum distance of the two points [m]; maximum standard deviation of
-their inverse depth, relative to it."""
-REACH = 0.03
+TRIES, NEAR = 150, 0.25
+"""Number of poses tried from some matches each, and maximum standard deviation of the inverse depths of the landmarks,
+relative to it."""
+OFF_FLOOR = 0.2
+"""Maximum height above the floor [m], and tilt [rad], of a robot at such a pose."""
+SEARCHED = 0.1
+"""Maximum variance of an inverse depth for which a feature is looked for along its ray [1/m^2]."""
+VAGUE, ANY_DEPTH = 0.5, 1e2
+"""Standard deviation of an inverse depth, relative to it, above which only the direction of a landmark counts, and the
+variance that it has then [1/m^2]."""
+REACH = 0.012
 """Error of a place (x / z) up to which a match agrees with such a pose."""
 
 
@@ -91,10 +99,12 @@ def locate(
     R = np.zeros((len(rows), 3, 3))
     R[:, (0, 1, 2), (0, 1, 2)] = noise**2
     R[:, (0, 1), (0, 1)] += chosen.noise[:, None] ** 2
+    # Depths that are hardly known have prior means in common, which would tell how far the robot moved.
+    variances = np.where(chosen.variances < (VAGUE * chosen.inverses) ** 2, chosen.variances, ANY_DEPTH)
     for number in range(ROUNDS + 1):
         z, H, H_inverse = seen_from(chosen, state, robot_from_camera)
         error = seen - z
-        S = R + chosen.variances[:, None, None] * H_inverse[:, :, None] * H_inverse[:, None, :]
+        S = R + variances[:, None, None] * H_inverse[:, :, None] * H_inverse[:, None, :]
         W = np.linalg.inv(S)
         squared = np.einsum("ki,kij,kj->k", error, W, error)
         if number == ROUNDS:
@@ -120,7 +130,7 @@ def _matched(
     """Return pairs of a landmark and a feature, each the other's most similar within the gate."""
     z, H, H_inverse = (part[visible, :2] for part in expected)
     S = H @ covariance @ H.transpose(0, 2, 1)
-    S += rays.variances[visible, None, None] * H_inverse[:, :, None] * H_inverse[:, None, :]
+    S += np.minimum(rays.variances[visible], SEARCHED)[:, None, None] * H_inverse[:, :, None] * H_inverse[:, None, :]
     noise = rays.noise[visible] ** 2 + float(np.median(points.noise[:, 0])) ** 2 if len(points) else 0.0
     a, b, c = S[:, 0, 0] + noise, S[:, 0, 1], S[:, 1, 1] + noise
     determinant = a * c - b * b
@@ -144,59 +154,40 @@ def mutual(
 
 def locate_anywhere(
     points: PicturePoints,
-    own: LandmarkRays,
     rays: LandmarkRays,
     descriptors: NDArray[np.uint64],
     *,
     robot_from_camera: Array,
-    rng: Generator,
-) -> tuple[Array, int] | None:
-    """Return the pose (3,) with which most features agree that look like some landmarks, and their number.
-
-    In the plane two points whose distance is known in both frames give a pose; the one with most inliers is taken
-    (RANSAC: Fischler, Bolles 1981).
+) -> Array | None:
+    """Return the pose (3,) in the plane with which most features agree that look like some landmarks; None without one.
 
     Args:
         points: Features of a picture.
-        own: The same features with their depths, in the frame of the robot.
-        rays: Landmarks in another frame.
+        rays: Landmarks, in the frame of the pose.
         descriptors: Of the landmarks.
         robot_from_camera: Pose of the camera, shape (4, 4) [m].
-        rng: Chooses the pairs.
+
+    References:
+        Fischler, Bolles, Random Sample Consensus, Communications of the ACM 24(6), 1981. Ke, Roumeliotis, An Efficient
+        Algebraic Solution to the Perspective-Three-Point Problem, CVPR 2017.
     """
     features, landmarks = match(points.descriptors, descriptors)
     back, forth = match(descriptors, points.descriptors)
-    both = np.isin(features * len(descriptors) + landmarks, forth * len(descriptors) + back)
-    features, landmarks = features[both], landmarks[both]
-    known = (own.variances[features] < (NEAR * own.inverses[features]) ** 2) & (
-        rays.variances[landmarks] < (NEAR * rays.inverses[landmarks]) ** 2
-    )
+    known = np.isin(features * len(descriptors) + landmarks, forth * len(descriptors) + back)
+    known &= rays.variances[landmarks] < (NEAR * rays.inverses[landmarks]) ** 2
     features, landmarks = features[known], landmarks[known]
     if len(features) < MIN_MATCHES:
         return None
-    here, there = own.points()[features], rays.points()[landmarks]
-    first, second = rng.integers(len(features), size=(2, HYPOTHESES))
-    a, b = here[second, :2] - here[first, :2], there[second, :2] - there[first, :2]
-    lengths = np.hypot(*a.T), np.hypot(*b.T)
-    like = (np.minimum(*lengths) > BASE) & (np.abs(lengths[0] - lengths[1]) < NEAR * np.maximum(*lengths))
-    if not like.any():
-        return None
-    a, b, first, second = a[like], b[like], first[like], second[like]
-    headings = np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], np.sum(a * b, axis=1))
-    c, s = np.cos(headings), np.sin(headings)
-    middle = 0.5 * (here[first] + here[second])[:, :2]
-    turned = np.stack([c * middle[:, 0] - s * middle[:, 1], s * middle[:, 0] + c * middle[:, 1]], axis=1)
-    positions = 0.5 * (there[first] + there[second])[:, :2] - turned
-    # Where each pose has the points in the robot's frame, and then in the picture: shape (hypotheses, n).
-    dx, dy = (there[None, :, k] - positions[:, k, None] for k in (0, 1))
-    body = np.stack(
-        [c[:, None] * dx + s[:, None] * dy, c[:, None] * dy - s[:, None] * dx, np.broadcast_to(there[:, 2], dx.shape)],
-        axis=2,
+    places, seen = rays.only(landmarks).points(), points.rays[features, :2]
+    found, turned, shift, agreeing = cv2.solvePnPRansac(
+        places, seen, np.eye(3), None, iterationsCount=TRIES, reprojectionError=REACH, flags=cv2.SOLVEPNP_AP3P
     )
-    camera = (body - robot_from_camera[:3, 3]) @ robot_from_camera[:3, :3]
-    depth = np.maximum(camera[:, :, 2], 1e-3)
-    error = np.abs(camera[:, :, :2] / depth[:, :, None] - points.rays[features, :2]).max(axis=2)
-    agree = (error < REACH) & (camera[:, :, 2] > 0.0)
-    best = int(np.argmax(agree.sum(axis=1)))
-    # Each landmark counts once.
-    return np.array([*positions[best], headings[best]]), int(agree[best].sum())
+    if not found or agreeing is None or len(agreeing) < MIN_MATCHES:
+        return None
+    camera_from_frame = np.eye(4)
+    camera_from_frame[:3, :3], camera_from_frame[:3, 3] = cv2.Rodrigues(turned)[0], shift[:, 0]
+    frame_from_robot = np.linalg.inv(robot_from_camera @ camera_from_frame)
+    if abs(frame_from_robot[2, 3]) > OFF_FLOOR or frame_from_robot[2, 2] < math.cos(OFF_FLOOR):
+        return None
+    x, y = frame_from_robot[:2, 3].tolist()
+    return np.array([x, y, math.atan2(frame_from_robot[1, 0], frame_from_robot[0, 0])])

@@ -22,11 +22,13 @@ MIN_COVARIANCE = np.diag([0.001, 0.001, 0.0005]) ** 2
 """Of a step [m^2, rad^2]."""
 SHAKEN = np.diag([0.5, 0.5, 0.5]) ** 2
 """Covariance of the pose while pictures do not show what they should [m^2, rad^2]."""
-EXPECTED, CONTRARY = 30, 0.06
+EXPECTED, CONTRARY = 60, 0.06
 """Number of visible landmarks below which a picture is no evidence, and the proportion of them below which it
 contradicts the estimate."""
 LOST = 5, 1.0
 """Number of such pictures in a row, and their duration [s], after which the robot is lost."""
+NEW_VIEW = 1.5, 0.6
+"""Motion by odometry after which a robot that sees nothing of what it should is in front of something else [m, rad]."""
 
 
 class VisualSlam:
@@ -62,10 +64,10 @@ class VisualSlam:
         self._camera = PointCamera(robot, self._name, features=self._features)
         self._motion = odometry_motion()
         covariance = np.asarray(robot.prior_covariance, dtype=float)
-        self._map = ViewMap(robot.prior.as_array(), covariance, self._camera, rng)
+        self._map = ViewMap(robot.prior.as_array(), covariance, self._camera)
         self._recent = RecentMotion()
         self._trajectory: list[tuple[float, int, Array]] = []
-        self._contrary: list[float] = []
+        self._contrary: list[tuple[float, Array]] = []
         self._rest(np.zeros(3), np.zeros((3, 3)))
 
     def _rest(self, since: Array, covariance: Array) -> None:
@@ -92,7 +94,7 @@ class VisualSlam:
         """Return the belief after this tick's odometry and picture."""
         moved = seen.odometry
         control = np.array([moved.forward, moved.left, moved.turn])
-        noise = self._scale**2 * moved.covariance
+        noise = np.asarray(self._scale**2 * moved.covariance)
         self._recent.move(moved, seen.moment)
         self._step, self._step_covariance = self._advanced(self._step, self._step_covariance, control, noise)
         self._after, self._after_covariance = self._advanced(self._after, self._after_covariance, control, noise)
@@ -117,9 +119,11 @@ class VisualSlam:
     def _slip(self, step: Array) -> Array:
         """Return the covariance of the errors of odometry over a step beyond its data sheet, shape (3, 3)."""
         distance = float(np.hypot(*step[:2]))
-        return np.diag((SLIP * (distance, distance, abs(step[2]))) ** 2) + MIN_COVARIANCE
+        slip = np.diag((SLIP * (distance, distance, abs(step[2]))) ** 2)
+        return np.asarray(slip + MIN_COVARIANCE)
 
     def _advanced(self, pose: Array, covariance: Array, control: Array, noise: Array) -> tuple[Array, Array]:
+        """Return a pose and its covariance after a motion with independent noise."""
         pose, F, G = self._motion(pose, control)
         return pose, F @ covariance @ F.T + G @ noise @ G.T
 
@@ -140,15 +144,18 @@ class VisualSlam:
         located = self._map.located(
             points, self._rays, self._descriptors, np.array([*expected, 0.0, 0.0]), (prior, covariance)
         )
-        self._judge(frame.stamp, len(located.visible), len(located.landmarks), len(points))
-        self._seen, self._seen_covariance = located.state[:3], located.covariance[:3, :3]
         self._after, self._after_covariance = late, late_covariance
-        far = math.hypot(*self._seen[:2]) > self._distance or abs(self._seen[2]) > self._turn
-        if far:
-            step_covariance = located.covariance[:3, :3] + MIN_COVARIANCE
-            if len(self._contrary) > 1:
-                step_covariance = step_covariance + SHAKEN
-            self._map.add(points, located, self._landmarks, step_covariance)
+        # Somebody may have pushed the robot, or its wheels slipped: where is it then?
+        moved = self._map.recognised(points, self._rays, self._descriptors) if len(self._contrary) > 1 else None
+        located = moved or located
+        begins = self._judge(frame.stamp, by_odometry, located, len(points)) or moved is not None
+        if self._contrary and not begins:
+            # What such a picture shows does not belong to the map.
+            self._seen, self._seen_covariance = by_odometry, covariance
+            return
+        self._seen, self._seen_covariance = located.state[:3], located.covariance[:3, :3]
+        if begins or math.hypot(*self._seen[:2]) > self._distance or abs(self._seen[2]) > self._turn:
+            self._map.add(points, located, self._landmarks, self._seen_covariance + MIN_COVARIANCE)
             self._rest(late, late_covariance)
             self._map.work()
             self._localise()
@@ -159,16 +166,35 @@ class VisualSlam:
         self._rays = self._map.rays(self._landmarks, len(self._map.keyframes) - 1)
         self._descriptors = self._map.descriptors(self._landmarks)
 
-    def _judge(self, stamp: float, visible: int, agreeing: int, features: int) -> None:
-        """Record whether a picture contradicts the estimate."""
-        if min(visible, features) < EXPECTED:
-            return
-        if agreeing >= max(CONTRARY * min(visible, features), MIN_MATCHES):
+    def _judge(self, stamp: float, by_odometry: Array, located: Located, features: int) -> bool:
+        """Record whether a picture contradicts the estimate, and return whether another part of the map begins with it.
+
+        Args:
+            stamp: Time of the picture [s].
+            by_odometry: Pose by odometry since the last keyframe, shape (3,).
+            located: Pose by the picture.
+            features: Number of features in it.
+        """
+        enough = min(len(located.visible), features)
+        if enough < EXPECTED:
+            begins = len(self._contrary) > 0
             self._contrary.clear()
-            return
-        self._contrary.append(stamp)
-        if not self._map.lost and len(self._contrary) >= LOST[0] and stamp - self._contrary[0] >= LOST[1]:
-            self._map.lose()
+            return begins
+        if len(located.landmarks) >= max(CONTRARY * enough, MIN_MATCHES):
+            self._contrary.clear()
+            return False
+        self._contrary.append((stamp, by_odometry))
+        since, place = self._contrary[0]
+        moved = step_between(place, by_odometry)
+        if math.hypot(*moved[:2]) > NEW_VIEW[0] or abs(moved[2]) > NEW_VIEW[1]:
+            # It sees something else because it went there.
+            self._contrary.clear()
+            return True
+        if len(self._contrary) < LOST[0] or stamp - since < LOST[1]:
+            return False
+        self._contrary.clear()
+        self._map.lose()
+        return True
 
     def _belief(self) -> Estimate:
         """Return the pose of the newest keyframe, propagated by the last picture and odometry."""
