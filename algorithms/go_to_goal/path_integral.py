@@ -103,7 +103,7 @@ class PathIntegral:
         self._spread = (self._limits * (0.35, 0.35, 0.4)).astype(np.float32)
         self._plan = np.zeros((STEPS, 3), dtype=np.float32)
         self._fan = _fan(self._limits, self._bend)
-        self._scale, self._floor = 1.0, -math.inf
+        self._scale = 1.0
         self.motion: Array = np.zeros((0, 3))
         """Poses of the chosen motion, shape (STEPS, 3)."""
         self.clearance = 0.0
@@ -218,9 +218,8 @@ class PathIntegral:
         x, y, heading = _rollout(pose, twists)
         clearance = self.body.clearance(x, y, heading, map)
         now = float(self.body.clearance(np.array(pose.x), np.array(pose.y), np.array(pose.heading), map))
-        # Closer than the margin it may go on, but not approach, also not a little with each choice.
-        self._floor = min(MARGIN, max(now - CLOSER, self._floor if now >= self._floor else -math.inf))
-        hit = clearance < self._floor
+        # Closer than the margin it may go on, but not approach.
+        hit = clearance < min(MARGIN, now - CLOSER)
         hits = np.asarray(hit.any(axis=1))
         when = np.where(hits, hit.argmax(axis=1), STEPS)
         cost = self._led(np.stack([x[:, 3::4], y[:, 3::4]], axis=-1), heading[:, -1], field)
