@@ -34,11 +34,13 @@ class BodyDiscs:
 
     def clearance(self, x: Array, y: Array, heading: Array, map: ObstacleMap) -> Array:
         """Return the distance between the rim and obstacles at poses, shape (...) each [m]."""
+        return np.asarray(self.clearances(x, y, heading, map).min(axis=0))
+
+    def clearances(self, x: Array, y: Array, heading: Array, map: ObstacleMap) -> Array:
+        """Return the distance between each disc and obstacles at poses, shape (...) each; shape (discs, ...) [m]."""
         c, s = np.cos(heading), np.sin(heading)
-        least = np.full_like(x, np.inf)
-        for (ahead, left), radius in zip(self.centres.tolist(), self.radii.tolist(), strict=True):
-            np.minimum(least, map.at(x + c * ahead - s * left, y + s * ahead + c * left) - radius, out=least)
-        return least
+        discs = zip(self.centres.tolist(), self.radii.tolist(), strict=True)
+        return np.stack([map.at(x + c * a - s * b, y + s * a + c * b) - radius for (a, b), radius in discs])
 
 
 def _covered(outline: Array) -> tuple[Array, Array]:

@@ -28,6 +28,8 @@ MARGIN = 0.02
 """Distance that the body keeps from obstacles [m]."""
 CLOSER = 0.004
 """Distance by which it may approach obstacles within the margin: errors of the grid [m]."""
+INSIDE = 0.01
+"""Distance by which a part that touches nothing may seem to be inside obstacles: errors of the discs [m]."""
 HIT = 50.0
 """Cost of a collision [s]."""
 LAST = 0.6
@@ -216,10 +218,13 @@ class PathIntegral:
     ) -> tuple[Array, NDArray[np.bool_]]:
         """Return the cost of motions, shape (k,) [s], and whether they collide, shape (k,)."""
         x, y, heading = _rollout(pose, twists)
-        clearance = self.body.clearance(x, y, heading, map)
-        now = float(self.body.clearance(np.array(pose.x), np.array(pose.y), np.array(pose.heading), map))
-        # Closer than the margin it may go on, but not approach.
-        hit = clearance < min(MARGIN, now - CLOSER)
+        discs = self.body.clearances(x, y, heading, map)
+        now = self.body.clearances(np.array(pose.x), np.array(pose.y), np.array(pose.heading), map)
+        # Closer than the margin it may go on, but not approach. Where one part of a long body seems to be inside an
+        # obstacle, the others must not touch theirs.
+        nearest = np.maximum(now.min(), np.minimum(now, -INSIDE)) if self._is_tricycle else now.min()
+        floors = np.broadcast_to(np.minimum(MARGIN, nearest - CLOSER), now.shape)
+        clearance, hit = discs.min(axis=0), (discs < floors[:, None, None]).any(axis=0)
         hits = np.asarray(hit.any(axis=1))
         when = np.where(hits, hit.argmax(axis=1), STEPS)
         cost = self._led(np.stack([x[:, 3::4], y[:, 3::4]], axis=-1), heading[:, -1], field)

@@ -53,6 +53,16 @@ def test_a_tricycle_turns_its_wheel_by_at_most_75_degrees_and_stops_ahead_no_soo
     assert np.abs(np.diff(rim, axis=1)).max() < 1.42 * 0.85 * 0.5 * STEP
 
 
+def test_where_one_part_of_a_tricycle_seems_to_be_inside_an_obstacle_the_others_do_not_touch_theirs():
+    local = PathIntegral(robot(drive="tricycle"), np.random.default_rng(0), top=0.9)
+    behind, twists = np.array([[-0.33, 0.0]]), np.zeros((1, 20, 3))
+    twists[:, :, 0] = -0.1
+    for points in (behind, np.concatenate([behind, [[0.1, 0.0]]])):
+        map = ObstacleMap(np.zeros(2), points, cell=0.025, half=local.reach)
+        _, hits = local._judged(ORIGIN, twists, map, Toward(np.array([1.0, 0.0])), MotionPrices())
+        assert hits.all()
+
+
 LEFT = {"max_left": 0.5}
 PASSER = Thing(np.array([1.2, 0.3]), np.array([-0.4, 0.1]), 0.2, 0.0, 9, np.zeros(2))
 
