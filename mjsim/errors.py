@@ -132,7 +132,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     words = sorted(filter(str.isprintable, known))[:MAX_WORDS]
     # What is written in part is more likely meant than what differs in a letter.
     begun = [each for each in words if word and each.startswith(word)]
-    matches = begun or difflib.get_close_matches(word, words, n=1)
+    matches = difflib.get_close_matches(word, begun, n=1, cutoff=0.0) or difflib.get_close_matches(word, words, n=1)
     if matches:
         return Sentence("; did you mean '{word}'?", matches[0])
     return Sentence("; there are {words}", ", ".join(words)) if words else "; there are none"

@@ -8,7 +8,7 @@ import pytest
 from mjsim.algorithms.beacon_vision.beacon_vision import BeaconVision, PictureBeacons
 from mjsim.algorithms.beacon_vision.picture_beacons import PreparedImage
 from mjsim.algorithms.beacon_vision.picture_features import LIKELY_BITS, MATCH_BITS, match
-from mjsim.algorithms.beacon_vision.planar_pose import fit_pose, picture_corners, project, rotation_of
+from mjsim.algorithms.beacon_vision.planar_pose import fit_pose, picture_corners, rotation_of
 from mjsim.bench.views import (
     ABSENT,
     INTRINSICS,
@@ -18,6 +18,7 @@ from mjsim.bench.views import (
     Studio,
     Tally,
     distance_squared,
+    project,
     read_posters,
 )
 from mjsim.geometry import Array, Pose

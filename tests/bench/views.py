@@ -9,11 +9,10 @@ import cv2
 import mujoco
 import numpy as np
 
-from mjsim.algorithms.beacon_vision.planar_pose import project
 from mjsim.bench.rooms import forwarded, look_from
 from mjsim.compile import compile_world
 from mjsim.geometry import Array
-from mjsim.interface import Detection, Picture
+from mjsim.interface import Detection, Intrinsics, Picture
 from mjsim.sim import Canvas, Renderer
 from mjsim.sim.imaging.lens import intrinsics_of
 from mjsim.world import Camera, Source, World, parse_world
@@ -24,6 +23,12 @@ STRANGE = ("crown", "daisy", "kite", "snail")
 """They hang here too, but are not searched for."""
 ABSENT = ("guitar", "penguin", "teapot", "volcano", "sunrise", "mushroom")
 WIDTH = 0.6
+
+
+def project(points: Array, intrinsics: Intrinsics) -> Array:
+    """Return the image of points in the camera's frame, shape (n, 2) [px]."""
+    focal, middle = (intrinsics.fx, intrinsics.fy), (intrinsics.cx, intrinsics.cy)
+    return np.asarray(points[:, :2] / points[:, 2:] * focal + middle)
 
 
 def read_posters(names: tuple[str, ...]) -> dict[str, Picture]:
