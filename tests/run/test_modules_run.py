@@ -64,7 +64,7 @@ def rows():
 
 def world_for(name: str, **driver: object) -> mjsim.World:
     text = ROOM.replace("PRESET", "robotino" if name == "Crab" else "pioneer3dx")
-    if name == "BeaconVision":
+    if name in ("BeaconVision", "VisualSlam"):
         camera = "{camera: front, at: [0.1, 0, 0.4], width: 320, height: 240, fov_deg: 70, rate_hz: 5}"
         text = text.replace("    sensors:\n", f"    sensors:\n      - {camera}\n")
     lines = "".join(f", {key}: {value}" for key, value in driver.items())
