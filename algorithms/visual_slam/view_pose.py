@@ -24,7 +24,7 @@ SOFT = 4.0
 """Squared normalised error at which the weight of a match is halved (Cauchy)."""
 ROUNDS = 5
 """Iterations of Gauss-Newton."""
-INDEPENDENT = 30.0
+INDEPENDENT = 10.0
 """Number of independent matches for which all of one picture count: errors of landmarks and of the lens are shared."""
 MIN_MATCHES = 8
 """Minimum number of matches that give a pose."""

@@ -20,6 +20,8 @@ SLIP = np.array([0.02, 0.02, 0.02])
 """Errors of odometry beyond its data sheet: relative to the distance, to the sideways distance, and to the turn."""
 MIN_COVARIANCE = np.diag([0.001, 0.001, 0.0005]) ** 2
 """Of a step [m^2, rad^2]."""
+UNSEEN = np.diag([0.1, 0.1, 0.03]) ** 2
+"""Covariance of a step to a picture that shows nothing of what the last ones did, beyond that of odometry."""
 SHAKEN = np.diag([0.5, 0.5, 0.5]) ** 2
 """Covariance of the pose while pictures do not show what they should [m^2, rad^2]."""
 EXPECTED, CONTRARY = 60, 0.06
@@ -27,7 +29,7 @@ EXPECTED, CONTRARY = 60, 0.06
 contradicts the estimate."""
 LOST = 5, 1.0
 """Number of such pictures in a row, and their duration [s], after which the robot is lost."""
-NEW_VIEW = 1.5, 0.6
+NEW_VIEW = 0.7, 0.6
 """Motion by odometry after which a robot that sees nothing of what it should is in front of something else [m, rad]."""
 
 
@@ -155,7 +157,8 @@ class VisualSlam:
             return
         self._seen, self._seen_covariance = located.state[:3], located.covariance[:3, :3]
         if begins or math.hypot(*self._seen[:2]) > self._distance or abs(self._seen[2]) > self._turn:
-            self._map.add(points, located, self._landmarks, self._seen_covariance + MIN_COVARIANCE)
+            doubt = UNSEEN if begins and moved is None else MIN_COVARIANCE
+            self._map.add(points, located, self._landmarks, self._seen_covariance + doubt)
             self._rest(late, late_covariance)
             self._map.work()
             self._localise()
