@@ -13,7 +13,7 @@ LEVELS, SCALE = 4, 1.25
 """Levels of the image pyramid, and the scale from one to the next."""
 PATCH = 31
 """Size of the patch that a feature describes, in pixels of its level."""
-THRESHOLD = 10
+THRESHOLD = 5
 """Contrast of a corner, on a 0 to 255 scale."""
 DETECTED, APART, CELL = 4, 4.0, 40.0
 """Number of corners found for each feature; distance of two features, and size of the cells over which they are spread

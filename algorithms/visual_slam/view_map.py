@@ -55,9 +55,11 @@ SETTLED = 0.003
 """The graph is iterated while poses move by more than this [m, rad]."""
 TRIED = 4
 """Number of places with which each keyframe of a lost robot is compared."""
-SURE_SHARE = 0.35
+SURE_SHARE = 0.4
 """Minimum proportion of the features of a keyframe that agree with a place where a lost robot is found: floors and
 walls repeat."""
+AGREEING = np.array([0.4, 0.4, 0.15])
+"""Maximum difference of where two keyframes in a row find a lost robot [m, m, rad]."""
 UNIQUE = 0.6
 """Another place must have less than this proportion of the inliers of the best one."""
 LOOSE = np.diag([0.3, 0.3, 0.1]) ** 2
@@ -102,6 +104,7 @@ class ViewMap:
         self._unconfirmed: list[Loop] = []
         self._moving = False
         self._begin: int | None = None
+        self._start: Array | None = None
         self._count = 0
         self._anchors, self._last, self._times = (np.zeros(1024, dtype=np.intp) for _ in range(3))
         self._descriptors = np.zeros((1024, 4), dtype=np.uint64)
@@ -114,7 +117,7 @@ class ViewMap:
 
     def lose(self) -> None:
         """Begin a new part of the map at the next keyframe: the robot may be anywhere."""
-        self._begin = len(self.keyframes)
+        self._begin, self._start = len(self.keyframes), None
 
     def belief(self) -> tuple[Array, Array]:
         """Return the pose of the newest keyframe in the world, shape (3,), and its covariance, shape (3, 3)."""
@@ -333,6 +336,11 @@ class ViewMap:
         for other, place in zip(tried[1:], places[1:], strict=True):
             if other[0] > UNIQUE * inliers and np.hypot(*(place - places[0])[:2]) > 1.0:
                 return
+        # A second keyframe must agree on where this part of the map begins.
+        start = compose(places[0], step_between(self.graph.poses[number], self.graph.poses[begin]))
+        before, self._start = self._start, start
+        if before is None or not (np.abs(step_between(before, start)) < AGREEING).all():
+            return
         since = composed(places[0], step_between(self.graph.poses[number], self.graph.poses[begin:]))
         self.graph.poses = np.concatenate([self.graph.poses[:begin], since])
         self.graph.add_step(old, number, located.state[:3], inverse(located.covariance[:3, :3] + LOOP_FLOOR))
