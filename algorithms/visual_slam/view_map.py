@@ -44,7 +44,7 @@ APART, NEIGHBOURS = 2.5, 30
 GATE = 16.3
 """Squared normalised difference of a loop from what the graph expects, above which it is wrong (chi-square, 3 degrees
 of freedom: 99.9 %)."""
-SYSTEMATIC = np.array([0.02, 0.01, 0.004, 1e-4, 1e-3, 1e-3])
+SYSTEMATIC = np.array([0.01, 0.005, 0.002, 1e-4, 1e-3, 1e-3])
 """Standard deviations of the systematic errors of steps by one camera, in the order of `odometry_bias.PRIOR`: depths
 and poses of neighbours err together."""
 DEPTH_SYSTEMATIC = np.array([0.004, 0.004, 0.001, 1e-4, 1e-3, 1e-3])
