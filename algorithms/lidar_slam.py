@@ -135,7 +135,7 @@ class LidarSlam:
     @property
     def loops(self) -> int:
         """Number of closed loops."""
-        return self._map.loops
+        return self._map.loops.closed
 
     def lost(self) -> bool:
         """Return whether scans do not fit the map where the robot should be, nor anywhere else yet."""

@@ -224,7 +224,7 @@ class PathIntegral:
         # obstacle, the others must not touch theirs.
         nearest = np.maximum(now.min(), np.minimum(now, -INSIDE)) if self._is_tricycle else now.min()
         floors = np.broadcast_to(np.minimum(MARGIN, nearest - CLOSER), now.shape)
-        clearance, hit = discs.min(axis=0), (discs < floors[:, None, None]).any(axis=0)
+        clearance, hit = discs.min(axis=0), np.any(discs < floors[:, None, None], axis=0)
         hits = np.asarray(hit.any(axis=1))
         when = np.where(hits, hit.argmax(axis=1), STEPS)
         cost = self._led(np.stack([x[:, 3::4], y[:, 3::4]], axis=-1), heading[:, -1], field)

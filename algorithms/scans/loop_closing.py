@@ -7,7 +7,7 @@ import numpy as np
 
 from mjsim.geometry import Array, wrap_angle
 
-from ..estimation.pose_graph import compose, step_between
+from ..estimation.pose_graph import PoseGraph, compose, step_between
 from ..estimation.pose_matrices import inverse
 from .scan_matching import BESIDE, CUT, WEIGHED, Match, WallField
 from .scan_search import CLEAR, GATE, RADIUS, THROUGH, hypotheses, is_ambiguous
@@ -32,6 +32,8 @@ TOLERANCE, GROWTH = np.array([0.05, 0.05, 0.02]), np.array([0.01, 0.01, 0.0])
 """Standard deviation of the way between two loops in the map [m, m, rad], and its growth with their distance [1]."""
 CONTRARY = 9.0
 """Normalised squared difference above which two loops contradict each other."""
+MISFIT = 100.0
+"""Normalised squared error above which a loop is removed."""
 
 UNSEEN = 0.5
 """Cost of an element where no old wall is near, relative to one beside an old wall: the old part may not have seen it.
@@ -178,6 +180,50 @@ def confirmed_by(
     against = {other.new for other, squared, _ in compared if squared >= CONTRARY}
     apart = any(np.hypot(*(poses[loop.new] - poses[other.new])[:2]) > apart for other in agreeing)
     return agreeing if apart and len({other.new for other in agreeing}) > len(against) else []
+
+
+class GraphLoops:
+    """Loops of a pose graph: closed when they are certain or confirmed, removed when they do not fit."""
+
+    def __init__(self, graph: PoseGraph, *, settled: float, apart: float = APART, neighbours: int = NEIGHBOURS) -> None:
+        """Start without loops.
+
+        Args:
+            graph: The graph.
+            settled: The graph is iterated while poses move by more than this [m, rad].
+            apart: As for `confirmed_by`.
+            neighbours: As for `confirmed_by`.
+        """
+        self._graph, self._settled, self._apart, self._neighbours = graph, settled, apart, neighbours
+        self.closed = 0
+        """Number of closed loops."""
+        self.moving = False
+        """Whether the graph has to be iterated."""
+        self._unconfirmed: list[Loop] = []
+
+    def consider(self, loop: Loop) -> None:
+        """Close a loop if it is certain or others confirm it; otherwise remember it."""
+        witnesses = confirmed_by(
+            loop, self._unconfirmed, self._graph.poses, apart=self._apart, neighbours=self._neighbours
+        )
+        if not loop.certain and not witnesses:
+            self._unconfirmed.append(loop)
+            return
+        for each in (loop, *witnesses):
+            self.close(each.old, each.new, each.step, each.information)
+        self._unconfirmed = [other for other in self._unconfirmed if other not in witnesses]
+
+    def close(self, old: int, new: int, step: Array, information: Array) -> None:
+        """Close a loop."""
+        self._graph.add_step(old, new, step, information)
+        self.closed, self.moving = self.closed + 1, True
+
+    def settle(self, before: Array) -> None:
+        """Compare the poses before an iteration with those of now; once they rest, remove loops that do not fit."""
+        self.moving = bool(np.abs(step_between(before, self._graph.poses)).max() > self._settled)
+        if not self.moving:
+            dropped = self._graph.drop_misfits(MISFIT)
+            self.closed, self.moving = self.closed - dropped, dropped > 0
 
 
 def _are_neighbours(one: Loop, other: Loop, neighbours: int) -> bool:

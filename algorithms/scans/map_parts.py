@@ -13,7 +13,7 @@ from ..estimation.pose_graph import COMMON, PoseGraph, carried, compose, compose
 from ..estimation.pose_matrices import inverse
 from .free_space import Views, both_seen_through, seen_through
 from .level_scan import LevelScan
-from .loop_closing import MAX_SEARCH, MIN_WALL_ELEMENTS, Loop, confirmed_by, find_loop
+from .loop_closing import MAX_SEARCH, MIN_WALL_ELEMENTS, GraphLoops, find_loop
 from .map_search import FRAGMENT, Fragment, MapSearch
 from .odometry_bias import OdometryBias
 from .scan_search import Fit, MatchedPose, Through
@@ -32,8 +32,6 @@ RECENT = 4
 """Number of parts after which a part counts as old."""
 TRIED = 3
 """Number of old parts that a new one is compared with; twice as many if the drift may exceed 1 m."""
-MISFIT = 100.0
-"""Normalised squared error above which a loop is removed."""
 UNSOLVED = 16
 """Maximum number of parts added before covariances are computed again."""
 NOTABLE, SLIGHT = 0.1, np.diag([1e-4, 1e-4, 1e-6])
@@ -97,8 +95,7 @@ class PartsMap:
         self.keyframes: list[Keyframe] = []
         self.graph = PoseGraph(prior[None])
         """The graph, whose poses are those of the parts."""
-        self.loops = 0
-        """Number of closed loops."""
+        self.loops = GraphLoops(self.graph, settled=SETTLED)
         self._bias, self._by_loops = bias, np.zeros(COMMON)
         self._solved_errors = bias.errors
         # Of the newest part: its covariance if it were known what odometry errs by, and how its pose changes with that.
@@ -107,8 +104,6 @@ class PartsMap:
         self._begins = [0]
         self._walls: list[Surface] = []
         self._untried: deque[tuple[int, int, Array]] = deque()
-        self._unconfirmed: list[Loop] = []
-        self._moving = False
         self._search: MapSearch | None = None
         self._restart_motion()
 
@@ -207,7 +202,7 @@ class PartsMap:
             self._find(self._search)
         elif self._untried:
             self._try_loop(*self._untried.popleft())
-        elif self._moving or self._learnt():
+        elif self.loops.moving or self._learnt():
             self._solve()
 
     def _learnt(self) -> bool:
@@ -218,8 +213,8 @@ class PartsMap:
 
     def finish(self) -> None:
         """Do all pending work."""
-        self._moving, self._search = len(self.graph.steps) > 0, None
-        while self._untried or self._moving:
+        self.loops.moving, self._search = len(self.graph.steps) > 0, None
+        while self._untried or self.loops.moving:
             self.work()
 
     @property
@@ -326,7 +321,7 @@ class PartsMap:
 
         loop = find_loop(old, new, walls, self._walls[new], guess, covariance, share=self._loop_share, through=through)
         if loop is not None:
-            self._consider(loop)
+            self.loops.consider(loop)
 
     def _views(self, parts: Iterable[int], frame: Array, *, every: int) -> list[tuple[Array, LevelScan]]:
         """Return some scans of some parts, with the robot's pose in a frame, given in the world, shape (3,)."""
@@ -353,24 +348,12 @@ class PartsMap:
         since = composed(place, step_between(poses[-1], self.graph.poses[begin:]))
         self.graph.poses = np.concatenate([self.graph.poses[:begin], since])
         step = step_between(self.graph.poses[found.old], self.graph.poses[newest])
-        self.graph.add_step(found.old, newest, step, found.information)
-        self.loops, self._search, self._moving = self.loops + 1, None, True
+        self.loops.close(found.old, newest, step, found.information)
+        self._search = None
         self._solve()
 
     def _old_views(self, parts: Iterable[int], frame: Array) -> Views:
         return self._views(parts, frame, every=4)
-
-    def _consider(self, loop: Loop) -> None:
-        """Close a loop if it is certain or others confirm it; otherwise remember it."""
-        witnesses = confirmed_by(loop, self._unconfirmed, self.graph.poses)
-        if not loop.certain and not witnesses:
-            self._unconfirmed.append(loop)
-            return
-        for each in (loop, *witnesses):
-            self.graph.add_step(each.old, each.new, each.step, each.information)
-            self.loops += 1
-        self._unconfirmed = [other for other in self._unconfirmed if other not in witnesses]
-        self._moving = True
 
     def _solve(self) -> None:
         """Iterate the graph; when it has converged, remove loops that do not fit."""
@@ -379,10 +362,7 @@ class PartsMap:
         self.graph.solve(rounds=1)
         self._by_loops, self._solved_errors = self.graph.errors - self._bias.errors, self._bias.errors
         self._forget_since()
-        self._moving = bool(np.abs(step_between(before, self.graph.poses)).max() > SETTLED)
-        if not self._moving:
-            dropped = self.graph.drop_misfits(MISFIT)
-            self.loops, self._moving = self.loops - dropped, dropped > 0
+        self.loops.settle(before)
         newest = len(self.graph.poses) - 1
         # The graph holds its first pose; how uncertain that one is turns and shifts all.
         by_first = carried(self.graph.poses[newest], self.graph.poses[0])

@@ -11,7 +11,7 @@ from ..estimation.ekf_models import odometry_motion
 from ..estimation.pose_graph import COMMON, PoseGraph, carried, compose, composed, step_between
 from ..estimation.pose_matrices import inverse
 from ..estimation.relocation import ANY_HEADING, ANYWHERE
-from ..scans.loop_closing import Loop, confirmed_by, is_certain
+from ..scans.loop_closing import GraphLoops, Loop, is_certain
 from ..scans.odometry_bias import OdometryBias
 from .picture_points import PicturePoints, PointCamera
 from .places_seen import PlacesSeen
@@ -49,8 +49,6 @@ SYSTEMATIC = np.array([0.01, 0.005, 0.002, 1e-4, 1e-3, 1e-3])
 and poses of neighbours err together."""
 DEPTH_SYSTEMATIC = np.array([0.004, 0.004, 0.001, 1e-4, 1e-3, 1e-3])
 """The same with depth."""
-MISFIT = 100.0
-"""Normalised squared error above which a loop is removed."""
 SETTLED = 0.003
 """The graph is iterated while poses move by more than this [m, rad]."""
 TRIED = 4
@@ -94,15 +92,12 @@ class ViewMap:
         self.graph = PoseGraph(prior[None])
         """Poses of the keyframes."""
         self.keyframes: list[ViewKeyframe] = []
-        self.loops = 0
-        """Number of closed loops."""
+        self.loops = GraphLoops(self.graph, settled=SETTLED, apart=APART, neighbours=NEIGHBOURS)
         self._places, self._ways = PlacesSeen(), np.zeros(0)
         self._bias = OdometryBias()
         self._systematic = np.zeros((COMMON, COMMON))
         # Of the newest keyframe: given the systematic errors, and how its pose changes with them.
         self._own, self._slopes = prior_covariance, np.zeros((3, COMMON))
-        self._unconfirmed: list[Loop] = []
-        self._moving = False
         self._begin: int | None = None
         self._start: Array | None = None
         self._count = 0
@@ -234,13 +229,13 @@ class ViewMap:
             self._find(number, self._begin)
         elif number > 0:
             self._try_loop(number)
-        if self._moving:
+        if self.loops.moving:
             self._solve()
 
     def finish(self) -> None:
         """Do all pending work."""
         for _ in range(20):
-            if self._moving:
+            if self.loops.moving:
                 self._solve()
 
     def _try_loop(self, number: int) -> None:
@@ -262,7 +257,7 @@ class ViewMap:
         difference = located.state[:3] - step_between(self.graph.poses[old], self.graph.poses[number])
         difference[2] = wrap_angles(difference[2])
         if difference @ inverse(covariance + own) @ difference < GATE:
-            self._consider(Loop(old, number, located.state[:3], inverse(own), is_certain(covariance, own)))
+            self.loops.consider(Loop(old, number, located.state[:3], inverse(own), is_certain(covariance, own)))
 
     def _verified(self, old: int, number: int) -> Located | None:
         """Return the pose of a keyframe in the frame of an old one; None if they do not show the same landmarks."""
@@ -301,18 +296,6 @@ class ViewMap:
             extent=self._camera.extent,
         )
 
-    def _consider(self, loop: Loop) -> None:
-        """Close a loop if it is certain or others confirm it; otherwise remember it."""
-        witnesses = confirmed_by(loop, self._unconfirmed, self.graph.poses, apart=APART, neighbours=NEIGHBOURS)
-        if not loop.certain and not witnesses:
-            self._unconfirmed.append(loop)
-            return
-        for each in (loop, *witnesses):
-            self.graph.add_step(each.old, each.new, each.step, each.information)
-            self.loops += 1
-        self._unconfirmed = [other for other in self._unconfirmed if other not in witnesses]
-        self._moving = True
-
     def _find(self, number: int, begin: int) -> None:
         """Compare a keyframe of a lost robot with the old ones; join the map if only one place fits."""
         if number < begin:
@@ -343,18 +326,15 @@ class ViewMap:
             return
         since = composed(places[0], step_between(self.graph.poses[number], self.graph.poses[begin:]))
         self.graph.poses = np.concatenate([self.graph.poses[:begin], since])
-        self.graph.add_step(old, number, located.state[:3], inverse(located.covariance[:3, :3] + LOOP_FLOOR))
-        self.loops, self._begin, self._moving = self.loops + 1, None, True
+        self.loops.close(old, number, located.state[:3], inverse(located.covariance[:3, :3] + LOOP_FLOOR))
+        self._begin = None
         self._solve()
 
     def _solve(self) -> None:
         """Iterate the graph; when it has converged, remove loops that do not fit."""
         before = self.graph.poses
         self.graph.solve(rounds=1)
-        self._moving = bool(np.abs(step_between(before, self.graph.poses)).max() > SETTLED)
-        if not self._moving:
-            dropped = self.graph.drop_misfits(MISFIT)
-            self.loops, self._moving = self.loops - dropped, dropped > 0
+        self.loops.settle(before)
         newest = len(self.graph.poses) - 1
         by_first = carried(self.graph.poses[newest], self.graph.poses[0])
         joint = self.graph.joint_covariance(newest)

@@ -86,7 +86,7 @@ class VisualSlam:
     @property
     def loops(self) -> int:
         """Number of closed loops."""
-        return self._map.loops
+        return self._map.loops.closed
 
     def lost(self) -> bool:
         """Return whether pictures show nothing of what they should, nor any other known place yet."""

@@ -204,7 +204,7 @@ def test_a_loop_is_closed_where_the_same_landmarks_are_and_not_where_others_are(
         state = np.array([*step_between(poses[max(number - 1, 0)], pose), 0.0, 0.0])
         built.add(picture, Located(state, np.eye(5), NONE, NONE, NONE), NONE, np.diag([0.01, 0.01, 0.01]) ** 2)
         built.work()
-        assert built.loops == (number == 18)
+        assert built.loops.closed == (number == 18)
     built.finish()
     np.testing.assert_allclose(compose(np.zeros(3), built.graph.poses[16]), np.zeros(3), atol=0.01)
 
