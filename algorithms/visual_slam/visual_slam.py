@@ -34,7 +34,10 @@ NEW_VIEW = 0.7, 0.6
 
 
 class VisualSlam:
-    """Estimates the pose from odometry and a camera, and keeps a map of landmarks: features of pictures."""
+    """Estimates the pose from odometry and a camera, and keeps a map of landmarks: features of pictures.
+
+    The robot must stand level: a balancing robot leans by more than is assumed.
+    """
 
     def __init__(
         self,
