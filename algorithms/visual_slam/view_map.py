@@ -22,8 +22,8 @@ LEAN = np.array([0.004, 0.002])
 """Standard deviation of the pitch and the roll of the body of a robot that drives [rad]."""
 UNKNOWN = 0.3, 1.0
 """Mean and standard deviation of an inverse depth that was not measured [1/m]."""
-NEAREST, FLOOR_SHARE = 10.0, 0.01
-"""Maximum inverse depth [1/m], and minimum standard deviation of one, relative to it."""
+NEAREST, GROWTH = 10.0, 1e-5
+"""Maximum inverse depth [1/m], and the variance that each sighting adds to one, relative to its square."""
 LOCAL, MAX_LOCAL = 12, 600
 """Number of keyframes after which a landmark is no longer looked for, and number of those that are."""
 DELAY = 2
@@ -206,7 +206,7 @@ class ViewMap:
         information = 1.0 / rays.variances + np.einsum("ki,ki->k", gained, J)
         changed = rays.inverses + np.einsum("ki,ki->k", gained, error) / information
         self._rays.inverses[known] = np.clip(changed, 1e-3, NEAREST)
-        self._rays.variances[known] = 1.0 / information + (FLOOR_SHARE * rays.inverses) ** 2 * 0.1
+        self._rays.variances[known] = 1.0 / information + GROWTH * rays.inverses**2
 
     def local(self) -> NDArray[np.intp]:
         """Return the landmarks that the next pictures may show."""

@@ -136,11 +136,8 @@ def replay(
     robot = observed_robot(run, robot)
     spec = _estimator(estimator, trajectory, run, {"topic": topic, "offset": offset, "period": period})
     believes, use = module_of(spec, role="estimator", robot=robot)
-    if type(believes).__name__ == "Trajectory":  # others need not wait for the import
-        from mjsim.logs import Trajectory
-
-        if isinstance(believes, Trajectory):
-            believes.require_pose_at(float(run.time[0]))
+    if (check := getattr(believes, "require_pose_at", None)) is not None:  # of `mjsim.logs.Trajectory`
+        check(float(run.time[0]))
     observing, uses = None, {"estimator": use}
     if observer is not None:
         observing, uses["observer"] = module_of(observer, role="observer", robot=robot)

@@ -36,6 +36,7 @@ from .plan_items import wall_shapes as wall_shapes
 from .plan_items import window_shapes as window_shapes
 from .plan_items import world_shapes as world_shapes
 from .plan_names import world_words as world_words
+from .shapes import ORIGIN as ORIGIN
 from .shapes import PlanItem as PlanItem
 from .shapes import Words as Words
 from .shapes import bounds_of as bounds_of

@@ -24,5 +24,6 @@ from .states import Retake as Retake
 from .states import StillScene as StillScene
 from .states import glb_bytes as glb_bytes
 from .states import write_glb as write_glb
+from .streams import checked_seed as checked_seed
 from .streams import stream as stream
 from .streams import streams_of as streams_of

@@ -103,6 +103,9 @@ def _uninterrupted() -> Iterator[None]:
 
     A process inherits which signals are blocked, not their handlers; `_begin` ignores this one.
     """
+    if not hasattr(signal, "pthread_sigmask"):  # as on Windows
+        yield
+        return
     came: list[int] = []
     before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT,))
     ours = threading.current_thread() is threading.main_thread()  # Python calls handlers there, whatever it blocks.
@@ -121,7 +124,8 @@ def _begin(listening: Connection) -> None:
     """Turn a new process into a worker."""
     # The parent process tells this one when to end.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGINT,))
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGINT,))
     threading.Thread(target=_end_with, args=(listening,), daemon=True).start()
 
 

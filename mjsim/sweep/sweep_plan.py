@@ -10,6 +10,7 @@ from typing import Any
 
 from mjsim.errors import UsageError
 from mjsim.report import CONFIDENCE, fewest_pairs, shared_confidence
+from mjsim.sim import checked_seed
 from mjsim.world import read_value, setting_texts
 
 MAX_RUNS = 1_000_000
@@ -52,8 +53,8 @@ class SweepPlan:
         """Check that there are runs, without duplicates."""
         if not self.seeds:
             raise UsageError("no seeds; give at least one, such as 0:10")
-        if wrong := [seed for seed in self.seeds if not 0 <= seed < 2**63]:
-            raise UsageError(f"seed is {wrong[0]}; it must be from 0 to {2**63 - 1}")
+        for seed in self.seeds:
+            checked_seed(seed)
         _require_once("seed", self.seeds)
         for key, values in self.settings.items():
             if not values:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from mjsim.errors import WorldError
+from mjsim.errors import UsageError, WorldError
 from mjsim.world import CylinderObstacle, Source, parse_world, solid
 from tests.exchange.test_scenes import BOX, POST, WALLS, brought, link, model, scene
 
@@ -68,3 +68,21 @@ def test_links_stand_where_the_state_has_them_unless_a_joint_holds_them(tmp_path
     assert "kept: place of a link 'loose::b': that in the state which Gazebo saved" in said
     assert "left out: place of a link 'door::b': that in the state which Gazebo saved: it is on a joint" in said
     assert "left out: state of Gazebo: insertions 'late': not applied" in said
+
+
+def test_sensors_of_a_scene_are_told(tmp_path):
+    eye = "<sensor name='eye' type='camera'/>"
+    _, found = brought(scene(tmp_path, WALLS + model(f"<link name='l'>{eye}</link>", name="pole")))
+    assert "left out: camera sensor 'pole::eye': only robots have sensors" in found.report
+    path = tmp_path / "room.xml"
+    path.write_text(
+        "<mujoco><worldbody><geom type='box' size='1 1 1'/><camera name='top' pos='0 0 5'/></worldbody></mujoco>"
+    )
+    assert "left out: camera 'top': only robots have sensors" in brought(path)[1].report
+
+
+def test_a_world_of_stage_is_no_world_of_gazebo(tmp_path):
+    path = tmp_path / "a.world"
+    path.write_text("# Stage\nsize [16 16]\n")
+    with pytest.raises(UsageError, match=r"line 1, column 1, and so no world of Gazebo \(SDF\)$"):
+        brought(path)

@@ -335,7 +335,6 @@ def test_a_broken_scene_is_refused_in_one_line(content, says, tmp_path):
         ("a.world", "<sdf><world", "is not XML"),
         ("a.sdf", "<robot/>", "begins with <robot>; a scene of Gazebo begins with <sdf>"),
         ("a.sdf", "", "is not XML"),
-        ("a.world", "# Stage\nsize [16 16]\n", "line 1, column 1, and so no world of Gazebo (SDF)"),
         ("a.world", "<!DOCTYPE x [<!ENTITY a 'b'>]><sdf/>", "document type"),
         ("a.world", "<sdf>" * 300, "more than 200 deep"),
         ("a.xml", "<robot/>", "has no <mujoco>"),
@@ -399,14 +398,3 @@ def test_three_hundred_cylinders_are_read_in_moments(tmp_path):
     assert world.obstacles[299].at == (19.0, 14.0)
     assert math.isclose(solid(world).area, 300 * math.pi * 0.04, rel_tol=0.02)
     assert len(read_sdf(tmp_path / "room.world", search=[]).things) == 300
-
-
-def test_sensors_of_a_scene_are_told(tmp_path):
-    eye = "<sensor name='eye' type='camera'/>"
-    _, found = brought(scene(tmp_path, WALLS + model(f"<link name='l'>{eye}</link>", name="pole")))
-    assert "left out: camera sensor 'pole::eye': only robots have sensors" in found.report
-    path = tmp_path / "room.xml"
-    path.write_text(
-        "<mujoco><worldbody><geom type='box' size='1 1 1'/><camera name='top' pos='0 0 5'/></worldbody></mujoco>"
-    )
-    assert "left out: camera 'top': only robots have sensors" in brought(path)[1].report

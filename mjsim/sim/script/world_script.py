@@ -145,7 +145,7 @@ class WorldScript:
         """Raise UsageError if an event is impossible now."""
         self._check(event)
         if isinstance(event, MoveEvent | RestoreEvent):
-            move, removed = placement(event), self._removed_by(event)
+            move, removed = placement(event), self._scenery.removed_after(self._until(event))
             if move is not None and (message := misplaced(self._world, move, removed=removed)) is not None:
                 raise UsageError(message)
             self._require_room(event)
@@ -357,33 +357,24 @@ class WorldScript:
         if (found := self._obstacle_at(event, but=but)) is not None:
             if isinstance(event, RestoreEvent) and event.to is None:
                 raise UsageError(f"'{event.restore}' would come back inside {found}; move that away first")
-            name = event.move if isinstance(event, MoveEvent) else event.restore
-            place = ", ".join(f"{each:g}" for each in event.to or ())
-            raise UsageError(f"'{name}' is placed at [{place}] inside {found}; move it to a free place")
+            name, (x, y) = event.move if isinstance(event, MoveEvent) else event.restore, event.to or (0.0, 0.0)
+            raise UsageError(f"'{name}' is placed at [{x:g}, {y:g}] inside {found}; move it to a free place")
 
     def _obstacle_at(self, event: MoveEvent | RestoreEvent, *, but: Sequence[int] = ()) -> str | None:
         """Return the object inside which something would be placed; None if there is none, such as on the floor."""
         model = self._model
         trial = mujoco.MjData(model)
         mujoco.mj_copyData(trial, model, self._data)
-        for due in reversed(self._due):
-            if (move := placement(due)) is not None and due.time <= event.time + EVENT_TOLERANCE:
-                self._put_down(move, trial)
-        if (move := placement(event)) is not None:
-            own = self._put_down(move, trial)
-        elif isinstance(event, RestoreEvent):
-            own = self._scenery.geoms(event.restore)
-        with self._scenery.without(self._removed_by(event)):
+        events = self._until(event)
+        put = [self._put_down(move, trial) for each in events if (move := placement(each)) is not None]
+        own = self._scenery.geoms(event.restore) if isinstance(event, RestoreEvent) else put[-1]
+        with self._scenery.without(self._scenery.removed_after(events)):
             mujoco.mj_fwdPosition(model, trial)
         return held_by(model, trial, own, but=but)
 
-    def _removed_by(self, event: WorldEvent) -> frozenset[str]:
-        """Return what is removed after an event and those due before it."""
-        looks = self._scenery.looks
-        for each in (*reversed(self._due), event):
-            if isinstance(each, RemoveEvent | RestoreEvent) and each.time <= event.time + EVENT_TOLERANCE:
-                looks = looks.after(each, self._world)
-        return looks.removed
+    def _until(self, event: WorldEvent) -> list[WorldEvent]:
+        """Return the events that are due before an event, and the event."""
+        return [*(due for due in reversed(self._due) if due.time <= event.time + EVENT_TOLERANCE), event]
 
     def _body(self, name: str) -> str:
         """Return the body of a robot or an obstacle to push."""

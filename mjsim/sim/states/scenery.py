@@ -1,6 +1,6 @@
 """Appearance of a compiled world after events: light, lamps, and removed objects."""
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -11,7 +11,16 @@ from numpy.typing import NDArray
 
 from mjsim.compile import GHOST, dim_lamp, dim_light, lamp_names
 from mjsim.sim.rendering import UNSEEN, Merged
-from mjsim.world import Looks, ReachEvent, World, WorldEvent, first_looks, item_names
+from mjsim.world import (
+    Looks,
+    ReachEvent,
+    RemoveEvent,
+    RestoreEvent,
+    World,
+    WorldEvent,
+    first_looks,
+    item_names,
+)
 
 if TYPE_CHECKING:
     from mjsim.sim.person_hands import LedHands
@@ -77,6 +86,14 @@ class Scenery:
         model.body_contype[bodies[falls]] |= GHOST
         model.geom_conaffinity[model.geom("floor").id] |= GHOST
         model.body_conaffinity[0] |= GHOST
+
+    def removed_after(self, events: Iterable[WorldEvent]) -> frozenset[str]:
+        """Return the names of what is removed after some events."""
+        looks = self._looks
+        for each in events:
+            if isinstance(each, RemoveEvent | RestoreEvent):
+                looks = looks.after(each, self._world)
+        return looks.removed
 
     @contextmanager
     def without(self, removed: Collection[str]) -> Iterator[None]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from mjsim.geometry import Array, Pose
 from mjsim.plan import (
+    ORIGIN,
     PlanItem,
     beacon_shapes,
     lamp_shapes,
@@ -18,6 +19,7 @@ from mjsim.plan import (
     person_shapes,
     robot_shapes,
     route_shapes,
+    start_of,
     wall_shapes,
     window_shapes,
 )
@@ -44,7 +46,6 @@ THICKNESS = 0.03
 LISTS = ("walls", "obstacles", "beacons", "lamps", "robots", "mechanisms", "people")
 _DECIMALS = 4
 
-ORIGIN = Pose(0.0, 0.0, 0.0)
 
 Path = tuple[str | int, ...]
 Json = dict[str, Any]
@@ -119,8 +120,7 @@ def _things(world: World) -> Iterator[Thing]:
     for index, (lamp, name) in enumerate(zip(world.lamps, item_names(world.lamps), strict=True)):
         yield ("lamps", index), "light", lamp, list(lamp_shapes(lamp, name)), Pose(lamp.at[0], lamp.at[1], 0.0)
     for index, robot in enumerate(world.robots):
-        place = Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg))
-        yield ("robots", index), "robot", robot, list(robot_shapes(robot)), place
+        yield ("robots", index), "robot", robot, list(robot_shapes(robot)), start_of(robot)
     for kind in ("people", "mechanisms"):
         for index, thing in enumerate(getattr(world, kind)):
             yield from _moving(world, thing, (kind, index))
