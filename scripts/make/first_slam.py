@@ -69,8 +69,10 @@ def build(hand: Hand, keep: Callable[[str], None]) -> None:
     def button(name: str) -> Locator:
         return page.get_by_role("button", name=name).locator("visible=true").first
 
+    new = page.locator("#view-edit").get_by_role("button", name="New world")
+    expect(new).to_be_visible()
     keep("the empty page")
-    hand.press(page.locator("#view-edit").get_by_role("button", name="New world"))
+    hand.press(new)
     hand.press(button("Draw the first wall"))
     hand.drag(*ROOM)
     text = page.locator(".cm-content")
