@@ -67,9 +67,8 @@ class PointCamera:
         """
         cameras = {key: sensor for key, sensor in robot.sensors.items() if sensor.kind == "camera"}
         if not cameras or name not in (None, *cameras):
-            raise ValueError(
-                f"robot '{robot.name}' has no camera{f' {name!r}' if name else ''}; it has {[*cameras] or 'none'}"
-            )
+            wanted = f" '{name}'" if name else ""
+            raise ValueError(f"robot '{robot.name}' has no camera{wanted}; it has {', '.join(cameras) or 'none'}")
         self.name = name or next(iter(cameras))
         self.robot_from_camera: Array = cameras[self.name].robot_from_sensor
         """Shape (4, 4) [m]."""

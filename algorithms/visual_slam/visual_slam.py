@@ -56,7 +56,16 @@ class VisualSlam:
             distance: Distance between two keyframes [m].
             turn_deg: Turn between two keyframes.
             odometry_scale: Factor on the standard deviation of odometry, for slip that its data sheet does not include.
+
+        Raises:
+            ValueError: A number is too small.
         """
+        if features < MIN_MATCHES:
+            raise ValueError(f"features is {features}; it must be at least {MIN_MATCHES}")
+        rules = {"distance": distance, "turn_deg": turn_deg, "odometry_scale": odometry_scale}
+        for name, value in rules.items():
+            if not value > 0.0:
+                raise ValueError(f"{name} is {value}; it must be above 0")
         self._name, self._features = camera, features
         self._distance, self._turn, self._scale = distance, math.radians(turn_deg), odometry_scale
 

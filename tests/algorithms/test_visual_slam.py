@@ -301,3 +301,12 @@ def test_a_robot_without_the_camera_is_told_in_one_line_and_by_check():
     ):
         world = mjsim.parse_world(WORLD.replace("SENSORS", sensors.replace("DEPTH", "false")))
         assert any("VisualSlam" in str(each) and note in str(each) for each in notes_on(world))
+
+
+@pytest.mark.parametrize(
+    "rule", [{"features": -3}, {"distance": 0.0}, {"turn_deg": -1.0}, {"odometry_scale": math.nan}]
+)
+def test_rules_that_are_too_small_are_refused(rule):
+    (name,) = rule
+    with pytest.raises(ValueError, match=f"^{name} is {rule[name]}; it must be a"):
+        VisualSlam(**rule)
