@@ -304,7 +304,7 @@ def test_a_robot_without_the_camera_is_told_in_one_line_and_by_check():
 
 
 @pytest.mark.parametrize(
-    "rule", [{"features": -3}, {"distance": 0.0}, {"turn_deg": -1.0}, {"odometry_scale": math.nan}]
+    "rule", [{"features": -3}, {"distance": 0.0}, {"turn_deg": -1.0}, {"odometry_scale": float("nan")}]
 )
 def test_rules_that_are_too_small_are_refused(rule):
     (name,) = rule
