@@ -1,2 +1,2 @@
+from .entry import main as main
 from .program import app as app
-from .program import main as main

@@ -96,10 +96,7 @@ def app(names: Iterable[str] = COMMANDS) -> typer.Typer:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and exit.
-
-    0; 2 after a user error, 1 after a failed run, 129, 130 or 143 when interrupted, 141 when nobody reads its output.
-    """
+    """Run the command line and exit, as `mjsim.cli.main` says."""
     # The garbage collection at exit takes as long as loading many modules; skip it.
     atexit.register(gc.freeze)
     # Pydantic's search for plugins in all installed packages takes as long as reading a world.

@@ -202,6 +202,21 @@ def test_ctrl_c_and_kill_close_the_recording_and_give_what_shells_expect(room, s
     assert "run room.yaml -o run.mcap" in recording.metadata["command"]
 
 
+def test_ctrl_c_while_the_command_line_is_imported_is_one_line():
+    starts = """
+import os, signal, sys
+class Press:
+    def find_spec(self, name, *rest):
+        if name == "typer":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Press())
+from mjsim.cli import main
+main(["--version"])
+"""
+    done = completed([sys.executable, "-c", starts], check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "mjsim: interrupted\n")
+
+
 @pytest.mark.slow
 def test_a_killed_run_leaves_a_recording_that_can_be_reported(room, capsys):
     with shell("run", "room.yaml", "-o", "run.mcap", "--seconds", "600", "--realtime"):
