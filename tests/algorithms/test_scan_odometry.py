@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
+from scipy.spatial.transform import Rotation
 
 import mjsim
 from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam
@@ -11,7 +13,7 @@ from mjsim.algorithms.estimation.pose_graph import compose
 from mjsim.algorithms.lidar_slam import LidarSlam
 from mjsim.algorithms.scans import scan_walls
 from mjsim.algorithms.scans.level_scan import LevelLidar
-from mjsim.algorithms.scans.scan_odometry import ScanOdometry
+from mjsim.algorithms.scans.scan_odometry import FLOOR, GYROSCOPE, JITTER, LASTING, SPEED, ScanOdometry
 from mjsim.algorithms.scans.scan_walls import walls_of
 from mjsim.algorithms.waypoints import Waypoints
 from mjsim.interface import Odometry
@@ -149,3 +151,46 @@ def test_a_robot_that_stands_still_does_not_drift(drive):
         way = compose(way, np.array([step.forward, step.left, step.turn]))
     assert np.hypot(*way[:2]) < 0.02
     assert abs(way[2]) < 0.01
+
+
+@pytest.mark.parametrize("gyroscope", [None, 0.3])
+def test_a_predicted_step_is_that_of_a_velocity_which_decays_with_random_accelerations(gyroscope):
+    estimator, since = ScanOdometry(), 0.4
+    velocity, A = np.array([0.8, 0.1, 0.5]), np.random.default_rng(3).normal(0.0, 0.1, (6, 6))
+    estimator._velocity, estimator._P = velocity.copy(), A @ A.T
+    if gyroscope is not None:
+        estimator._turned, estimator._has_gyroscope = gyroscope, True
+    before = estimator._P.copy()
+    estimator._predict(since)
+    # Van Loan, Computing Integrals Involving the Matrix Exponential, IEEE T-AC 23(3), 1978, of x' = v, v' = -v/T + w.
+    zero, one = np.zeros((3, 3)), np.eye(3)
+    dynamics = np.block([[zero, one], [zero, -one / LASTING]])
+    power = np.block([[zero, zero], [zero, np.diag(2.0 * SPEED**2 / LASTING)]])
+    both = expm(np.block([[-dynamics, power], [np.zeros((6, 6)), dynamics.T]]) * since)
+    F = both[6:, 6:].T
+    Q = F @ both[:6, 6:]
+    step = F[:3, 3:] @ velocity
+    if gyroscope is not None:
+        step[2] = gyroscope
+    np.testing.assert_allclose(estimator._pose, step, atol=1e-12)
+    np.testing.assert_allclose(estimator._velocity, F[3:, 3:] @ velocity, atol=1e-12)
+    # The pose errs in the frame of the robot, which has turned; a stamp errs by a share of the time between scans.
+    F[:2, :2] = Rotation.from_euler("z", -step[2]).as_matrix()[:2, :2]
+    Q[:3, :3] += np.diag(FLOOR**2 + (JITTER * since * (np.abs(velocity) + 0.3 * SPEED)) ** 2)
+    expected = F @ before @ F.T + Q
+    if gyroscope is not None:
+        expected[2, :] = expected[:, 2] = 0.0
+        expected[2, 2] = before[2, 2] + FLOOR[2] ** 2 + (GYROSCOPE * since) ** 2
+    np.testing.assert_allclose(estimator._P, expected, atol=1e-12)
+
+
+def test_a_correction_moves_the_velocity_as_a_kalman_filter_that_measures_the_pose():
+    rng, estimator = np.random.default_rng(5), ScanOdometry()
+    A, B = rng.normal(0.0, 0.3, (6, 6)), rng.normal(0.0, 0.1, (3, 3))
+    P, R, error, H = A @ A.T, B @ B.T, rng.normal(0.0, 0.1, 3), np.eye(3, 6)
+    K = P @ H.T @ np.linalg.inv(H @ P @ H.T + R)
+    estimator._P = P.copy()
+    # A match leaves the pose where the measurement and the prediction together put it.
+    estimator._correct(K[:3] @ error, (np.eye(6) - K @ H)[:3] @ P[:, :3])
+    np.testing.assert_allclose(estimator._velocity, K[3:] @ error, atol=1e-10)
+    np.testing.assert_allclose(estimator._P, (np.eye(6) - K @ H) @ P, atol=1e-10)

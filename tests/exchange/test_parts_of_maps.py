@@ -5,10 +5,11 @@ import math
 import cv2
 import numpy as np
 import pytest
+from scipy.signal import convolve2d
 
 from mjsim.exchange.maps.cell_shapes import Bar, bar_between, cells_in, fitted_bar, fitted_disc, fitted_rectangle
 from mjsim.exchange.maps.map_pixels import claimed_pixels, gray_of
-from mjsim.exchange.maps.tidy import tidied
+from mjsim.exchange.maps.tidy import _without_pinholes, tidied
 from mjsim.geometry import Pose
 from mjsim.world import Grid
 
@@ -133,3 +134,10 @@ def test_gaps_in_walls_are_closed_and_hollow_things_are_solid():
     assert not found[45:52, 45:52].any()
     # The pillar, and a cell in each inner corner of the room.
     assert (found & ~occupied)[13:].sum() == 9 + 4
+
+
+def test_a_cell_with_six_occupied_neighbours_is_a_pinhole():
+    cells = np.random.default_rng(0).random((40, 50)) < 0.65
+    around = convolve2d(cells, [[1, 1, 1], [1, 0, 1], [1, 1, 1]], mode="same")
+    assert {5, 6} <= set(around[~cells].tolist())
+    np.testing.assert_array_equal(_without_pinholes(cells), cells | (around >= 6))

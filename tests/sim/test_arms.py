@@ -128,10 +128,63 @@ def test_encoders_and_motion_tell_what_mujoco_has():
         np.testing.assert_array_equal(motion.positions, state.positions)
         assert state.stamp == pytest.approx(0.2)
         np.testing.assert_array_equal(motion.goal, MOVE)
+        np.testing.assert_array_equal(motion.torques, sim.data.qfrc_actuator)
+        np.testing.assert_array_equal(state.torques, sim.data.qfrc_actuator)
+        np.testing.assert_array_equal(motion.accelerations, sim.data.qacc)
         world_from_robot = np.array([[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 0], [0, 0, 0, 1.0]])
         tool = world_from_robot @ sim.robots["r"].arms["arm"].model.fkine(state.positions)
         np.testing.assert_allclose(motion.tool, tool, atol=1e-12)
         assert np.abs(state.torques[1]) <= 186.4
+
+
+LINKS = (
+    "rows: [{a: 0.3, range_deg: [-80, 90], torque: 20, velocity_deg: 50},"
+    " {a: 0.2, range_deg: [-100, 120], torque: 30, velocity_deg: 60}]"
+)
+
+
+def test_joints_of_an_arm_on_a_rolling_base_are_those_of_their_names():
+    text = f"""
+mjsim: 1
+robots:
+  - {{name: r, preset: husky, at: [1, 2], arms: [{{name: left, dh: {{{LINKS}}}, at: [0, 0, 0.5]}}]}}
+"""
+    with mjsim.Simulation(parse_world(text)) as sim:
+        sim.apply("r", Command(0.3, joints={"left": JointGoal(positions=(0.4, -0.3))}))
+        for _ in range(3):
+            sim.step()
+        motion, seen = sim.motions()["r/left"], sim.sense("r").joints["left"]
+        joints = [sim.data.joint(f"r/left/joint{number}") for number in (1, 2)]
+        for told, key in ((motion.positions, "qpos"), (motion.velocities, "qvel"), (motion.accelerations, "qacc")):
+            np.testing.assert_array_equal(told, [getattr(joint, key)[0] for joint in joints])
+        np.testing.assert_array_equal(seen.positions, motion.positions)
+        np.testing.assert_array_equal(seen.velocities, motion.velocities)
+        assert np.abs(motion.positions).min() > 1e-4
+        info = sim.robots["r"].arms["left"]
+    assert info.joints == ("joint1", "joint2")
+    np.testing.assert_allclose(np.degrees([info.lower, info.upper]), [[-80, -100], [90, 120]])
+    assert info.max_torque.tolist() == [20.0, 30.0]
+    np.testing.assert_allclose(np.degrees(info.max_velocity), [50, 60])
+
+
+def test_an_arm_that_an_event_moves_goes_at_its_rates_to_the_place_and_takes_no_other_goal():
+    with mjsim.Simulation(world()) as sim:
+        arm = sim._robots["r"].arm("arm")
+        rates = np.minimum([link.max_velocity for link in arm.info.model.links], 1.0)
+        to = np.array([0.1, -0.02, 0.5, 0.0, -0.5, 0.03])
+        arm.lead(to)
+        for tick in range(1, 5):
+            arm.command(JointGoal(positions=tuple(MOVE)))
+            arm.before_step()
+            for step in range(10):
+                wanted = arm.wanted(0.004).joints["arm"]
+                farthest = rates * 0.04 * (tick - 1 + step / 10)
+                np.testing.assert_allclose(np.abs(wanted.positions[2]), farthest[2])
+            farthest = rates * 0.04 * tick
+            np.testing.assert_allclose(arm.goal(), np.clip(to, -farthest, farthest))
+        arm.lead(None)
+        arm.command(JointGoal(positions=tuple(MOVE)))
+        np.testing.assert_array_equal(arm.goal(), MOVE)
 
 
 def test_a_goal_moves_on_for_one_tick_and_holds_then():
@@ -198,6 +251,9 @@ GOALS = {
     "robot 'r' has no arm 'left'; there are arm": {"left": JointGoal(positions=(0.0,) * 6)},
     "the goal of arm 'arm' has positions (0.0,); give 6 finite numbers, one for each joint": {
         "arm": JointGoal(positions=(0.0,))
+    },
+    f"the goal of arm 'arm' has velocities {(float('inf'),) * 6}; give 6 finite numbers, one for each joint": {
+        "arm": JointGoal(positions=(0.0,) * 6, velocities=(float("inf"),) * 6)
     },
 }
 

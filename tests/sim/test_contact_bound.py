@@ -83,3 +83,24 @@ robots: [{{name: r, at: [0, 0], sensors: {sensors}}}]
         found.append(bumps)
     assert any(bump for bump, _ in found[0])
     assert found[0] == found[1]
+
+
+@pytest.mark.parametrize("is_shoved", [False, True])
+def test_no_contact_between_ticks_is_missed_where_robots_are_said_to_touch_nothing(is_shoved, monkeypatch):
+    thing = "obstacles: [{name: thing, cylinder: [0.2, 0.5], at: [-1, 0.2], movable: true, mass: 1}]"
+    found = []
+    for always in (False, True):
+        if always:
+            monkeypatch.setattr(ContactBound, "are_clear", lambda self: False)
+        sim = Simulation(parse_world(f"mjsim: 1\n{thing}\nrobots: [{{name: r, at: [0, 0]}}]\n"))
+        if is_shoved:
+            sim.shove("thing", (40.0, 0.0, 0.0), 0.004)
+        else:
+            sim.data.qvel[sim.model.joint("obstacle/thing").dofadr[0]] = 40.0
+        bumps = []
+        for _ in range(6):
+            sim.step()
+            bumps.append(sim.sense("r").bump)
+        found.append(bumps)
+    assert any(found[1])
+    assert found[0] == found[1]

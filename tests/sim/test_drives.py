@@ -213,6 +213,10 @@ def test_the_mean_twist_of_a_wheel_that_is_steered_meanwhile_is_that_of_many_mom
         mean = np.mean([kinematics.twist(3.0, angle) for angle in moments.tolist()], axis=0)
         # The midpoint rule errs by its step squared.
         np.testing.assert_allclose(kinematics.mean_twist(3.0, before, after), mean, atol=1e-7)
+    # Of a cosine over a small change: the difference of sines over it.
+    before, after = 0.3, 0.30019
+    forward, _, _ = kinematics.mean_twist(3.0, before, after)
+    assert forward == pytest.approx(0.3 * (math.sin(after) - math.sin(before)) / (after - before), rel=1e-11)
 
 
 def test_the_wheel_of_a_tricycle_stands_across_the_way_to_the_centre_of_the_turn():

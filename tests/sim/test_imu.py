@@ -175,6 +175,21 @@ def test_white_noise_and_walk_are_as_the_data_sheet_says(pull):
         assert abs(np.corrcoef(steps[1:, 0], steps[:-1, 0])[0, 1]) < 0.11
 
 
+def test_readings_are_the_same_however_often_they_are_taken():
+    told = []
+    with imu("rate_hz: 125, noise: {acceleration: 0.1, turn: 0.1}, walk: {acceleration: 0.1, turn: 0.1}") as sim:
+        for every in (1, 3, 24):
+            device, readings = device_of(sim), []
+            for number in range(1, 25):
+                device.after_step()
+                if number % every == 0:
+                    readings += device.take(0.004 * number)
+            told.append(np.hstack([[[reading.stamp] for reading in readings], *columns(readings)]))
+    assert len(told[0]) == 12
+    for each in told[1:]:
+        np.testing.assert_allclose(each, told[0], atol=1e-9)
+
+
 def test_the_walk_of_a_second_does_not_depend_on_the_rate():
     for rate in (250, 12.5):
         ends = []
@@ -210,12 +225,13 @@ def test_what_is_beyond_the_range_reads_as_its_end():
     assert acceleration[:, 2] == pytest.approx(5.0)
     assert turn[-100:, 2] == pytest.approx(0.3)
     with imu("rate_hz: 250, range: {acceleration: 5, turn: 0.3}") as sim:
-        device = device_of(sim)
         moved(sim, rotation=Rotation.identity(), velocity=np.zeros(3), turn=np.array([1.0, -1.0, 0.1]))
-        device.after_step()
-        (pulled,) = device.pull(0.004)
-        np.testing.assert_allclose(pulled.turn, [0.3, -0.3, 0.1])
-        assert max(abs(pulled.acceleration)) == 5.0
+        alone, one, batch = (device_of(sim) for _ in range(3))
+        for device in (alone, one, batch, batch):
+            device.after_step()
+        for reading in (*alone.pull(0.004), *one.take(0.004), *batch.take(0.008)):
+            np.testing.assert_allclose(reading.turn, [0.3, -0.3, 0.1])
+            assert max(abs(reading.acceleration)) == 5.0
 
 
 def test_readings_do_not_change_when_ticks_pass_unasked_and_come_late_by_whole_ticks():

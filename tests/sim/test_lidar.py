@@ -5,11 +5,13 @@ import math
 import numpy as np
 import pytest
 import shapely
+from scipy import stats
 
 from mjsim.geometry import Array, Pose
 from mjsim.interface import Command, Scan
 from mjsim.sim import Simulation
 from mjsim.world import World, parse_world, preset_names, solid
+from tests.sim.devices import taken
 
 ROOM = """
 mjsim: 1
@@ -164,6 +166,18 @@ def test_mixed_pixels_lie_between_the_two_surfaces_of_an_edge_and_nowhere_else()
         assert 0.2 < changed[:, beam].mean() < 0.8
 
 
+def test_a_mixed_pixel_is_as_often_as_asked_for_anywhere_between_the_two_surfaces():
+    walls = "walls: [{points: [[2, -5], [2, 0]], thickness: 0.1}, {points: [[5, -9], [5, 9]], thickness: 0.1}]\n"
+    keys = "beams: 3, fov_deg: 20, spot_deg: 5, mixed_pixels: 0.2"
+    with Simulation(parse_world(f"mjsim: 1\n{walls}robots:\n{robot(keys, at=(0, 0))}")) as sim:
+        ranges = np.array([scan.ranges for scan in taken(sim, 500)])
+    middle, off = ranges[:, 1], math.cos(math.radians(2.5))
+    mixed = middle[(np.abs(middle - 1.95) > 1e-3) & (np.abs(middle - 4.95) > 1e-3)]
+    assert len(mixed) == pytest.approx(100, abs=4 * math.sqrt(500 * 0.16))
+    assert stats.kstest(mixed, stats.uniform(1.95 / off, 3 / off).cdf).pvalue > 1e-3
+    assert np.ptp(ranges[:, [0, 2]], axis=0).max() == 0.0
+
+
 def test_intensity_is_brightness_times_the_cosine_at_which_a_surface_is_met():
     wall = "walls: [{points: [[2, -5], [2, 5]], color: '#808080'}]\n"
     world = parse_world(f"mjsim: 1\n{wall}robots:\n{robot('beams: 5, fov_deg: 120, intensity: true', at=(0, 0))}")
@@ -179,17 +193,21 @@ def test_intensity_is_brightness_times_the_cosine_at_which_a_surface_is_met():
         np.testing.assert_array_equal(scan.intensities == 0.0, gone)
 
 
-def test_the_data_sheet_tells_where_the_lidar_is_and_how_far_it_errs():
-    keys = (
-        "at: [0.1, 0.2, 0.3], yaw_deg: 90, noise: {range: 0.02}, rate_hz: 5, latency: 2, range: [0.1, 6], fov_deg: 200"
-    )
-    with Simulation(parse_world("mjsim: 1\nrobots:\n" + robot(keys))) as sim:
-        info = sim.robots["r"].sensors["scan"]
-    assert (info.kind, info.rate_hz, info.latency, info.range) == ("lidar", 5.0, 2, (0.1, 6.0))
-    assert info.noise == {"range": 0.02}
-    assert info.fov == pytest.approx(math.radians(200))
-    expected = [[0, -1, 0, 0.1], [1, 0, 0, 0.2], [0, 0, 1, 0.3], [0, 0, 0, 1]]
-    np.testing.assert_allclose(info.robot_from_sensor, expected, atol=1e-12)
+@pytest.mark.parametrize(("color", "brightness"), [("'#ff0000'", 0.2126), ("'#00ff00'", 0.7152), ("'#0000ff'", 0.0722)])
+@pytest.mark.parametrize(
+    "keys",
+    [
+        "lidar: s, beams: 3, fov_deg: 2, intensity: true",
+        "lidar3d: s, elevation_deg: [-2, 0, 2], rings: 3, columns: 3, fov_deg: 2",
+    ],
+)
+def test_the_brightness_of_a_colour_is_that_of_the_standard_for_television(color, brightness, keys):
+    wall = f"walls: [{{points: [[2, -5], [2, 5]], color: {color}, height: 3}}]"
+    world = parse_world(f"mjsim: 1\n{wall}\nrobots: [{{name: r, at: [0, 0], sensors: [{{{keys}}}]}}]\n")
+    with Simulation(world) as sim:
+        seen = sim.sense("r")
+    strengths = next(each.intensities for each in (*seen.scans.values(), *seen.clouds.values()))
+    assert strengths.max() == pytest.approx(brightness, rel=1e-4)  # ITU-R BT.709
 
 
 @pytest.mark.slow

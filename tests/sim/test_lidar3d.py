@@ -34,6 +34,7 @@ robots:
     at: [3, 2]
     heading_deg: 20
 """
+WALLED = "walls: [{points: [[0, 0], [8, 0], [8, 6], [0, 6]], closed: true, height: 30, thickness: 0.1}]"
 LIDAR = "lidar3d: top, at: [0.1, 0.05, 0.8], rings: 16, columns: 360, rate_hz: 12.5"
 
 
@@ -53,7 +54,8 @@ def drive(sim: Simulation, ticks: int) -> None:
 
 def test_points_lie_on_the_walls_from_where_the_sensor_was_at_each_of_them():
     walls = "walls: [{points: [[0, 0], [8, 0], [8, 6], [0, 6]], closed: true, height: 9, thickness: 0.1}]"
-    bare = f"mjsim: 1\n{walls}\nrobots: [{{name: scout, preset: pioneer3dx, at: [3, 2], sensors: [{{{LIDAR}}}]}}]\n"
+    lidar = f"{{{LIDAR}, missed: 0.3, range: [1, 100]}}"
+    bare = f"mjsim: 1\n{walls}\nrobots: [{{name: scout, preset: pioneer3dx, at: [3, 2], sensors: [{lidar}]}}]\n"
     world = with_settings(parse_world(bare), ["run.rate_hz=250"])
     with Simulation(world) as sim:
         mount = sim.robots["scout"].sensors["top"].robot_from_sensor
@@ -66,8 +68,15 @@ def test_points_lie_on_the_walls_from_where_the_sensor_was_at_each_of_them():
     assert set(steps.tolist()) == set(range(-19, 1))
     poses = np.array(places)[len(places) - 1 + steps]
     x, y, z = (np.einsum("nij,nj->ni", poses[:, :3, :3], cloud.points) + poses[:, :3, 3]).T
-    off = np.min(np.abs([x - 0.05, x - 7.95, y - 0.05, y - 5.95, z]), axis=0)
-    assert off.max() < 1e-5
+    off = np.abs([x - 0.05, x - 7.95, y - 0.05, y - 5.95, z])
+    assert np.min(off, axis=0).max() < 1e-5
+    assert np.linalg.norm(cloud.points, axis=1).min() > 1.0
+    # Lambert's law: the strength of a return from a wall is as the cosine of the angle at which it is met.
+    rays = np.einsum("nij,nj->ni", poses[:, :3, :3], cloud.points / np.linalg.norm(cloud.points, axis=1)[:, None])
+    cosines = np.abs(rays[np.arange(len(rays)), np.array([0, 0, 1, 1, 2])[off.argmin(axis=0)]])
+    for on_surface in (off.argmin(axis=0) < 4, off.argmin(axis=0) == 4):
+        brightness = cloud.intensities[on_surface] / cosines[on_surface]
+        assert np.ptp(brightness) < 1e-4 * brightness.mean()
     assert np.linalg.norm(places[-1][:3, 3] - places[-20][:3, 3]) > 0.01  # it moved meanwhile
 
 
@@ -163,9 +172,8 @@ def test_noise_lies_along_the_beams_and_misses_are_left_out():
 
 
 def test_columns_are_fired_evenly_over_the_steps_of_a_revolution_and_the_last_ones_at_the_tick():
-    walls = "walls: [{points: [[0, 0], [8, 0], [8, 6], [0, 6]], closed: true, height: 30}]"
     keys = "lidar3d: top, at: [0, 0, 9], rings: 4, columns: 80, rate_hz: 12.5"
-    world = parse_world(f"mjsim: 1\n{walls}\nrobots: [{{name: scout, at: [3, 2], sensors: [{{{keys}}}]}}]\n")
+    world = parse_world(f"mjsim: 1\n{WALLED}\nrobots: [{{name: scout, at: [3, 2], sensors: [{{{keys}}}]}}]\n")
     with Simulation(world) as sim:
         cloud = cloud_of(sim)
     assert len(cloud.points) == 320
@@ -178,10 +186,34 @@ def test_columns_are_fired_evenly_over_the_steps_of_a_revolution_and_the_last_on
 
 
 def test_rings_have_the_elevations_that_the_world_gives():
-    with Simulation(room(", elevation_deg: [-20, 10]")) as sim:
+    with Simulation(room(", elevation_deg: [-20, 10], missed: 0.3")) as sim:
         cloud = cloud_of(sim)
     up = np.degrees(np.arctan2(cloud.points[:, 2], np.hypot(cloud.points[:, 0], cloud.points[:, 1])))
     np.testing.assert_allclose(up, np.linspace(-20, 10, 16)[cloud.rings], atol=1e-4)
+
+
+def test_over_less_than_a_turn_the_first_and_the_last_column_are_at_the_edges_of_the_field_of_view():
+    keys = "lidar3d: top, rings: 3, columns: 10, fov_deg: 90"
+    with Simulation(
+        parse_world(f"mjsim: 1\n{WALLED}\nrobots: [{{name: scout, at: [3, 2], sensors: [{{{keys}}}]}}]")
+    ) as sim:
+        points = cloud_of(sim).points
+    azimuths = np.degrees(np.arctan2(points[:, 1], points[:, 0])).reshape(10, 3)
+    np.testing.assert_allclose(azimuths, np.repeat(np.linspace(-45, 45, 10)[:, None], 3, axis=1), atol=1e-4)
+
+
+def test_two_prisms_bend_the_beams_of_a_rosette_as_they_turn():
+    keys = "lidar3d: top, at: [0, 0, 8], rosette: {fov_deg: 40, points: 500, rpm: [6000, -4500]}, rate_hz: 12.5"
+    with Simulation(
+        parse_world(f"mjsim: 1\n{WALLED}\nrobots: [{{name: scout, at: [3, 2], sensors: [{{{keys}}}]}}]")
+    ) as sim:
+        points = cloud_of(sim).points
+    off = np.arccos(points[:, 0] / np.linalg.norm(points, axis=1))
+    left, up = off * points[:, 1:].T / np.linalg.norm(points[:, 1:], axis=1)
+    # Each bends by 10 degrees towards where it points: 100 and -75 turns a second.
+    time = 0.08 * np.arange(500) / 500
+    bends = np.exp(1j * math.tau * 100 * time) + np.exp(-1j * math.tau * 75 * time)
+    np.testing.assert_allclose(left + 1j * up, math.radians(10) * bends, atol=1e-5)
 
 
 def test_a_rosette_fills_its_cone_and_draws_other_petals_each_time():

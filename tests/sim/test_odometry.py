@@ -9,6 +9,7 @@ from mjsim.geometry import Pose, wrap_angle
 from mjsim.interface import Command
 from mjsim.run.pilot import DeadReckoning
 from mjsim.sim import Simulation, arc_end, arc_end_slopes
+from mjsim.sim.bases import gear_of
 from mjsim.sim.bases.differential import DifferentialKinematics
 from mjsim.sim.odometry import SMOOTHING_SECONDS, WheelOdometer
 from mjsim.world import Slip, WheelOdometry, parse_world
@@ -206,6 +207,25 @@ def test_a_wheel_that_is_thought_too_large_bends_the_way():
     seen = odometer(wheel_errors=(0.0, 0.01)).increment((10.0, 10.0))
     assert seen.turn == pytest.approx(0.01 / 0.4)
     assert math.hypot(seen.forward, seen.left) == pytest.approx(1.005, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("keys", "slip"),
+    [
+        ("", Slip()),
+        ("slip: 3", Slip().times(3)),
+        ("tyres: {forward: 0.01, left: 0.02}", Slip(forward=0.01, left=0.02)),
+        ("slip: 2, tyres: {forward: 0.01, left: 0.02}", Slip(forward=0.02, left=0.04)),
+    ],
+)
+def test_the_slip_of_odometry_is_that_of_its_tyres_or_else_of_its_drive_times_its_factor(keys, slip):
+    noise = "noise: {distance: 0, turn: 0}"
+    text = f"mjsim: 1\nrobots: [{{name: r, at: [0, 0], odometry: {{{noise}, {keys}}}}}]\n"
+    world = parse_world(text)
+    gear = gear_of(world.robots[0], dt=0.04, seed=0, source=world.source, clock=lambda: 0.0)
+    moved = gear.odometer.increment((1.0, 1.0))
+    variances = np.array([slip.forward, slip.left, 0.0]) ** 2 * moved.forward
+    np.testing.assert_allclose(moved.covariance, np.diag(variances), rtol=1e-12)
 
 
 def sideways(seed: int = 0, slip: Slip | None = None, dt: float = 1.0, **noise: float) -> WheelOdometer:

@@ -48,7 +48,7 @@ def test_a_delay_is_exact_to_the_tick_and_nothing_is_missed_by_who_listens_late(
 
 
 def test_who_is_too_far_when_it_is_sent_hears_nothing():
-    sim = team("{range: 3.5}")
+    sim = team("{range: 3.5}", ((5, 5), (8, 5), (5, 9)))
     sim.apply("r0", Command(messages=("hello",)))
     sim.apply("r2", Command(messages=("who is there",)))
     sim.step()

@@ -1,5 +1,6 @@
 """What editors are told of world files is what the reader says."""
 
+import runpy
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,11 @@ def said(validator, text):
     return [
         f"{'.'.join(map(str, error.absolute_path))}: {error.message}" for error in validator.iter_errors(node.value)
     ]
+
+
+def test_the_schema_beside_the_shipped_worlds_is_what_the_program_prints():
+    made = runpy.run_path(str(ROOT / "scripts" / "make" / "world_page.py"))["schema_text"]()
+    assert (ROOT / "worlds" / "mjsim.schema.json").read_text(encoding="utf-8") == made
 
 
 @pytest.mark.slow
