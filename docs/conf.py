@@ -23,7 +23,7 @@ release = importlib.metadata.version("mjsim")
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "command_line"]
 exclude_patterns = ["site"]
-
+templates_path = ["site/templates"]
 
 myst_heading_anchors = 4
 myst_enable_extensions = ["colon_fence"]
@@ -50,7 +50,7 @@ html_theme_options = {
     "header_links_before_dropdown": 6,
     "show_prev_next": False,
     "show_toc_level": 2,
-    "navbar_end": ["theme-switcher"],
+    "navbar_end": ["versions", "theme-switcher"],
     "footer_start": ["copyright"],
     "footer_end": ["theme-version"],
     "pygments_light_style": "a11y-high-contrast-light",

@@ -145,6 +145,7 @@ def test_the_site_builds_without_a_warning(tmp_path):
     assert len(loaded) > 40
     assert not any(loaded)
     reference = (tmp_path / "site" / "reference" / "python.html").read_text("utf-8")
+    assert 'src="../../versions.js"' in reference  # the list of versions lies beside their folders
     assert "mjsim.Estimate.joint_covariance" in reference
     assert reference.count(">Example<") == (ROOT / "docs" / "site" / "examples.py").read_text("utf-8").count("# %% ")
 
