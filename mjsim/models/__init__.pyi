@@ -1,6 +1,7 @@
 from .arms import ArmFileError as ArmFileError
 from .arms import FileArm as FileArm
 from .arms import FileLink as FileLink
+from .arms import Motors as Motors
 from .arms import read_arm as read_arm
 from .arms import text_place as text_place
 from .colours import color_of as color_of

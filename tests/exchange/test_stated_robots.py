@@ -7,7 +7,7 @@ import pytest
 from mjsim import UsageError
 from mjsim.exchange import RobotOptions
 from mjsim.exchange.robots.driven_wheels import Gear, find_gear
-from mjsim.exchange.robots.listing import kept, sluggish
+from mjsim.exchange.robots.listing import efforts, kept, sluggish
 from mjsim.exchange.robots.mounts import find_mounts
 from mjsim.exchange.robots.preset import Plan, first_plan, max_speed, preset_turn
 from mjsim.exchange.robots.robot_frame import find_stand
@@ -323,6 +323,14 @@ def test_limits_of_torque_and_acceleration_that_no_drive_has_are_told():
     }
     (said,) = drives_in_parameters(parameters, "c.yaml")
     assert said.unused == ("linear.x.max_acceleration 2",)
+
+
+def test_torques_of_wheels_are_told_as_left_out():
+    files = cart(limit='<limit effort="7.5" velocity="9"/>')
+    plan, _ = planned(files)
+    told = "left out: effort of wheels, 7.5 N m: wheels follow their speeds with any torque"
+    assert inventory(efforts(files, plan.gear)) == [told]
+    assert inventory(efforts(cart(), plan.gear)) == []
 
 
 def test_frames_called_like_sensors_that_mjsim_has_not_are_told_in_one_line():

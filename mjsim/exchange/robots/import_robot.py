@@ -81,7 +81,7 @@ def bring_robot(
     files = {model: robot_text(robot.files).encode()}
     files |= {f"{name}/{flat}": data for flat, data in robot.files.assets.items()}
     plan = first_plan(name, model, gear, stand, mounts)
-    items = [*kept(anatomy, plan), *amiss(source, robot, anatomy, stand), *dropped, *source.unused()]
+    items = [*kept(anatomy, plan), *amiss(source, robot, anatomy, plan), *dropped, *source.unused()]
     plan, measured = _calibrated(plan, files, path)
     report = [summary(path, robot, anatomy, stand, sdf=source.sdf), *_driven(measured, plan)]
     plan, found = _as_driven(plan, files, path, anatomy, robot)

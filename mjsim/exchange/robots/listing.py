@@ -1,5 +1,6 @@
 """Lists what was kept, guessed, repaired, added and left out of a robot's file."""
 
+import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -9,7 +10,7 @@ from mjsim.exchange.robots.preset import Plan, max_speed, preset_turn, speed_sou
 from mjsim.exchange.robots.robot_frame import Stand
 from mjsim.exchange.robots.robot_source import RobotSource
 from mjsim.inventory import Fate, FileItem
-from mjsim.models import Anatomy, RobotFiles, gyrations
+from mjsim.models import Anatomy, Motors, RobotFiles, gyrations
 
 KINDS = {
     "differential": "a differential drive",
@@ -21,6 +22,8 @@ KINDS = {
 }
 SIZES = {"mecanum": "track and wheelbase together", "omni3": "a ring of wheels with a diameter"}
 """Names of the dimension that determines how far a robot turns."""
+ANY_TORQUE = "wheels follow their speeds with any torque"
+"""Why limits of torque are left out."""
 BEYOND = 1.2
 """A radius of gyration that exceeds the reach of the shapes by this factor cannot be."""
 SIZE_TOLERANCE = 0.02
@@ -68,7 +71,7 @@ def _speeds(plan: Plan) -> Iterator[FileItem]:
     if said.max_turn is not None:
         yield FileItem(Fate.KEPT, f"max_turn {preset_turn(plan):g} deg/s", why=f"by {said.source}")
     if said.unused:
-        yield FileItem(Fate.LEFT_OUT, ", ".join(said.unused), why="wheels follow their speeds with any torque")
+        yield FileItem(Fate.LEFT_OUT, ", ".join(said.unused), why=ANY_TORQUE)
 
 
 def _differing(plan: Plan) -> Iterator[FileItem]:
@@ -102,8 +105,9 @@ def _held(anatomy: Anatomy, gear: Gear) -> list[str]:
     return [joint.name or "?" for joint in anatomy.joints if joint.name not in used]
 
 
-def amiss(source: RobotSource, robot: RobotFiles, anatomy: Anatomy, stand: Stand) -> Iterator[FileItem]:
+def amiss(source: RobotSource, robot: RobotFiles, anatomy: Anatomy, plan: Plan) -> Iterator[FileItem]:
     """Yield what was left out, repaired or added."""
+    yield from efforts(robot, plan.gear)
     for note in robot.notes:
         left_out = note.removeprefix("left out: ")
         fate = Fate.MENDED if left_out == note else Fate.LEFT_OUT
@@ -120,8 +124,16 @@ def amiss(source: RobotSource, robot: RobotFiles, anatomy: Anatomy, stand: Stand
         yield FileItem(Fate.LEFT_OUT, "package", name, why)
     for name in anatomy.loose:
         yield FileItem(Fate.LEFT_OUT, "ball joint", name, "treated as rigid")
-    for note in stand.notes:
+    for note in plan.stand.notes:
         yield FileItem(Fate.ADDED, note)
+
+
+def efforts(robot: RobotFiles, gear: Gear) -> Iterator[FileItem]:
+    """Yield the torques that the joints of driven wheels state."""
+    found = {Motors({}, {}).torque(robot.model, robot.model.joint(wheel.name).id) for wheel in gear.wheels()}
+    if torques := sorted(torque for torque in found if math.isfinite(torque)):
+        values = ", ".join(f"{torque:g}" for torque in torques)
+        yield FileItem(Fate.LEFT_OUT, f"effort of wheels, {values} N m", why=ANY_TORQUE)
 
 
 def sluggish(robot: RobotFiles) -> Iterator[FileItem]:
