@@ -134,6 +134,7 @@ def test_false_sightings_come_as_often_as_asked_for_and_fill_the_field_of_view_e
     assert counts.var() == pytest.approx(0.5, rel=0.2)
     polar = np.array([(s.range, s.bearing) for sightings in seen for s in sightings])
     assert all(s.name is None for sightings in seen for s in sightings)
+    assert 1 <= polar[:, 0].min() < polar[:, 0].max() <= 5
     assert np.histogram(polar[:, 0], 4, (1, 5))[0] == pytest.approx(len(polar) / 4, rel=0.3)
     assert np.histogram(polar[:, 1], 4, (-math.pi / 2, math.pi / 2))[0] == pytest.approx(len(polar) / 4, rel=0.3)
 

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from mjsim.errors import WorldError
+from mjsim.errors import UsageError, WorldError
 from mjsim.interface import Command, Observation
 from mjsim.sim import Simulation
+from mjsim.sim.sensors.suite import ticks_between
 from mjsim.world import parse_world
 
 TICKS = 40
@@ -52,7 +53,7 @@ def test_a_late_reading_is_of_the_place_where_it_was_taken():
         np.testing.assert_array_equal(taken.scans["scan"].ranges, told.scans["scan"].ranges)
 
 
-@pytest.mark.parametrize("latency", [0, 3])
+@pytest.mark.parametrize("latency", [0, 4])
 def test_a_reading_is_the_same_whether_those_before_it_were_asked_for_or_not(latency):
     noise = "noise: {range: 0.05}, missed: 0.1, mixed_pixels: 0.5"
     sensors = f"{{lidar: scan, {noise}, latency: {latency}}}, {{beacons: ring, noise: {{range: 0.1}}, missed: 0.2,"
@@ -70,6 +71,8 @@ def test_a_reading_is_the_same_whether_those_before_it_were_asked_for_or_not(lat
 
 
 def test_a_rate_that_does_not_divide_the_ticks_is_refused_with_the_nearest_that_does():
+    with pytest.raises(UsageError, match=r"it must divide the loop's 25, the nearest is 8\.33333"):
+        ticks_between(25.0, 9.0)
     for kind in ("lidar", "beacons", "camera"):
         with pytest.raises(WorldError, match="rate_hz is 10 Hz") as caught:
             parse_world(f"mjsim: 1\nrobots: [{{name: r, at: [0, 0], sensors: [{{{kind}: s, rate_hz: 10}}]}}]\n")

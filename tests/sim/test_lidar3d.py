@@ -54,7 +54,7 @@ def drive(sim: Simulation, ticks: int) -> None:
 
 def test_points_lie_on_the_walls_from_where_the_sensor_was_at_each_of_them():
     walls = "walls: [{points: [[0, 0], [8, 0], [8, 6], [0, 6]], closed: true, height: 9, thickness: 0.1}]"
-    lidar = f"{{{LIDAR}, missed: 0.3, range: [1, 100]}}"
+    lidar = f"{{{LIDAR}, missed: 0.3, range: [2.5, 100]}}"
     bare = f"mjsim: 1\n{walls}\nrobots: [{{name: scout, preset: pioneer3dx, at: [3, 2], sensors: [{lidar}]}}]\n"
     world = with_settings(parse_world(bare), ["run.rate_hz=250"])
     with Simulation(world) as sim:
@@ -65,12 +65,12 @@ def test_points_lie_on_the_walls_from_where_the_sensor_was_at_each_of_them():
             places.append(sim.pose("scout") @ mount)
         cloud = cloud_of(sim)
     steps = np.round(cloud.times / 0.004).astype(int)
-    assert set(steps.tolist()) == set(range(-19, 1))
+    assert {-19, 0} <= set(steps.tolist()) <= set(range(-19, 1))
     poses = np.array(places)[len(places) - 1 + steps]
     x, y, z = (np.einsum("nij,nj->ni", poses[:, :3, :3], cloud.points) + poses[:, :3, 3]).T
     off = np.abs([x - 0.05, x - 7.95, y - 0.05, y - 5.95, z])
     assert np.min(off, axis=0).max() < 1e-5
-    assert np.linalg.norm(cloud.points, axis=1).min() > 1.0
+    assert np.linalg.norm(cloud.points, axis=1).min() > 2.5
     # Lambert's law: the strength of a return from a wall is as the cosine of the angle at which it is met.
     rays = np.einsum("nij,nj->ni", poses[:, :3, :3], cloud.points / np.linalg.norm(cloud.points, axis=1)[:, None])
     cosines = np.abs(rays[np.arange(len(rays)), np.array([0, 0, 1, 1, 2])[off.argmin(axis=0)]])

@@ -62,7 +62,7 @@ def test_the_data_sheet_has_the_mount_the_rate_the_bounds_and_the_noise_of_the_w
 
 
 NOISY = {
-    "lidar": "lidar: s, beams: 9, noise: {range: 0.1}, missed: 0.3, mixed_pixels: 0.5, spot_deg: 5",
+    "lidar": "lidar: s, beams: 180, noise: {range: 0.1}, missed: 0.3, mixed_pixels: 0.5, spot_deg: 5",
     "lidar3d": "lidar3d: s, rings: 2, columns: 20, rate_hz: 12.5, noise: {range: 0.1}, missed: 0.3",
     "beacons": "beacons: s, noise: {range: 0.1, bearing_deg: 2}, missed: 0.3, outliers: 0.3, false_rate: 30",
     "uwb": "uwb: s, noise: {range: 0.1}, missed: 0.2, nlos: {bias: 0.5, missed: 0.2}",
@@ -168,6 +168,31 @@ def test_what_a_beacon_hangs_on_may_stand_out_by_some_millimetres(inside, is_see
         seen = sim.sense("r")
     assert [each.name for each in seen.sightings] == ["b"] * is_seen
     assert bool(seen.ranges["t"].ranges) == is_seen
+
+
+def test_what_is_hidden_far_away_is_hidden_while_something_near_is_seen():
+    beacons = "beacons: [{name: near, at: [1, 0.8], anchor: true}, {name: far, at: [4, 0], anchor: true}]"
+    plain = "{name: close, at: [1, -0.8]}, {name: away, at: [4, 0.1]}"
+    text = f"mjsim: 1\nwalls: [{{points: [[3, -1], [3, 1]], height: 3}}]\n{beacons[:-1]}, {plain}]\n"
+    text += "robots: [{name: r, at: [0, 0], sensors: [{beacons: s}, {uwb: t, nlos: {missed: 1}}]}]\n"
+    with Simulation(parse_world(text)) as sim:
+        seen = sim.sense("r")
+    assert {each.name for each in seen.sightings} == {"close"}
+    assert set(seen.ranges["t"].ranges) == {"near"}
+
+
+def test_readings_of_two_sensors_of_a_kind_come_together_and_so_do_the_names_of_what_they_saw():
+    beacons = "beacons: [{name: ahead, at: [2, 0]}, {name: behind, at: [-2, 0]}]"
+    sensors = "{beacons: a, fov_deg: 90}, {beacons: b, fov_deg: 90, yaw_deg: 180, anonymous: true}, {imu: c}, {imu: d}"
+    with Simulation(
+        parse_world(f"mjsim: 1\n{beacons}\nrobots: [{{name: r, at: [0, 0], sensors: [{sensors}]}}]\n")
+    ) as sim:
+        sim.step()
+        sim.step()
+        seen = sim.sense("r")
+        assert [each.name for each in seen.sightings] == ["ahead", None]
+        assert sim.identities("r") == ("ahead", "behind")
+    assert {each.name for each in seen.imu} == {"c", "d"}
 
 
 def test_a_compass_off_the_middle_of_its_robot_has_the_bias_of_its_own_place():

@@ -44,14 +44,23 @@ def test_a_camera_on_the_tool_looks_from_where_the_chain_has_it():
         np.testing.assert_allclose(told[:3, 3], (arm.fkine(np.zeros(6)) @ [0.06, 0, 0.02, 1])[:3], atol=1e-12)
 
 
-def test_a_lidar_on_a_link_measures_from_there():
-    sensor = "{lidar: scan, on: arm/link1, at: [0.3, 0, 0.1], yaw_deg: 20, pitch_deg: 10, beams: 30, fov_deg: 300}"
-    with mjsim.Simulation(world(sensor)) as sim:
+@pytest.mark.parametrize("part", ["link1", "link3", "tool"])
+def test_a_lidar_on_an_arm_measures_from_there(part):
+    keys = "at: [0.3, 0, 0.1], yaw_deg: 20, pitch_deg: 10, beams: 30, fov_deg: 300"
+    tool = "tool: {at: [0, 0.05, 0.1], rpy_deg: [20, 30, 90]}"
+
+    def placed(q: np.ndarray) -> np.ndarray:
+        posture = arm.posture(q)
+        return posture.tool if part == "tool" else posture.links[int(part[-1]) - 1]
+
+    with mjsim.Simulation(world(f"{{lidar: scan, on: arm/{part}, {keys}}}", tool=tool)) as sim:
         world_from_robot, arm = moved(sim)
-        pose = world_from_robot @ arm.posture(POSTURE).links[0]
+        pose, mount = world_from_robot @ placed(POSTURE), np.eye(4)
+        mount[:3, :3], mount[:3, 3] = Rotation.from_euler("ZY", [20, -10], degrees=True).as_matrix(), [0.3, 0, 0.1]
         scan = sim.sense("r").scans["scan"]
-    start = (pose @ [0.3, 0, 0.1, 1])[:3]
-    turned = pose[:3, :3] @ Rotation.from_euler("ZY", [20, -10], degrees=True).as_matrix()
+        told = sim.robots["r"].sensors["scan"].robot_from_sensor
+    np.testing.assert_allclose(told, placed(np.zeros(6)) @ mount, atol=1e-12)
+    start, turned = (pose @ mount)[:3, 3], (pose @ mount)[:3, :3]
     rays = np.stack([np.cos(scan.angles()), np.sin(scan.angles()), 0 * scan.angles()], axis=1) @ turned.T
     # The inner faces of the walls, and the floor.
     faces = np.array([[-3.95, -3.95, 0.0], [3.95, 3.95, np.inf]])
