@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mjsim.geometry import Pose, Pose3
-from mjsim.interface import CompassReading, ImuReading, JointState, Scan, SensorInfo
+from mjsim.interface import CameraFrame, CompassReading, ImuReading, JointState, PointCloud, Scan, SensorInfo
 from mjsim.ros import messages
 from mjsim.ros.ros_robot import RosTick
 from mjsim.sim import Simulation
@@ -165,3 +165,50 @@ def test_a_tick_gives_the_twist_of_its_motion_and_the_first_sensor_of_a_kind_the
     assert not [*ros.messages(RosTick(time=0.0, truth=None))]
     bare = [*ros.messages(RosTick(time=1.0, truth=Pose3.from_planar(Pose(1.0, 2.0, 0.5))))]
     assert [(each.topic.name, each.message.header.frame_id) for each in bare] == [("/r/truth", "map")]
+
+
+CAMERA = """mjsim: 1
+robots:
+  - name: r
+    at: [0, 0]
+    sensors: [{camera: eye, width: 20, height: 16, depth: true, lens: {brown: [0.1, 0.02, 0, 0]}}, {lidar3d: top, rings: 2}]
+"""
+
+
+def test_a_picture_its_depth_and_its_calibration_come_together_at_their_own_times():
+    from mjsim.ros import RosWorld
+
+    world = parse_world(CAMERA)
+    with Simulation(world) as sim:
+        robot, info = RosWorld(world, dict(sim.robots)).robots["r"], sim.robots["r"]
+    camera = info.sensors["eye"].intrinsics
+    image, depth = np.zeros((16, 20, 3), np.uint8), np.arange(320.0).reshape(16, 20)
+    for taken, when in ((None, 2.0), (1.5, 1.5)):
+        frame = CameraFrame(2.0, image, camera, depth, depth_stamp=taken)
+        sent = {each.topic.name: each.message for each in robot.pictures("eye", frame)}
+        assert set(sent) == {"/r/eye/image_raw", "/r/eye/depth/image_raw", "/r/eye/camera_info"}
+        assert [seconds(each.header) for each in sent.values()] == [2.0, when, 2.0]
+        assert {each.header.frame_id for each in sent.values()} == {"eye_optical_frame"}
+    about = sent["/r/eye/camera_info"]
+    assert (about.width, about.height, about.distortion_model) == (20, 16, "plumb_bob")
+    np.testing.assert_array_equal(np.reshape(about.k, (3, 3)), camera.matrix())
+    np.testing.assert_array_equal(np.reshape(about.p, (3, 4)), np.hstack([camera.matrix(), np.zeros((3, 1))]))
+    np.testing.assert_array_equal(np.reshape(about.r, (3, 3)), np.eye(3))
+    assert about.d.tolist() == [0.1, 0.02, 0.0, 0.0, 0.0]
+    packed = {each.topic.name: each.message for each in robot.compressed("eye", 3.0, b"abc", "png", depth=(2.9, depth))}
+    picture = packed["/r/eye/image_raw/compressed"]
+    assert (picture.format, picture.data.tobytes(), seconds(picture.header)) == ("png", b"abc", 3.0)
+    assert [seconds(packed[f"/r/eye/{word}"].header) for word in ("depth/image_raw", "camera_info")] == [2.9, 3.0]
+
+
+def test_a_cloud_is_one_row_of_points_with_its_fields_where_it_says():
+    points = np.arange(6, dtype=np.float32).reshape(2, 3)
+    two = np.array([0.25, 0.5], dtype=np.float32)
+    told = messages.point_cloud(PointCloud(1.5, points, -two, two, np.array([3, 9], dtype=np.uint16)), "top", sheet())
+    assert (told.height, told.width, told.row_step, told.is_dense, told.is_bigendian) == (1, 2, 44, True, False)
+    kinds = {7: "<f4", 4: "<u2"}
+    for field, values in zip(told.fields, [*points.T, two, -two, [3, 9]], strict=True):
+        read = [np.frombuffer(told.data, kinds[field.datatype], 1, told.point_step * k + field.offset) for k in (0, 1)]
+        np.testing.assert_array_equal(np.ravel(read), values, err_msg=field.name)
+    assert [field.name for field in told.fields] == ["x", "y", "z", "intensity", "time", "ring"]
+    assert (seconds(told.header), told.header.frame_id) == (1.5, "top")

@@ -8,7 +8,7 @@ from scipy.stats import chi2
 from mjsim.geometry import Pose, wrap_angle
 from mjsim.interface import Command
 from mjsim.run.pilot import DeadReckoning
-from mjsim.sim import Simulation, arc_end, arc_end_slopes
+from mjsim.sim import Simulation, arc_end, arc_end_slopes, slip_shares
 from mjsim.sim.bases import gear_of
 from mjsim.sim.bases.differential import DifferentialKinematics
 from mjsim.sim.odometry import SMOOTHING_SECONDS, WheelOdometer
@@ -226,6 +226,17 @@ def test_the_slip_of_odometry_is_that_of_its_tyres_or_else_of_its_drive_times_it
     moved = gear.odometer.increment((1.0, 1.0))
     variances = np.array([slip.forward, slip.left, 0.0]) ** 2 * moved.forward
     np.testing.assert_allclose(moved.covariance, np.diag(variances), rtol=1e-12)
+
+
+def test_shares_of_a_slip_are_what_each_of_its_parts_adds_to_the_covariance():
+    drives = np.random.default_rng(2).normal(0.0, 0.05, (2, 20, 3))
+    shares = slip_shares(drives, dt=0.05)
+    none = dict.fromkeys(Slip.model_fields, 0.0)
+    for number, part in enumerate(Slip.model_fields):
+        for drive, added in zip(drives, shares[:, :, number], strict=True):
+            meter = odometer(dt=0.05, slip=Slip(**none | {part: 1.0}))
+            told = [meter.increment(WHEELS.wheels_from_twist(d, 0.0, w)).covariance for d, _, w in drive]
+            np.testing.assert_allclose(added, np.diagonal(told, axis1=1, axis2=2), atol=1e-12, err_msg=part)
 
 
 def sideways(seed: int = 0, slip: Slip | None = None, dt: float = 1.0, **noise: float) -> WheelOdometer:
