@@ -5,9 +5,12 @@ from functools import partial
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from scipy.linalg import expm
 from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
+from mjsim.algorithms.ekf_slam.ekf_group import derivatives_by_step, moved_along, shear
 from mjsim.algorithms.ekf_slam.ekf_slam import (
     EkfSlam,
     EkfSlamFilter,
@@ -120,3 +123,47 @@ def test_it_is_consistent_on_a_loop(make):
 def test_an_unknown_kind_of_jacobians_is_refused_with_all_there_are():
     with pytest.raises(ValueError, match="jacobians is 'odd'; it must be standard, first-estimates or invariant"):
         EkfSlam(jacobians="odd")  # type: ignore[arg-type]
+
+
+def exponential(mean: Array, step: Array, rows: NDArray[np.intp]) -> Array:
+    """Return where a step along the exponential of SE_(1+n)(2) moves points, by that of a matrix."""
+    turn, count = step[2], len(rows)
+    whole = np.zeros((2 + count, 2 + count))
+    whole[:2, :2] = turn * np.array([[0.0, -1.0], [1.0, 0.0]])
+    # The shift of a point is its own step less what the turn about the origin moves it by.
+    whole[:2, 2:] = (step[rows] - turn * np.stack([-mean[rows][:, 1], mean[rows][:, 0]], axis=-1)).T
+    moved = expm(whole)
+    return (moved[:2, :2] @ mean[rows].T + moved[:2, 2:]).T
+
+
+@pytest.mark.parametrize("turn", [0.7, -2.0, 3e-5, 0.0])
+def test_a_step_along_the_exponential_is_that_of_a_matrix_and_so_are_its_derivatives(turn):
+    rng = np.random.default_rng(4)
+    mean, step, rows = rng.normal(0.0, 2.0, 11), rng.normal(0.0, 0.5, 11), np.array([[0, 1], [5, 6], [9, 10]])
+    step[2] = turn
+    new = moved_along(mean, step, rows)
+    np.testing.assert_allclose(new[rows], exponential(mean, step, rows), atol=1e-12)
+    others = np.setdiff1d(np.arange(11), rows)
+    np.testing.assert_allclose(new[others], (mean + step)[others])
+    H_pose, H_landmark = rng.normal(size=(2, 2, 3)), rng.normal(size=(2, 2, 2))
+    by_pose, by_landmark = derivatives_by_step(mean, step, rows[1:], H_pose, H_landmark)
+    d = 1e-4
+    slopes = [(moved_along(mean, step + e, rows) - moved_along(mean, step - e, rows)) / (2 * d) for e in d * np.eye(11)]
+    J = np.stack(slopes, axis=-1)
+    for k, columns in enumerate(rows[1:]):
+        expected = H_pose[k] @ J[:3] + H_landmark[k] @ J[columns]
+        np.testing.assert_allclose(by_pose[k], expected[:, :3], atol=1e-6)
+        np.testing.assert_allclose(by_landmark[k], expected[:, columns], atol=1e-6)
+
+
+@pytest.mark.parametrize("size", [9, 75])
+def test_a_shear_adds_the_headings_error_to_the_points_after_the_correction(size):
+    rng = np.random.default_rng(size)
+    A, W, rows = rng.normal(size=(size, size)), 0.1 * rng.normal(size=(4, size)), np.array([[0, 1], [5, 6], [7, 8]])
+    P, moved = A @ A.T, rng.normal(size=(3, 2))
+    S = np.eye(size)
+    S[rows, 2] += moved
+    expected = S @ (P - W.T @ W) @ S.T
+    shear(P, moved, rows, W, np.empty(size * size))
+    np.testing.assert_allclose(P, expected, atol=1e-9 * np.abs(expected).max())
+    np.testing.assert_array_equal(P, P.T)

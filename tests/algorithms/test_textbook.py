@@ -1,6 +1,7 @@
 """The estimators as the textbook prints them: equal to others' where a result is exact, short enough to be read."""
 
 import dataclasses
+import math
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import shapely
 import mjsim.algorithms.textbook as textbook
 from mjsim.algorithms.filterpy_slam import FilterpySlam
 from mjsim.algorithms.textbook import TextbookEkfSlam, TextbookFastSlam, TextbookMonteCarlo
-from mjsim.algorithms.textbook.monte_carlo import CELL
+from mjsim.algorithms.textbook.monte_carlo import BEAMS, CELL, SIGMA_HIT, Z_RAND
 from mjsim.geometry import Pose
 from mjsim.interface import BeaconInfo, Observation, Odometry, Sighting
 from tests.algorithms.test_monte_carlo import FACES, LIDAR, MAP, scan_from
@@ -108,3 +109,24 @@ def test_no_particles_are_refused(kind):
 def test_monte_carlo_without_a_map_says_what_to_write():
     with pytest.raises(ValueError, match="map: known"):
         TextbookMonteCarlo().take_map(None)
+
+
+def test_the_likelihood_of_a_scan_is_the_product_of_those_of_its_ends():
+    locator = TextbookMonteCarlo(particles=3)
+    locator.take_map(MAP)
+    locator.poses = np.array([[0.5, 0.4, 0.0], [0.6, -0.3, 0.9], [-0.2, 0.1, -2.0]])
+    scan = scan_from(Pose(0.5, 0.4, 0.0), np.random.default_rng(1))
+    robot_from_sensor = Pose(0.1, -0.05, 0.3)
+    space = np.eye(4)
+    space[:2, :2], space[:2, 3] = robot_from_sensor.matrix()[:2, :2], (0.1, -0.05)
+    told = locator.scan_log_likelihood(scan, space)
+    ends = scan.points()
+    ends = ends[np.linspace(0, len(ends) - 1, min(BEAMS, len(ends))).astype(int)]
+    walls = shapely.union_all([shapely.LineString(segment) for segment in MAP.segments])
+    for pose, value in zip(locator.poses, told, strict=True):
+        places = (Pose(*pose) @ robot_from_sensor).transform(ends)
+        distances = shapely.distance(shapely.points(places), walls)
+        # A cell is as far as its middle: half its diagonal, and as much for the walls in it.
+        near, far = (np.maximum(distances + side * math.sqrt(2) * CELL, 0.0) for side in (1, -1))
+        bounds = [np.log((1 - Z_RAND) * np.exp(-0.5 * (d / SIGMA_HIT) ** 2) + Z_RAND).sum() for d in (near, far)]
+        assert bounds[0] <= value <= bounds[1]

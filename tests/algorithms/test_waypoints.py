@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from mjsim.algorithms.waypoints import Waypoints
+from mjsim.algorithms.waypoints import Waypoints, cut_at_corners, look_ahead
 from mjsim.geometry import Array, Pose
 from mjsim.interface import Estimate, Observation, Odometry, RobotInfo
 from tests.robots import pioneer
@@ -101,3 +101,37 @@ def test_two_laps_pass_every_point_twice():
 def test_a_path_that_cannot_be_is_refused(wrong):
     with pytest.raises(ValueError, match=r"points|laps|speed"):
         Waypoints(**wrong)
+
+
+CORNER = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0]])
+
+
+@pytest.mark.parametrize(
+    ("position", "along", "expected"),
+    [
+        # The nearest point of the path, what is one metre further along it, and what is left of its seven.
+        ([1.0, 0.5], 0.5, (1.0, [2.0, 0.0], 6.0)),
+        ([3.5, 0.2], 2.0, (3.5, [4.0, 0.5], 3.5)),
+        # It goes neither back nor farther than two metres at once.
+        ([1.0, 0.5], 1.5, (1.5, [2.5, 0.0], 5.5)),
+        ([4.2, 2.0], 1.0, (3.0, [4.0, 0.0], 4.0)),
+        # Behind the end the last line goes on.
+        ([4.0, 2.6], 6.0, (6.6, [4.0, 3.6], 0.4)),
+        ([4.0, 9.0], 6.0, (7.0, [4.0, 4.0], 0.0)),
+    ],
+)
+def test_it_steers_for_the_point_that_is_a_lookahead_further_along_the_path(position, along, expected):
+    told = look_ahead(CORNER, np.array(position), along, 1.0)
+    for one, other in zip(told, expected, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-12)
+
+
+def test_a_path_is_cut_where_it_turns_by_more_than_is_sharp():
+    path = np.array([[0, 0], [1, 0], [1, 0], [2, 0.5], [2, 2], [0, 2], [1, 2.1]], dtype=float)
+    pieces = cut_at_corners(path, math.radians(80))
+    # 27, 63, 90 degrees, and back by 174.
+    assert [piece.tolist() for piece in pieces] == [
+        [[0, 0], [1, 0], [2, 0.5], [2, 2]],
+        [[2, 2], [0, 2]],
+        [[0, 2], [1, 2.1]],
+    ]
