@@ -5,8 +5,10 @@ import math
 import mujoco
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from mjsim.compile import LAG, RESPONSE, compile_world
+from mjsim.compile.robots.robot_bodies import leaning_start
 from mjsim.compile.robots.wheels import MAX_STEP, SAGS, STIFFNESS
 from mjsim.world import parse_world
 
@@ -132,3 +134,14 @@ def test_casters_slide_and_the_touched_body_gives_way_a_little(compiled):
         assert (model.geom_priority[number], model.geom_condim[number]) == (1, 1)
         np.testing.assert_array_equal(model.geom_friction[number], 0.0)
         assert data.geom_xpos[number][2] - model.geom_size[number][0] < 0.0, "it carries a part of the weight"
+
+
+def test_a_robot_that_leans_at_the_start_turns_about_its_axle():
+    text = "mjsim: 1\nrobots: [{name: joe, preset: balancer, at: [1, 2], heading_deg: 50, lean_deg: 12}]\n"
+    (joe,) = parse_world(text).robots
+    x, y, z, w, *axis = leaning_start(joe)
+    turned = Rotation.from_quat([*axis, w])
+    expected = Rotation.from_euler("ZY", [50, 12], degrees=True)
+    assert (turned * expected.inv()).magnitude() == pytest.approx(0.0, abs=1e-12)
+    radius = joe.drive.driven_radius
+    np.testing.assert_allclose(np.array([x, y, z]) + turned.apply([0, 0, radius]), [1, 2, radius], atol=1e-12)

@@ -14,7 +14,7 @@ from mjsim.plan import INKS, ROLES, SvgPlan, bounds_of, color, paint_of, placed_
 from mjsim.video import Letters
 from mjsim.video.paper import Paper
 from mjsim.video.view import PlanView
-from mjsim.world import leaves, parse_world, solid
+from mjsim.world import footprint, leaves, parse_world, solid
 
 THEME = Path(mjsim.__file__).parent / "web" / "page" / "src" / "ui" / "theme.css"
 ROOM = parse_world(
@@ -149,3 +149,61 @@ def test_pictures_and_svg_show_the_same_wall():
     dark = view.world(np.argwhere((image == color("wall")).all(axis=-1))[:, ::-1])
     low, high = bounds_of(items("wall"))
     np.testing.assert_allclose([dark.min(axis=0), dark.max(axis=0)], [low, high], atol=1.5 / view.scale)
+
+
+YARD = parse_world(
+    """
+mjsim: 1
+walls:
+  - points: [[0, 0], [4, 0], [4, 3]]
+    openings: [{segment: 1, at: 1, width: 0.8, sill: 0.9}, {segment: 0, at: 1, width: 1}]
+obstacles:
+  - {name: crate, box: [1, 0.5, 0.8], at: [1, 1], heading_deg: 30}
+  - {name: shelf, box: [1, 0.5, 0.3], at: [2, 2], elevation: 1.5}
+  - {name: cart, cylinder: [0.3, 1.5], at: [3, 1], movable: true, mass: 5}
+  - {name: ramp, ramp: [2, 1, 0.2], at: [6, 1], heading_deg: 90}
+  - {name: stairs, steps: [1.2, 0.8, 0.6], count: 3, at: [8, 1], heading_deg: 180}
+  - {name: walker, cylinder: [0.2, 1.6], at: [6, 4], path: {points: [[8, 4], [8, 6]], speed: 0.5}}
+"""
+)
+
+
+def test_things_are_drawn_as_they_stand_by_how_they_move_and_how_high_they_are():
+    drawn = {(item.of, item.role): item for item in world_shapes(YARD) if item.kind == "area" and not item.symbol}
+    roles = {"crate": "obstacle", "shelf": "hanging", "cart": "movable", "ramp": "obstacle", "stairs": "obstacle"}
+    for thing in YARD.obstacles:
+        if thing.name in roles:
+            (part,) = drawn[thing.name, roles[thing.name]].placed(0.01)
+            assert shapely.Polygon(part).symmetric_difference(shapely.Polygon(footprint(thing))).area < 1e-9, thing.name
+    # What is lower than the section is paler.
+    assert {name: drawn[name, role].level for name, role in roles.items()} == {
+        "crate": 0.6,
+        "shelf": 1.0,
+        "cart": 1.0,
+        "ramp": 0.6,
+        "stairs": 0.6,
+    }
+
+
+def test_ramps_and_steps_show_their_treads_and_the_way_up():
+    shapes = [item for item in world_shapes(YARD) if item.of in ("ramp", "stairs")]
+    (treads,) = [item.placed(0.01) for item in shapes if item.role == "tread"]
+    # Three steps of 0.4 m, from the lower end at 8.6 m.
+    assert sorted(float(part[:, 0].mean()) for part in treads) == pytest.approx([7.8, 8.2])
+    np.testing.assert_allclose([np.ptp(part[:, 1]) for part in treads], 0.8)
+    for name, (start, end) in {"ramp": ((6, 0.16), (6, 1.84)), "stairs": ((8.504, 1), (7.496, 1))}.items():
+        way, head = [item for item in shapes if item.of == name and item.role == "way up"]
+        np.testing.assert_allclose(way.placed(0.01)[0], [start, end], atol=1e-9)
+        assert (head.place.x, head.place.y) == pytest.approx(end)
+
+
+def test_a_window_is_a_line_in_its_opening_and_a_doorway_none():
+    ((pane,),) = [item.placed(0.01) for item in world_shapes(YARD) if item.role == "window"]
+    np.testing.assert_allclose(pane, [[4, 1], [4, 1.8]])
+
+
+def test_a_route_has_an_arrow_in_the_middle_of_each_way():
+    line, *arrows = [item for item in world_shapes(YARD) if item.role == "route"]
+    assert line.placed(0.01)[0].tolist() == [[6, 4], [8, 4], [8, 6]]
+    assert [(each.place.x, each.place.y) for each in arrows] == [(7, 4), (8, 5)]
+    np.testing.assert_allclose([each.place.heading for each in arrows], [0.0, np.pi / 2])

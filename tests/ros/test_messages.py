@@ -171,7 +171,9 @@ CAMERA = """mjsim: 1
 robots:
   - name: r
     at: [0, 0]
-    sensors: [{camera: eye, width: 20, height: 16, depth: true, lens: {brown: [0.1, 0.02, 0, 0]}}, {lidar3d: top, rings: 2}]
+    sensors:
+      - {camera: eye, width: 20, height: 16, depth: true, lens: {brown: [0.1, 0.02, 0, 0]}}
+      - {lidar3d: top, rings: 2}
 """
 
 
