@@ -18,16 +18,16 @@ def moves(count: int) -> list[Odometry]:
 def test_their_prior_is_the_noise_over_the_way_by_the_length_at_which_both_are_equal():
     model, gained = OdometryErrors(50.0), np.zeros(4)
     way = turns = 0.0
-    for number, moved in enumerate(moves(30), start=1):
+    told = moves(30)
+    for moved in told:
         gained += model.step(moved, NOISE, 0.1)[2]
         way, turns = way + math.hypot(moved.forward, moved.left), turns + abs(moved.turn)
         if way <= BEGIN:
             assert not gained.any()
     np.testing.assert_allclose(model.variances, gained)
-    assert number == 30
     # Constant noise: the largest rate of it was at the shortest way, just beyond the beginning.
-    assert gained[0] >= number * 0.03 / way / 50.0
-    assert gained[1] == gained[2] >= number * 0.03 / (way + turns) / 50.0
+    assert gained[0] >= len(told) * 0.03 / way / 50.0
+    assert gained[1] == gained[2] >= len(told) * 0.03 / (way + turns) / 50.0
     assert gained[3] == pytest.approx(DELAY**2)
 
 
