@@ -86,7 +86,8 @@ def _rows_of_text(path: Path, period: float | None) -> Iterator[tuple[float, flo
     earliest_ns = MIN_NANOSECONDS
     of_kitti: list[list[float]] = []
     for number, line in enumerate(lines_of(path, {}), start=1):
-        words = line.replace(",", " ").split()
+        # Where semicolons part the numbers, as in tables of half of Europe, commas are decimal.
+        words = line.translate(str.maketrans({";": " ", ",": "."} if ";" in line else {",": " "})).split()
         if not words or line.lstrip().startswith(("#", "%")):
             earliest_ns = 0.0 if "[ns]" in line else earliest_ns
             continue
@@ -112,7 +113,7 @@ def _rows_of_text(path: Path, period: float | None) -> Iterator[tuple[float, flo
         if len(values) in EUROC_COLUMNS and earliest_ns <= values[0] <= 1e9 * MAX_NUMBER:
             time, x, y, z, *turned = values[:8]
             # Only EuRoC, whose columns have commas, writes w first.
-            values = [1e-9 * time, x, y, z, *(turned[1:] + turned[:1] if "," in line else turned)]
+            values = [1e-9 * time, x, y, z, *(turned[1:] + turned[:1] if "," in line and ";" not in line else turned)]
         if len(values) not in (4, 8) or not all(abs(value) <= MAX_NUMBER for value in values):
             raise UsageError(
                 f"{path}:{number}: '{line.strip():.60}' is not a pose; write t x y z qx qy qz qw, or t x y heading"

@@ -27,10 +27,11 @@ def quaternion(heading: float) -> str:
     return f"0 0 {math.sin(heading / 2)!r} {math.cos(heading / 2)!r}"
 
 
-def test_rows_of_both_forms_are_read_and_sorted(tmp_path):
+def test_rows_of_all_forms_are_read_and_sorted(tmp_path):
     for text in (
         "".join(f"{t} {x} {y} 0.3 {quaternion(turn)}\n" for t, x, y, turn in reversed(ROWS)),
         "".join(f"{t},{x},{y},{turn!r}\n" for t, x, y, turn in [(ROWS[0][0], 9.0, 9.0, 1.0), *ROWS]),
+        "".join(f"{t};{x};{y};{turn!r};\n".replace(".", ",") for t, x, y, turn in ROWS),
     ):
         (tmp_path / "track.tum").write_text(f"# a comment\n\n{text}")
         np.testing.assert_allclose(trajectory_rows(tmp_path / "track.tum", None)["rows"][:3, 3].max(), math.pi - 0.1)
