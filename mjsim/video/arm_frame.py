@@ -16,7 +16,7 @@ from mjsim.video.oblique import ObliqueView, StandingArm, standing_arms
 from mjsim.video.paper import Paper
 from mjsim.video.picture_layout import COLUMN_WIDTH, GAP, HEAD, HEIGHT, MARGIN, WIDTH
 from mjsim.video.plan_parts import draw_scale_bar
-from mjsim.video.view import PlanView, format_metres, round_step
+from mjsim.video.plan_view import PlanView, format_metres, round_step
 
 
 class CurveChart:

@@ -8,7 +8,7 @@ from mjsim.interface import Picture
 from mjsim.plan import Rgb
 from mjsim.video.ink import ESTIMATE, HAIR, INK, MUTED, ODOMETRY, PAPER, SEMIBOLD, Letters, draw_polyline
 from mjsim.video.moment import Moment
-from mjsim.video.view import format_metres, round_step
+from mjsim.video.plan_view import format_metres, round_step
 
 LEFT, RIGHT, TOP, BOTTOM = 52, 14, 32, 24
 """Margins around the curves [px]."""

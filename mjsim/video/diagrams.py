@@ -13,7 +13,7 @@ from mjsim.video.paper import Paper, px
 from mjsim.video.picture_layout import HEIGHT, WIDTH
 from mjsim.video.placed_names import write_words
 from mjsim.video.plan_parts import draw_scale_bar
-from mjsim.video.view import PlanView
+from mjsim.video.plan_view import PlanView
 from mjsim.world import Mechanism, World
 
 HEAD, PANEL_MARGINS = 6.5, 7.0

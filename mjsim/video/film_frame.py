@@ -34,8 +34,8 @@ from mjsim.video.paper import Paper
 from mjsim.video.picture_layout import HEIGHT, MARGIN, WIDTH, Pane, arrange
 from mjsim.video.placed_names import MAX_NAMES, write_words
 from mjsim.video.plan_parts import bounds_with, draw_grid, draw_scale_bar, floor_color
-from mjsim.video.state import MAX_TRAIL_STEP, PlanState
-from mjsim.video.view import PlanView, round_step
+from mjsim.video.plan_view import PlanView, round_step
+from mjsim.video.run_plan import MAX_TRAIL_STEP, PlanState
 from mjsim.world import Camera, View, World
 
 DENSITY = 6.0

@@ -16,7 +16,7 @@ from mjsim.video.film import display_of
 from mjsim.video.ink import encoded_picture
 from mjsim.video.moment import Moment, moments
 from mjsim.video.oblique import ObliqueView, standing_arms
-from mjsim.video.state import MAX_TRAIL_STEP, PlanState
+from mjsim.video.run_plan import MAX_TRAIL_STEP, PlanState
 from mjsim.video.views import arms_alone, composed_picture, first_robot, plan_picture
 from mjsim.world import World
 

@@ -12,7 +12,7 @@ from mjsim.plan import PlanItem, link_outline, start_of
 from mjsim.record import Recording
 from mjsim.video.diagrams import OBLIQUE, some_of, view_along
 from mjsim.video.moment import Moment
-from mjsim.video.view import round_step
+from mjsim.video.plan_view import round_step
 from mjsim.world import NoBody, Robot, RobotArm, extent, top
 
 POSTURES = 200

@@ -23,7 +23,7 @@ from mjsim.video.ink import (
     encoded_picture,
     fill_polygons,
 )
-from mjsim.video.view import PlanView
+from mjsim.video.plan_view import PlanView
 
 DPI = 200
 """Pixels per inch of paper."""

@@ -14,7 +14,7 @@ from mjsim.plan import blend, parse_color
 from mjsim.posture import poses_of
 from mjsim.video.ink import BEACON, INK, MUTED, PAPER, SEMIBOLD, Letters
 from mjsim.video.paper import Paper, px
-from mjsim.video.view import PlanView
+from mjsim.video.plan_view import PlanView
 from mjsim.world import Person, World, item_names, look_beside, look_over, person_outlines, placed_targets, prisms
 
 RATIOS = {4: 20.0, 12: 30.0, 32: 50.0}

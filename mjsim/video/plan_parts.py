@@ -10,7 +10,7 @@ from mjsim.interface import Picture
 from mjsim.plan import PlanItem, Rgb, blend, bounds_of, parse_color, world_shapes
 from mjsim.video.ink import INK, MUTED, PAPER, Letters
 from mjsim.video.paper import Paper
-from mjsim.video.view import format_metres, round_step
+from mjsim.video.plan_view import format_metres, round_step
 from mjsim.world import World, extent
 
 

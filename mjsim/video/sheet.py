@@ -20,7 +20,7 @@ from mjsim.video.paper import Paper, blank, px, write_sheet
 from mjsim.video.people_figures import people_page
 from mjsim.video.placed_names import MAX_NAMES, size_of, write_words
 from mjsim.video.plan_parts import draw_grid, world_bounds
-from mjsim.video.view import PlanView, format_metres, round_step
+from mjsim.video.plan_view import PlanView, format_metres, round_step
 from mjsim.world import Lamp, RampObstacle, StepsObstacle, World
 
 A4 = (297.0, 210.0)

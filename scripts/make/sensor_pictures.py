@@ -17,7 +17,7 @@ from mjsim.video import PAPER, Letters
 from mjsim.video.beam_points import scan_points
 from mjsim.video.paper import Paper
 from mjsim.video.plan_parts import floor_color
-from mjsim.video.view import PlanView
+from mjsim.video.plan_view import PlanView
 
 ROOT = Path(__file__).resolve().parents[2]
 WIDTH, HEIGHT, HEAD = 320, 240, 24

@@ -13,7 +13,7 @@ from mjsim.geometry import Pose
 from mjsim.plan import INKS, ROLES, SvgPlan, bounds_of, color, paint_of, placed_at, swing, world_shapes, world_words
 from mjsim.video import Letters
 from mjsim.video.paper import Paper
-from mjsim.video.view import PlanView
+from mjsim.video.plan_view import PlanView
 from mjsim.world import footprint, leaves, parse_world, solid
 
 THEME = Path(mjsim.__file__).parent / "web" / "page" / "src" / "ui" / "theme.css"

@@ -10,8 +10,8 @@ from mjsim.plan.plan_items import link_outline, shadows
 from mjsim.video import PAPER, Letters, draw_world
 from mjsim.video.paper import Paper
 from mjsim.video.plan_parts import world_bounds
-from mjsim.video.state import PlanState
-from mjsim.video.view import PlanView
+from mjsim.video.plan_view import PlanView
+from mjsim.video.run_plan import PlanState
 from mjsim.world import View, parse_world
 from tests.video.test_video_frame import NOW
 

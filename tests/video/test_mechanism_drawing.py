@@ -16,7 +16,7 @@ from mjsim.video.diagrams import DiagramFrame, best_look
 from mjsim.video.ink import ESTIMATE, INK, PAPER
 from mjsim.video.joint_symbols import SYMBOLS, draw_joint
 from mjsim.video.paper import blank
-from mjsim.video.view import PlanView
+from mjsim.video.plan_view import PlanView
 from mjsim.world.items.mechanisms.joint_kinds import JOINTS
 
 ARM = """

@@ -8,7 +8,7 @@ from mjsim.video import INK, Letters
 from mjsim.video.ink import BEACON
 from mjsim.video.paper import Paper
 from mjsim.video.plan_parts import draw_scale_bar, floor_color, world_bounds
-from mjsim.video.view import PlanView, format_metres, round_step
+from mjsim.video.plan_view import PlanView, format_metres, round_step
 from mjsim.world import parse_world
 
 ROOM = parse_world(

@@ -13,8 +13,8 @@ from mjsim.video import INK, draw_world, take_picture
 from mjsim.video.ink import BEACON
 from mjsim.video.paper import DPI, blank, px
 from mjsim.video.placed_names import write_words
+from mjsim.video.plan_view import PlanView
 from mjsim.video.sheet import A4, scale_for
-from mjsim.video.view import PlanView
 from mjsim.world import leaves, parse_world
 
 ROOM = """

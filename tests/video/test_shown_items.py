@@ -6,7 +6,7 @@ import mjsim
 from mjsim.interface import ShownGrid, ShownLines, ShownPoints
 from mjsim.plan import bounds_of
 from mjsim.video.moment import Moment
-from mjsim.video.state import shown_items
+from mjsim.video.run_plan import shown_items
 
 
 def moment(*shown, estimate=(2.0, 1.0, np.pi / 2)):

@@ -10,7 +10,7 @@ from mjsim.record import read_recording
 from mjsim.video import frame_rows, make_video
 from mjsim.video.film import write_film
 from mjsim.video.ink import TRUTH
-from mjsim.video.view import PlanView
+from mjsim.video.plan_view import PlanView
 from mjsim.video.views import scene_pictures
 from tests.record_ticks import hand_made_ticks, record
 

@@ -13,7 +13,7 @@ from mjsim.video.ink import ESTIMATE, MUTED, ODOMETRY, SEEN, TRUTH
 from mjsim.video.moment import Moment
 from mjsim.video.picture_layout import HEIGHT, MARGIN, WIDTH, arrange
 from mjsim.video.plan_parts import world_bounds
-from mjsim.video.view import PlanView
+from mjsim.video.plan_view import PlanView
 from mjsim.world import Looks, View, parse_world
 
 TEXT = """

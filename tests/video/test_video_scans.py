@@ -12,7 +12,7 @@ from mjsim.video.beam_points import recorded_points
 from mjsim.video.ink import SCANNED
 from mjsim.video.moment import moments
 from mjsim.video.paper import Paper
-from mjsim.video.view import PlanView
+from mjsim.video.plan_view import PlanView
 from mjsim.world import parse_world, solid
 
 WORLD = parse_world("""

@@ -17,9 +17,9 @@ from rosbags.rosbag2.reader import DirectoryReader
 from rosbags.rosbag2.storage_mcap import McapReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from mjsim.logs.bags.bag_ros1 import OldBag1, ScannedBag1, is_old
 from mjsim.logs.bags.bag_sqlite import SqliteFile
 from mjsim.logs.bags.bag_topics import TRANSFORMS
+from mjsim.logs.bags.damaged_ros1 import OldBag1, ScannedBag1, is_old
 from mjsim.logs.bags.parser_faults import ZSTD, BrokenBagError, parsing, unpacked
 
 METADATA = "metadata.yaml"
