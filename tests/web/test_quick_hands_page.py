@@ -197,6 +197,21 @@ def a_press_counts_although_what_was_typed_before_it_draws_the_panel_anew(sheet)
     sheet.reads("name: stool, box: [0.4, 0.3, 0.6]")
 
 
+def what_is_typed_and_marked_stays_while_the_answer_to_the_last_change_draws_the_panel_anew(sheet):
+    choose(sheet, "chair")
+    sheet.field("Box length").fill("0.45")
+    sheet.press("Tab")
+    sheet.type("0.35")
+    sheet.press("Shift+ArrowLeft", "Shift+ArrowLeft")
+    field = sheet.page.evaluate_handle("document.activeElement")
+    sheet.reads("name: chair, box: [0.45, 0.3, ")
+    sheet.page.evaluate(DRAWN)
+    assert field.evaluate("each => each === document.activeElement && each.isConnected")
+    assert field.evaluate("each => [each.value, each.selectionStart, each.selectionEnd]") == ["0.35", 2, 4]
+    sheet.press("Escape")
+    expect(sheet.field("Box width")).to_have_value("0.3")
+
+
 def hold(sheet, button, *, until):
     """Press a button, and let it go when the text reads something else, and all is drawn."""
     box = button.bounding_box()
@@ -243,3 +258,4 @@ def test_a_quick_hand_gets_what_was_meant(browser, tmp_path):
         a_press_counts_although_what_was_typed_before_it_draws_the_panel_anew(sheet)
         a_picture_keeps_its_place_and_its_name_while_recognition_judges_it(sheet)
         names_are_followed_fit_and_are_free_before_the_last_change_is_answered(sheet)
+        what_is_typed_and_marked_stays_while_the_answer_to_the_last_change_draws_the_panel_anew(sheet)

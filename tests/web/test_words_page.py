@@ -43,8 +43,56 @@ PLAIN = re.compile(
 """The program's name, markup, classes, fonts, addresses, units, and names of keys, which keyboards show so."""
 
 
-def visible(text):
+SPOKEN = re.compile(r'>([^<>]+)<|\b(?:title|alt|placeholder|aria-(?:label|description))="([^"]+)"')
+"""Texts of a template, and attributes that people see or hear."""
+
+
+def closing(text, k):
+    """Return where the code of a value in a template ends, which begins at `k`."""
+    while text[k] != "}":
+        if text[k] == "{":
+            k = closing(text, k + 1)
+        elif text[k] == "`":
+            k = template(text, k + 1)[1]
+        elif text[k] == '"':
+            k = re.compile(r'"(?:[^"\\]|\\.)*"').match(text, k).end() - 1
+        k += 1
+    return k
+
+
+def template(text, k):
+    """Return the markup of a template that begins at `k`, its values as NUL; where it ends; and their code."""
+    markup, values = "", []
+    while text[k] != "`":
+        if text.startswith("${", k):
+            end = closing(text, k + 2)
+            values.append(text[k + 2 : end])
+            markup, k = f"{markup}\0", end
+        else:
+            markup += text[k]
+        k += 1
+    return markup, k, values
+
+
+def without_markup(text):
+    """Return code with the words of its templates as strings, and their values as code."""
+    before, found, after = text.partition("html`")
+    if not found:
+        return text
+    markup, end, values = template(after, 0)
+    words = [f'"{" ".join((said or heard).split())}"' for said, heard in SPOKEN.findall(markup)]
+    code = ", ".join(map(without_markup, values)) + "\n" * markup.count("\n")
+    return f"{before}[{code}, {', '.join(words)}]{without_markup(after[end + 1 :])}"
+
+
+def test_words_of_templates_are_found_and_their_markup_is_none():
+    source = 'html`<b class="run to" title="Go on">Stop it\n${a ? html`<i>${word("x.y")} now is</i>` : "no way"}</b>`;'
+    assert sorted(said.strip('"\0 ') for _, said in visible(source)) == ["Go on", "Stop it", "no way", "now is"]
+
+
+def visible(source):
     """Return the literals that read like words for people, with their lines."""
+    text = without_markup(source)
     found = [match for match in LITERAL.finditer(text) if match[1]]
     plain = [(text.count("\n", 0, each.start()) + 1, each[1], text[: each.start()][-50:]) for each in found]
     return [

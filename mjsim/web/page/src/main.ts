@@ -6,15 +6,13 @@ import "./plan/plan.css";
 import { api } from "./api";
 import { Shell } from "./shell/shell";
 import { heedInputMethods } from "./ui/composing";
-import { el, fill } from "./ui/dom";
-import { heedPresses } from "./ui/press";
+import { el } from "./ui/dom";
 import { startTheme } from "./ui/theme";
 import "./narrow.css";
 import { word } from "./words/words";
 
 startTheme();
 heedInputMethods();
-heedPresses();
 void start();
 
 async function start(): Promise<void> {
@@ -33,7 +31,7 @@ async function start(): Promise<void> {
       el("p", {}, error.message),
       again,
     );
-    fill(root, el("header", { class: "bar" }, el("h1", { class: "brand" }, "mjsim")), state);
+    root.replaceChildren(el("header", { class: "bar" }, el("h1", { class: "brand" }, "mjsim")), state);
     console.error(error);
   }
 }

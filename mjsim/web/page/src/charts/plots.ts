@@ -2,7 +2,7 @@
 
 import uPlot from "uplot";
 
-import { el, fill } from "../ui/dom";
+import { el, setAttributes } from "../ui/dom";
 import { enlarger } from "../ui/enlarge";
 import { inLight, readTokens } from "../ui/ink";
 import { themeChanged } from "../ui/theme";
@@ -100,18 +100,8 @@ class XyPlot implements Plot {
       color: () => this.colorOf(k),
     }));
     this.box.setAttribute("aria-label", this.title);
-    this.element.append(
-      el(
-        "figcaption",
-        {},
-        el("strong", {}, this.title),
-        legend(lines, this.endings),
-        savingMenu(this),
-        enlarger(this.element),
-        this.reading,
-      ),
-      this.box,
-    );
+    const head = [legend(lines, this.endings), savingMenu(this), enlarger(this.element), this.reading];
+    this.element.append(el("figcaption", {}, el("strong", {}, this.title), ...head), this.box);
     const sizes = new ResizeObserver(() => this.draw());
     sizes.observe(this.box);
     this.endings.push(
@@ -141,13 +131,9 @@ class XyPlot implements Plot {
     const spots = this.drawing?.svg.querySelector("g.spots");
     if (!this.drawing || !spots) return;
     const marked = this.curves.map((curve) => pointAt(curve, marks.now));
-    fill(
-      spots,
-      ...marked.map((point, k) => {
-        const [x, y] = point ? (this.drawing?.place(...point) ?? [0, 0]) : [0, 0];
-        return point && circle(x, y, this.colorOf(k), readTokens().paper);
-      }),
-    );
+    const { place } = this.drawing;
+    const drawn = marked.flatMap((point, k) => (point ? circle(place(...point), this.colorOf(k)) : []));
+    spots.replaceChildren(...drawn);
     const [first] = marked;
     this.reading.value = first ? first.map((value) => Number(value.toPrecision(5))).join(", ") : "";
   }
@@ -200,7 +186,7 @@ class XyPlot implements Plot {
     const spots = document.createElementNS("http://www.w3.org/2000/svg", "g");
     spots.setAttribute("class", "spots");
     this.drawing.svg.append(spots);
-    fill(this.box, this.drawing.svg);
+    this.box.replaceChildren(this.drawing.svg);
     this.mark(this.marks);
   }
 
@@ -231,9 +217,8 @@ function pointAt(
   return across == null || up == null ? null : [across, up];
 }
 
-function circle(x: number, y: number, color: string, edge: string): SVGElement {
+function circle([x, y]: [number, number], color: string): SVGElement {
   const spot = document.createElementNS("http://www.w3.org/2000/svg", "circle");
-  for (const [key, value] of Object.entries({ cx: x, cy: y, r: 5, fill: color, stroke: edge, "stroke-width": 2 }))
-    spot.setAttribute(key, String(value));
+  setAttributes(spot, { cx: x, cy: y, r: 5, fill: color, stroke: readTokens().paper, "stroke-width": 2 });
   return spot;
 }

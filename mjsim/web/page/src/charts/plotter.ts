@@ -1,11 +1,11 @@
 /** Any numbers in charts of one's own: found by words, over time or against each other, in layouts that are kept. */
 
-import { button, choice } from "../ui/controls";
 import { ask } from "../ui/dialog";
-import { el, fill, refill } from "../ui/dom";
-import { icon } from "../ui/icons";
+import { el, put } from "../ui/dom";
+import { sign } from "../ui/icons";
 import { newestWins } from "../ui/signal";
 import { themeChanged } from "../ui/theme";
+import { choice, draw, html, nothing, repeat, tickBox, type View } from "../ui/view";
 import { word } from "../words/words";
 import { type Handlers, type Marks, NO_MARKS } from "./chart";
 import { colorsOf } from "./colors";
@@ -184,7 +184,10 @@ export class Plotter {
     if (turn !== this.turn) return;
     for (const { plot } of this.drawn) plot.close();
     this.drawn = full.map(({ chart, fields }) => ({ plot: makePlot(chart, fields, this.handlers, this.key), fields }));
-    fill(this.charts, ...this.drawn.map(({ plot }) => plot.element));
+    put(
+      this.charts,
+      this.drawn.map(({ plot }) => plot.element),
+    );
     if (full.length) this.host.prepend(this.charts);
     else this.charts.remove();
     this.drawn.forEach(({ plot }, k) => {
@@ -224,38 +227,36 @@ export class Plotter {
   private list(): void {
     const { charts } = this.layouts.now;
     this.current = Math.min(this.current, charts.length - 1);
-    refill(this.head, ...this.layoutControls());
-    const add = button(
-      { class: "quiet run-small", disabled: charts.length >= MOST.charts },
-      () => {
-        this.current = charts.push(empty()) - 1;
-        this.changed();
-      },
-      word("charts.addChart"),
-    );
-    refill(this.cards, ...charts.map((chart, k) => this.card(chart, k)), add);
-  }
-
-  private layoutControls(): HTMLElement[] {
-    const names = this.layouts.all.map(({ name }): [string, string] => [name, name]);
-    const pick = choice({ "aria-label": word("charts.layout") }, names, this.layouts.now.name, (name) => {
-      this.layouts.choose(name);
-      this.changed();
-    });
-    const remove = (): void => {
-      this.layouts.remove();
+    const add = (): void => {
+      this.current = charts.push(empty()) - 1;
       this.changed();
     };
+    const keyOf = (chart: PlotChart): PlotChart => chart;
+    draw(this.head, this.layoutControls());
+    const view = html`${repeat(charts, keyOf, (chart, k) => this.card(chart, k))}${small(
+      word("charts.addChart"),
+      add,
+      charts.length >= MOST.charts,
+    )}`;
+    draw(this.cards, view);
+  }
+
+  private layoutControls(): View {
     const { layouts } = this;
+    const choose = (name: string): void => {
+      layouts.choose(name);
+      this.changed();
+    };
+    const remove = (): void => {
+      layouts.remove();
+      this.changed();
+    };
     const begin = (): void => void this.name(word("charts.newLayout"), "", (name) => layouts.add(name));
     const rename = (): void =>
       void this.name(word("charts.renameLayout"), layouts.now.name, (name) => layouts.rename(name));
-    return [
-      pick,
-      button({ class: "quiet run-small" }, begin, word("charts.new")),
-      button({ class: "quiet run-small" }, rename, word("charts.rename")),
-      button({ class: "quiet run-small" }, remove, word("charts.removeLayout")),
-    ];
+    const names = layouts.all.map(({ name }) => [name, name] as const);
+    return html`${choice(word("charts.layout"), names, layouts.now.name, choose)}
+      ${small(word("charts.new"), begin)}${small(word("charts.rename"), rename)}${small(word("charts.removeLayout"), remove)}`;
   }
 
   private async name(title: string, value: string, use: (name: string) => string | null): Promise<void> {
@@ -270,62 +271,64 @@ export class Plotter {
     this.note.textContent = wrong ?? this.note.textContent;
   }
 
-  private card(chart: PlotChart, k: number): HTMLElement {
-    const taken = k === this.current;
-    const kind = choice({ "aria-label": word("charts.kindOfChart", { number: k + 1 }) }, KINDS, chart.kind, (value) => {
-      chart.kind = value;
+  private card(chart: PlotChart, k: number): View {
+    const number = k + 1;
+    const choose = (kind: PlotKind): void => {
+      chart.kind = kind;
       this.changed();
-    });
-    const select = button(
-      { class: "quiet run-small plotter-pick", "aria-pressed": String(taken), title: word("charts.numbersGoIntoThis") },
-      () => {
-        this.current = k;
-        this.list();
-      },
-      word("charts.chart", { number: k + 1 }),
-    );
+    };
+    const select = (): void => {
+      this.current = k;
+      this.list();
+    };
     const remove = (): void => {
       this.layouts.now.charts.splice(k, 1);
       if (!this.layouts.now.charts.length) this.layouts.now.charts.push(empty());
       this.changed();
     };
-    const label = word("charts.removeChart", { number: k + 1 });
-    const drop = button({ class: "quiet square", "aria-label": label }, remove, icon("close"));
-    const hint = chart.kind === "xy" ? word("charts.chooseXFirstThen") : word("charts.chooseNumbersBelow");
-    return el(
-      "section",
-      { class: "plotter-card", "aria-label": word("charts.chart", { number: k + 1 }), "data-current": taken },
-      el("header", {}, select, kind, drop),
-      el("ul", { class: "plotter-list", "aria-label": word("charts.drawn") }, ...this.rows(chart)),
-      chart.fields.length < (chart.kind === "xy" ? 2 : 1) && el("p", { class: "hint" }, hint),
-      chart.kind === "xy" && this.scaleBox(chart),
-    );
+    const isXy = chart.kind === "xy";
+    const hint = word(isXy ? "charts.chooseXFirstThen" : "charts.chooseNumbersBelow");
+    const isNow = k === this.current;
+    return html`<section class="plotter-card" aria-label=${word("charts.chart", { number })} ?data-current=${isNow}>
+      <header><button type="button" class="quiet run-small plotter-pick" aria-pressed=${isNow} @click=${select}
+          title=${word("charts.numbersGoIntoThis")}>${word("charts.chart", { number })}</button>
+        ${choice(word("charts.kindOfChart", { number }), KINDS, chart.kind, choose)}
+        ${dropper(word("charts.removeChart", { number }), remove)}</header>
+      <ul class="plotter-list" aria-label=${word("charts.drawn")}>${this.rows(chart)}</ul>
+      ${chart.fields.length < (isXy ? 2 : 1) ? html`<p class="hint">${hint}</p>` : nothing}
+      ${isXy ? this.scaleBox(chart) : nothing}</section>`;
   }
 
-  private scaleBox(chart: PlotChart): HTMLElement {
-    const box = el("input", { type: "checkbox", checked: chart.equal ?? false });
-    box.addEventListener("change", () => {
-      chart.equal = box.checked;
+  private scaleBox(chart: PlotChart): View {
+    const set = (on: boolean): void => {
+      chart.equal = on;
       this.changed();
-    });
-    return el("label", { class: "run-check" }, box, word("charts.oneScaleForBoth"));
+    };
+    return tickBox("run-check", word("charts.oneScaleForBoth"), chart.equal ?? false, set);
   }
 
-  private rows(chart: PlotChart): HTMLElement[] {
+  private rows(chart: PlotChart): View {
     const there = chart.fields.filter((field) => this.known.has(titleOf(field)));
     const first = chart.kind === "xy" ? 1 : 0;
     const colorOf = colorsOf(there.slice(first));
-    return chart.fields.map((field) => {
+    return repeat(chart.fields, titleOf, (field) => {
       const gone = there.includes(field) ? "" : word("charts.notThere");
       const place = there.indexOf(field) - first;
-      const mark = place < 0 ? el("b", {}, gone ? "–" : "x") : el("i", { style: `background: ${colorOf(place)}` });
+      const mark = place < 0 ? html`<b>${gone ? "–" : "x"}</b>` : html`<i style="background: ${colorOf(place)}"></i>`;
       const remove = (): void => {
         chart.fields.splice(chart.fields.indexOf(field), 1);
         this.changed();
       };
-      const label = word("charts.removeField", { field: titleOf(field) });
-      const drop = button({ class: "quiet square", "aria-label": label }, remove, icon("close"));
-      return el("li", {}, mark, el("span", {}, titleOf(field) + gone), drop);
+      const title = titleOf(field);
+      return html`<li>${mark}<span>${title + gone}</span>${dropper(word("charts.removeField", { field: title }), remove)}</li>`;
     });
   }
+}
+
+function small(text: string, press: () => void, disabled = false): View {
+  return html`<button type="button" class="quiet run-small" ?disabled=${disabled} @click=${press}>${text}</button>`;
+}
+
+function dropper(label: string, press: () => void): View {
+  return html`<button type="button" class="quiet square" aria-label=${label} @click=${press}>${sign("close")}</button>`;
 }

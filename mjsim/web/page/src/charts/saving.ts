@@ -1,8 +1,8 @@
 /** The menu of a chart that gives it away: as PNG, SVG or CSV. */
 
-import { button } from "../ui/controls";
 import { el } from "../ui/dom";
-import { icon } from "../ui/icons";
+import { sign } from "../ui/icons";
+import { draw, html, type View } from "../ui/view";
 import { word } from "../words/words";
 import { type Figure, fileName, savePng, saveSvg } from "./figure";
 import { csvOf, save } from "./save";
@@ -16,27 +16,19 @@ export interface Savable {
 
 export function savingMenu(chart: Savable): HTMLElement {
   const menu = el("details", { class: "run-chart-save" });
-  const item = (label: string, keep: () => void): HTMLElement =>
-    button(
-      { class: "run-small" },
-      () => {
-        keep();
-        menu.open = false;
-      },
-      label,
-    );
-  menu.append(
-    el("summary", { title: word("charts.saveAsAFile"), "aria-label": word("charts.saveAsAFile") }, icon("download")),
-    el(
-      "div",
-      {},
-      item("PNG", () => void savePng(chart.figure())),
-      item("SVG", () => saveSvg(chart.figure())),
-      item("CSV", () =>
-        save(new Blob([csvOf(chart.table())], { type: "text/csv" }), `${fileName(chart.figure().title)}.csv`),
-      ),
-    ),
-  );
+  const item = (label: string, keep: () => unknown): View => {
+    const press = (): void => {
+      keep();
+      menu.open = false;
+    };
+    return html`<button type="button" class="run-small" @click=${press}>${label}</button>`;
+  };
+  const csv = (): void =>
+    save(new Blob([csvOf(chart.table())], { type: "text/csv" }), `${fileName(chart.figure().title)}.csv`);
+  const title = word("charts.saveAsAFile");
+  const view = html`<summary title=${title} aria-label=${title}>${sign("download")}</summary><div>
+      ${item("PNG", () => savePng(chart.figure()))}${item("SVG", () => saveSvg(chart.figure()))}${item("CSV", csv)}</div>`;
+  draw(menu, view);
   menu.addEventListener("keydown", (event) => {
     if (event.key !== "Escape" || !menu.open) return;
     menu.open = false;

@@ -1,8 +1,8 @@
 /** A tree of topics: what each holds, with types and units; its numbers to draw, and its message as it is. */
 
-import { button, isPressed, toggle } from "../ui/controls";
-import { el, fill, put } from "../ui/dom";
+import { el } from "../ui/dom";
 import { newestWins } from "../ui/signal";
+import { draw, html, nothing, repeat, type View } from "../ui/view";
 import { word } from "../words/words";
 import { type Field, titleOf } from "./layouts";
 import { cellsOf, unitOf } from "./message";
@@ -27,10 +27,10 @@ export class TopicTree {
     const byTopic = new Map<string, Field[]>(isSearched ? [] : Object.keys(topics).map((topic) => [topic, []]));
     for (const field of fields) byTopic.set(field[0], [...(byTopic.get(field[0]) ?? []), field]);
     const isOpen = isSearched && fields.length <= FEW;
-    put(
-      this.element,
-      [...byTopic].sort().map(([topic, some]) => this.branch(topic).show(some, this.topics[topic], isOpen)),
-    );
+    const branch = ([topic, some]: [string, Field[]]): View =>
+      this.branch(topic).show(some, this.topics[topic], isOpen);
+    const rows = repeat([...byTopic].sort(), ([topic]) => topic, branch);
+    draw(this.element, rows);
   }
 
   /** Ask for the messages that are open again: time has gone on. */
@@ -41,7 +41,7 @@ export class TopicTree {
   /** There is another source. */
   clear(): void {
     this.branches.clear();
-    fill(this.element);
+    draw(this.element, nothing);
   }
 
   private branch(topic: string): Branch {
@@ -53,74 +53,72 @@ export class TopicTree {
 
 /** One topic. */
 class Branch {
-  private readonly element = el("details", { class: "topic", ontoggle: () => this.draw() });
-  private readonly about = el("p", { class: "hint" });
-  private readonly list = el("ul", {});
-  private readonly table = el("div", { class: "topic-message" });
-  private readonly type = el("span", { class: "topic-type" });
-  private readonly raw: HTMLButtonElement;
+  private readonly element = el("details", { class: "topic", ontoggle: () => this.turned() });
   private fields: Field[] = [];
   private topic: Topic | undefined;
-  private readonly asked = newestWins(async () => this.tell(await this.ask(this.name)));
+  /** Whether its message is shown, and that, once it has come. */
+  private isRaw = false;
+  private message: Message | null | undefined;
+  private readonly asked = newestWins(async () => {
+    this.message = await this.ask(this.name);
+    this.draw();
+  });
 
   constructor(
     private readonly name: string,
     private readonly ask: (topic: string) => Promise<Message | null>,
     private readonly pick: (field: Field) => void,
-  ) {
-    const press = (): void => void this.refresh();
-    this.raw = toggle({ class: "quiet run-small" }, false, press, word("charts.message"));
-    this.element.append(el("summary", {}, name, this.type), this.about, this.raw, this.table, this.list);
-  }
+  ) {}
 
   show(fields: Field[], topic: Topic | undefined, isOpen: boolean): HTMLElement {
-    const same =
-      this.topic && fields.length === this.fields.length && fields.every((each, k) => each === this.fields[k]);
     Object.assign(this, { fields, topic });
-    this.type.textContent = topic?.type ?? "";
-    this.about.textContent = topic?.about ?? "";
     if (isOpen) this.element.open = true;
-    if (!same) this.draw();
+    this.draw();
     return this.element;
   }
 
   async refresh(): Promise<void> {
-    if (!isPressed(this.raw)) fill(this.table);
-    else if (this.element.open) await this.asked(undefined);
+    if (this.isRaw && this.element.open) await this.asked(undefined);
   }
 
-  /** List the numbers, once somebody looks; those that stay are not touched: one may be pressed as another comes. */
-  private draw(): void {
-    if (!this.element.open) return;
-    const before = new Map([...this.list.children].map((item) => [item.textContent, item as HTMLElement]));
-    const unit = (field: Field): string => unitOf(field[1], this.topic?.units ?? {});
-    put(
-      this.list,
-      this.fields.map((field) => before.get(field[1] + unit(field)) ?? this.item(field, unit(field))),
-    );
+  private turned(): void {
+    this.draw();
     void this.refresh();
   }
 
-  private item(field: Field, unit: string): HTMLElement {
-    const title = titleOf(field);
-    const attributes = { class: "quiet", "aria-label": title, title: word("charts.draw", { title }) };
-    const parts = [el("span", {}, field[1]), el("span", { class: "run-unit" }, unit)];
-    return el(
-      "li",
-      {},
-      button(attributes, () => this.pick(field), ...parts),
-    );
+  /** List the numbers, once somebody looks. */
+  private draw(): void {
+    const { topic, fields, isRaw } = this;
+    const press = (): void => {
+      [this.isRaw, this.message] = [!isRaw, undefined];
+      this.turned();
+    };
+    const items = this.element.open ? repeat(fields, titleOf, (field) => this.item(field)) : nothing;
+    const view = html`<summary>${this.name}<span class="topic-type">${topic?.type}</span></summary><p class="hint">${topic?.about}</p>
+        <button type="button" class="quiet run-small" aria-pressed=${isRaw} @click=${press}>${word("charts.message")}</button>
+        <div class="topic-message">${isRaw ? this.told() : nothing}</div><ul>${items}</ul>`;
+    draw(this.element, view);
   }
 
-  private tell(message: Message | null): void {
-    if (!isPressed(this.raw)) return;
-    if (!message) return fill(this.table, el("p", { class: "hint" }, word("charts.noMessageYet")));
-    const units = this.topic?.units ?? {};
-    const head = el("caption", {}, word("charts.messageAt", { time: message.time.toFixed(3) }));
-    const rows = [...cellsOf(message.content)].map(([name, value]) =>
-      el("tr", {}, el("th", { scope: "row" }, name), el("td", {}, value), el("td", {}, unitOf(name, units))),
+  private item(field: Field): View {
+    const title = titleOf(field);
+    return html`<li><button type="button" class="quiet" aria-label=${title} title=${word("charts.draw", { title })}
+      @click=${() => this.pick(field)}><span>${field[1]}</span><span class="run-unit">${this.unit(field[1])}</span></button></li>`;
+  }
+
+  private told(): View {
+    const { message } = this;
+    if (!message) return message === null ? html`<p class="hint">${word("charts.noMessageYet")}</p>` : nothing;
+    const rows = [...cellsOf(message.content)].map(
+      ([name, value]) => html`<tr><th scope="row">${name}</th><td>${value}</td><td>${this.unit(name)}</td></tr>`,
     );
-    const binary = message.content === null && word("charts.binary", { bytes: message.bytes ?? 0 });
-    fill(this.table, el("table", {}, head, ...rows), binary && el("p", { class: "hint" }, binary));
+    const binary = (): View => html`<p class="hint">${word("charts.binary", { bytes: message.bytes ?? 0 })}</p>`;
+    return html`<table><caption>${word("charts.messageAt", { time: message.time.toFixed(3) })}</caption>${rows}</table>${
+      message.content === null ? binary() : nothing
+    }`;
+  }
+
+  private unit(name: string): string {
+    return unitOf(name, this.topic?.units ?? {});
   }
 }

@@ -1,6 +1,6 @@
 /** The Edit view: tools, the plan, the text and the panel, side by side. */
 
-import { type IconName, icon } from "../ui/icons";
+import { icon, iconButton, sign } from "../ui/icons";
 import "./edit.css";
 import "../panel/panel.css";
 import type { Item, Point, Values } from "../api";
@@ -13,8 +13,9 @@ import { Door } from "../scene/door";
 import type { Studio, View } from "../shell/view";
 import { TextPane } from "../text/text";
 import { remembered, toggle } from "../ui/controls";
-import { el, fill } from "../ui/dom";
+import { el } from "../ui/dom";
 import { splitter } from "../ui/splitter";
+import { draw, html } from "../ui/view";
 import { said, word } from "../words/words";
 import { openContextMenu } from "./context_menu";
 import { Editor } from "./editor";
@@ -28,7 +29,8 @@ import { Tools } from "./tools";
 
 export function makeEditView(studio: Studio): View {
   const element = el("section", { class: "view edit loading", "aria-label": word("edit.edit") });
-  const waiting = el("p", { class: "hint state" }, word("edit.loading"));
+  const waiting = el("p", { class: "hint state" });
+  draw(waiting, word("edit.loading"));
   element.append(waiting);
   let inner: EditView | null = null;
   const begin = async (): Promise<void> => {
@@ -38,11 +40,8 @@ export function makeEditView(studio: Studio): View {
       inner = new EditView(studio, element, schema);
     } catch (error) {
       studio.toasts.error(error);
-      fill(
-        waiting,
-        word("edit.theFormOfWorldsCould"),
-        el("button", { onclick: () => void begin() }, word("edit.tryAgain")),
-      );
+      const view = html`${word("edit.theFormOfWorldsCould")}<button @click=${begin}>${word("edit.tryAgain")}</button>`;
+      draw(waiting, view);
     }
   };
   void begin();
@@ -77,18 +76,7 @@ class EditView {
     () => this.studio.askTrust(),
   );
   private readonly problems = el("div", { class: "problems" });
-  private readonly firstWord = el("p", {}, word("edit.anEmptyFloor"));
-  private readonly firstSteps = el(
-    "div",
-    { class: "first-steps", hidden: true },
-    this.firstWord,
-    el(
-      "button",
-      { class: "primary", onclick: () => this.tools.take("wall") },
-      icon("wall"),
-      word("edit.drawTheFirstWallW"),
-    ),
-  );
+  private readonly firstSteps = el("div", { class: "first-steps", hidden: true });
   private readonly stale = el("p", { class: "stale", hidden: true }, word("edit.theTextCannotBeRead"));
   private readonly dock = el("section", { class: "dock", "aria-label": word("edit.text") });
 
@@ -128,36 +116,19 @@ class EditView {
   }
 
   private layOut(): void {
-    const hide = el(
-      "button",
-      { class: "quiet hide-text", title: word("edit.hideTheTextY"), onclick: () => this.toggleText() },
-      word("edit.hide"),
-    );
-    this.dock.append(
-      el(
-        "header",
-        { class: "dock-head" },
-        icon("text"),
-        el("h2", {}, word("edit.text")),
-        this.problems,
-        el("span", { class: "space" }),
-        hide,
-      ),
-      this.text.element,
-    );
-    const show = el(
-      "button",
-      { class: "show-text", title: word("edit.showTheTextY"), onclick: () => this.toggleText() },
-      icon("text"),
-      word("edit.text"),
-    );
-    const zoom = el(
-      "div",
-      { class: "zoom" },
-      this.zoomButton("plus", word("edit.zoomIn"), () => this.plan.zoomAt(1.25)),
-      this.zoomButton("minus", word("edit.zoomOut"), () => this.plan.zoomAt(0.8)),
-      this.zoomButton("fit", word("edit.showAll2"), () => this.plan.fit()),
-    );
+    const toggleText = (): void => this.toggleText();
+    const view = html`<header class="dock-head">${sign("text")}<h2>${word("edit.text")}</h2>${this.problems}<span class="space"></span>
+        <button class="quiet hide-text" title=${word("edit.hideTheTextY")} @click=${toggleText}>${word("edit.hide")}</button>
+        </header>${this.text.element}`;
+    draw(this.dock, view);
+    const show = el("button", { class: "show-text", title: word("edit.showTheTextY"), onclick: toggleText });
+    show.append(icon("text"), word("edit.text"));
+    const zoom = el("div", { class: "zoom" });
+    draw(zoom, [
+      iconButton("plus", word("edit.zoomIn"), () => this.plan.zoomAt(1.25), false, ""),
+      iconButton("minus", word("edit.zoomOut"), () => this.plan.zoomAt(0.8), false, ""),
+      iconButton("fit", word("edit.showAll2"), () => this.plan.fit(), false, ""),
+    ]);
     const said = el("p", { class: "sr", role: "status", "aria-live": "polite" });
     this.editor.said.on((text) => (said.textContent = text));
     const stage = el("div", { class: "stage" }, this.tools.strip, this.host, zoom, show, this.panes.element, said);
@@ -172,7 +143,7 @@ class EditView {
     };
     const split = splitter(this.element, text);
     const column = splitter(this.element, { label: word("ui.sizeOfThePanel"), panel: side, width: "--panel" });
-    fill(this.element, this.tools.bar, stage, split, this.dock, column, side, emptyState(this.studio));
+    this.element.replaceChildren(this.tools.bar, stage, split, this.dock, column, side, emptyState(this.studio));
   }
 
   /** Opens and shuts the view in 3-D beside the plan. */
@@ -233,10 +204,6 @@ class EditView {
     if (isOpen) this.solids.want(text, String(this.world));
   }
 
-  private zoomButton(name: IconName, title: string, onclick: () => void): HTMLElement {
-    return el("button", { class: "square", title, "aria-label": title, onclick }, icon(name));
-  }
-
   private listen(): void {
     const { document } = this.studio;
     document.opened.on(() => this.showState());
@@ -283,8 +250,10 @@ class EditView {
     const { document } = this.studio;
     this.stale.hidden = document.parsed.items !== null;
     const wrong = document.parsed.problems.some((problem) => problem.kind === "error");
-    this.firstWord.textContent = wrong ? word("edit.nothingOfItCanBe") : word("edit.anEmptyFloor");
     this.firstSteps.hidden = document.items.length > 0 || this.tools.now !== "select" || document.parsed.items === null;
+    const view = html`<p>${word(wrong ? "edit.nothingOfItCanBe" : "edit.anEmptyFloor")}</p>
+        <button class="primary" @click=${() => this.tools.take("wall")}>${sign("wall")}${word("edit.drawTheFirstWallW")}</button>`;
+    draw(this.firstSteps, view);
   }
 
   private showState(): void {
@@ -296,7 +265,7 @@ class EditView {
     const errors = problems.filter((problem) => problem.kind === "error").length;
     const [first] = problems;
     if (!this.studio.document.isOpen) return;
-    if (!first) return fill(this.problems, el("span", { class: "hint" }, word("edit.noProblems")));
+    if (!first) return draw(this.problems, html`<span class="hint">${word("edit.noProblems")}</span>`);
     const count = [
       errors ? word(errors === 1 ? "edit.oneError" : "edit.errors", { errors }) : "",
       problems.length - errors ? word("edit.toLookAt", { errors: problems.length - errors }) : "",
@@ -307,15 +276,9 @@ class EditView {
       line: first.line,
       message: said(first.message),
     });
-    fill(
-      this.problems,
-      el(
-        "button",
-        { class: `quiet problem ${first.kind}`, title: word("edit.fGoesToTheNext", { text }), onclick: go },
-        icon("warning"),
-        el("span", {}, text),
-      ),
-    );
+    const view = html`<button class="quiet problem ${first.kind}" title=${word("edit.fGoesToTheNext", { text })} @click=${go}
+        >${sign("warning")}<span>${text}</span></button>`;
+    draw(this.problems, view);
   }
 
   /** F6 goes from the tools to the plan, the text and the panel, and round again; with Shift the other way. */

@@ -3,7 +3,7 @@
 import type { Path, Values } from "../api";
 import { chooseArm, chooseModel, chooser } from "../panel/gallery";
 import type { Studio } from "../shell/view";
-import { el } from "../ui/dom";
+import { choice, nothing, type View } from "../ui/view";
 import { word } from "../words/words";
 import type { Editor } from "./editor";
 import { type Make, PlaceTool, roundMaker, sizedMaker, turnedMaker } from "./place_tool";
@@ -24,58 +24,38 @@ const SIZED = word("edit.clickOrDragFromCorner");
 const TURNED = word("edit.clickOrDragToWhere");
 const OBSTACLES: Path = ["obstacles"];
 
+/** The title, the hint and the maker of each kind. */
+function kind(title: string, hint: string, make: Kind["make"]): Kind {
+  return { title, hint, make };
+}
+
 const KINDS: Record<string, Kind> = {
-  ramp: {
-    title: word("edit.ramp"),
-    hint: SIZED,
-    make: () => sizedMaker(OBSTACLES, "ramp", [2, 1], (sides) => ({ ramp: [...sides, 0.2] })),
-  },
-  steps: {
-    title: word("edit.steps"),
-    hint: SIZED,
-    make: () => sizedMaker(OBSTACLES, "steps", [1, 1], (sides) => ({ steps: [...sides, 0.3], count: 3 })),
-  },
-  platform: {
-    title: word("edit.platform"),
-    hint: SIZED,
-    make: () => sizedMaker(OBSTACLES, "obstacle", [2, 2], (sides) => ({ box: [...sides, 0.2] })),
-  },
-  sphere: {
-    title: word("edit.sphere"),
-    hint: word("edit.clickOrDragFromIts"),
-    make: () => roundMaker(OBSTACLES, (radius) => ({ sphere: radius })),
-  },
-  model: {
-    title: word("edit.model"),
-    hint: TURNED,
-    make: (choice) => turnedMaker(OBSTACLES, "obstacle", 0.3, () => ({ model: choice().model })),
-  },
-  area: {
-    title: word("edit.areaOfFloor"),
-    hint: SIZED,
-    make: () => sizedMaker(["floor", "patches"], "patch", [2, 1.5], (sides) => ({ size: sides, color: "#93a878" })),
-  },
-  lamp: {
-    title: word("edit.lamp"),
-    hint: word("edit.click"),
-    make: () => turnedMaker(["lamps"], "light", 0, () => ({ height: 2.4 })),
-  },
-  person: {
-    title: word("edit.person"),
-    hint: TURNED,
-    make: () => turnedMaker(["people"], "obstacle", 0.25, () => ({ name: "person", sex: "female" })),
-  },
-  arm: {
-    title: word("edit.arm"),
-    hint: TURNED,
-    make: (choice) =>
-      turnedMaker(["robots"], "robot", 0.15, () => ({ name: "arm", base: "fixed", arms: [{ preset: choice().arm }] })),
-  },
-  mechanism: {
-    title: word("edit.mechanism"),
-    hint: TURNED,
-    make: () => turnedMaker(["mechanisms"], "obstacle", 0.5, pendulum),
-  },
+  ramp: kind(word("edit.ramp"), SIZED, () =>
+    sizedMaker(OBSTACLES, "ramp", [2, 1], (sides) => ({ ramp: [...sides, 0.2] })),
+  ),
+  steps: kind(word("edit.steps"), SIZED, () =>
+    sizedMaker(OBSTACLES, "steps", [1, 1], (sides) => ({ steps: [...sides, 0.3], count: 3 })),
+  ),
+  platform: kind(word("edit.platform"), SIZED, () =>
+    sizedMaker(OBSTACLES, "obstacle", [2, 2], (sides) => ({ box: [...sides, 0.2] })),
+  ),
+  sphere: kind(word("edit.sphere"), word("edit.clickOrDragFromIts"), () =>
+    roundMaker(OBSTACLES, (radius) => ({ sphere: radius })),
+  ),
+  model: kind(word("edit.model"), TURNED, (choice) =>
+    turnedMaker(OBSTACLES, "obstacle", 0.3, () => ({ model: choice().model })),
+  ),
+  area: kind(word("edit.areaOfFloor"), SIZED, () =>
+    sizedMaker(["floor", "patches"], "patch", [2, 1.5], (sides) => ({ size: sides, color: "#93a878" })),
+  ),
+  lamp: kind(word("edit.lamp"), word("edit.click"), () => turnedMaker(["lamps"], "light", 0, () => ({ height: 2.4 }))),
+  person: kind(word("edit.person"), TURNED, () =>
+    turnedMaker(["people"], "obstacle", 0.25, () => ({ name: "person", sex: "female" })),
+  ),
+  arm: kind(word("edit.arm"), TURNED, (choice) =>
+    turnedMaker(["robots"], "robot", 0.15, () => ({ name: "arm", base: "fixed", arms: [{ preset: choice().arm }] })),
+  ),
+  mechanism: kind(word("edit.mechanism"), TURNED, () => turnedMaker(["mechanisms"], "obstacle", 0.5, pendulum)),
 };
 
 /** A mechanism to begin with: a rod that swings. */
@@ -105,23 +85,19 @@ export class MoreThings {
   }
 
   /** What is chosen in the strip; `again` draws that anew. */
-  choices(again: () => void): HTMLElement[] {
-    const kind = options(
-      word("edit.kind"),
-      Object.entries(KINDS).map(([name, { title }]) => [name, title]),
-      this.kind,
-      (name) => {
-        this.kind = name;
-        again();
-      },
-    );
-    if (this.kind !== "model" && this.kind !== "arm") return [kind];
-    return [
-      kind,
+  choices(again: () => void): View {
+    const choose = (kind: string): void => {
+      this.kind = kind;
+      again();
+    };
+    const kinds = Object.entries(KINDS).map(([name, { title }]) => [name, title] as const);
+    const form =
       this.kind === "model"
         ? this.button("model", word("edit.chooseAModel"), chooseModel, again)
-        : this.button("arm", word("edit.chooseAnArm"), chooseArm, again),
-    ];
+        : this.kind === "arm"
+          ? this.button("arm", word("edit.chooseAnArm"), chooseArm, again)
+          : nothing;
+    return [choice(word("edit.kind"), kinds, this.kind, choose), form];
   }
 
   /** Shows what is chosen, and lets choose another. */
@@ -130,19 +106,12 @@ export class MoreThings {
     title: string,
     ask: (studio: Studio) => Promise<string | null>,
     again: () => void,
-  ): HTMLElement {
+  ): View {
     const { studio } = this.editor;
     const choose = async (): Promise<void> => {
       this.choice[form] = (await ask(studio)) ?? this.choice[form];
       again();
     };
-    return chooser(studio, form, this.choice[form], title, () => void choose());
+    return chooser(studio, form, this.choice[form], title, choose);
   }
-}
-
-function options(label: string, names: [string, string][], now: string, chosen: (name: string) => void): HTMLElement {
-  const each = names.map(([value, title]) => el("option", { value, selected: value === now }, title));
-  const select = el("select", { "aria-label": label }, ...each);
-  select.addEventListener("change", () => chosen(select.value));
-  return select;
 }

@@ -4,9 +4,9 @@ import type { Change, Item } from "../api";
 import type { SchemaBook } from "../panel/schema";
 import { keyOf } from "../plan/plan";
 import { remembered } from "../ui/controls";
-import { el, fill, isCommand } from "../ui/dom";
-import { icon } from "../ui/icons";
-import { unpressed } from "../ui/press";
+import { el, isCommand } from "../ui/dom";
+import { sign } from "../ui/icons";
+import { draw, html, live, nothing, repeat, type View, withValue } from "../ui/view";
 import type { Editor } from "./editor";
 import { groupOf } from "./groups";
 import { HEADINGS, kindName } from "./kinds";
@@ -21,11 +21,6 @@ type Row = { list: string; count: number } | { item: Item; level: number; place:
 
 export class Outliner {
   readonly element = el("section", { class: "outliner", "aria-label": word("edit.things") });
-  private readonly search = el("input", {
-    type: "search",
-    placeholder: word("edit.searchByNameKindOr"),
-    "aria-label": word("edit.searchThings"),
-  });
   private readonly tree = el("div", {
     class: "outline-tree",
     role: "tree",
@@ -34,9 +29,9 @@ export class Outliner {
     "aria-multiselectable": "true",
   });
   private readonly paper = el("div", { role: "none" });
-  private readonly none = el("p", { class: "hint pad", hidden: true });
-  private readonly count = el("span", { class: "count" });
-  private readonly head: HTMLButtonElement;
+  private isOpen = remembered("edit.outliner") !== "no";
+  /** What is searched for. */
+  private wish = "";
   private readonly shut = new Set<string>();
   private rows: Row[] = [];
   /** Where the keyboard stands: the key of a thing, or the name of a list. */
@@ -49,26 +44,13 @@ export class Outliner {
     private readonly book: SchemaBook,
     private readonly ask: (at: [number, number]) => void,
   ) {
-    this.head = el(
-      "button",
-      { class: "quiet outline-head", onclick: () => this.open(!this.isOpen) },
-      icon("down"),
-      el("span", {}, word("edit.things")),
-      this.count,
-    );
     this.paper.className = "outline-paper";
     this.tree.append(this.paper);
-    const body = el("div", { class: "outline-body" }, this.search, this.tree, this.none);
-    this.element.append(this.head, body);
-    this.open(remembered("edit.outliner") !== "no");
     const { document } = editor;
     document.parsedChanged.on(() => this.refresh());
     document.selectionChanged.on(() => this.showSelection());
-    this.search.addEventListener("input", () => this.refresh());
-    this.search.addEventListener("keydown", (event) => event.key === "ArrowDown" && this.tree.focus());
     this.tree.addEventListener("scroll", () => this.draw());
     this.tree.addEventListener("keydown", (event) => this.key(event));
-    // Not on "click": rows drawn anew between press and release would get none.
     this.tree.addEventListener("mousedown", (event) => event.button === 0 && this.press(event));
     this.tree.addEventListener("dblclick", (event) => this.rowAt(event) && editor.asked.emit());
     this.tree.addEventListener("contextmenu", (event) => this.menu(event));
@@ -86,7 +68,7 @@ export class Outliner {
   rename(item: Item): void {
     if (!this.canRename(item)) return;
     this.open(true);
-    this.search.value = "";
+    this.wish = "";
     this.shut.delete(String(item.path[0]));
     this.at = this.renamed = keyOf(item.path);
     this.refresh();
@@ -94,30 +76,35 @@ export class Outliner {
     this.draw();
   }
 
-  private get isOpen(): boolean {
-    return this.head.getAttribute("aria-expanded") === "true";
-  }
-
   private open(on: boolean): void {
-    this.head.setAttribute("aria-expanded", String(on));
-    this.element.classList.toggle("shut", !on);
+    this.isOpen = on;
     remembered("edit.outliner", on ? "yes" : "no");
-    this.draw();
+    this.refresh();
   }
 
   /** Make the rows anew: other things, another search, a list opened or shut. */
   private refresh(): void {
     const { items } = this.editor;
-    const wish = this.search.value.trim().toLowerCase();
+    const wish = this.wish.trim().toLowerCase();
     const found = wish ? items.filter((item) => wordsOf(item).includes(wish)) : items;
-    this.count.textContent = wish
-      ? word("shell.of", { number: found.length, count: items.length })
-      : String(items.length);
     this.rows = rowsOf(found, wish ? new Set() : this.shut);
-    this.none.hidden = found.length > 0;
     this.tree.hidden = found.length === 0;
-    this.none.textContent = wish ? word("edit.nothingIsCalled", { wish }) : word("edit.nothingStandsHereYet");
     this.paper.style.height = `${this.rows.length * ROW}px`;
+    this.element.classList.toggle("shut", !this.isOpen);
+    const search = withValue((value) => {
+      this.wish = value;
+      this.refresh();
+    });
+    const count = wish ? word("shell.of", { number: found.length, count: items.length }) : items.length;
+    const none = wish ? word("edit.nothingIsCalled", { wish }) : word("edit.nothingStandsHereYet");
+    const view = html`<button class="quiet outline-head" aria-expanded=${this.isOpen}
+        @click=${() => this.open(!this.isOpen)}>${sign("down")}<span>${word("edit.things")}</span><span class="count"
+        >${count}</span></button>
+      <div class="outline-body"><input type="search" placeholder=${word("edit.searchByNameKindOr")} @input=${search}
+        aria-label=${word("edit.searchThings")} .value=${live(this.wish)}
+        @keydown=${(event: KeyboardEvent) => event.key === "ArrowDown" && this.tree.focus()}>${this.tree}
+        <p class="hint pad" ?hidden=${found.length > 0}>${none}</p></div>`;
+    draw(this.element, view);
     this.draw();
   }
 
@@ -143,8 +130,7 @@ export class Outliner {
     this.due = true;
     requestAnimationFrame(() => {
       this.due = false;
-      // While a name is written its row stays.
-      if (!this.paper.querySelector("input")) unpressed(this.paper, () => this.paint());
+      this.paint();
     });
   }
 
@@ -152,79 +138,55 @@ export class Outliner {
     const first = Math.max(0, Math.floor(this.tree.scrollTop / ROW) - SPARE);
     const last = Math.ceil((this.tree.scrollTop + this.tree.clientHeight) / ROW) + SPARE;
     const chosen = new Set(this.editor.document.selection.map(keyOf));
-    const shown = this.rows.slice(first, last).map((row, index) => this.drawn(row, first + index, chosen));
-    fill(this.paper, ...shown);
-    const active = shown.find((row) => row.dataset["key"] === this.at);
-    if (active) this.tree.setAttribute("aria-activedescendant", active.id);
+    const shown = this.rows.slice(first, last);
+    const rows = repeat(shown, idOf, (row, k) => this.row(row, first + k, chosen));
+    draw(this.paper, rows);
+    const active = shown.findIndex((row) => idOf(row) === this.at);
+    if (active >= 0) this.tree.setAttribute("aria-activedescendant", `outline-${first + active}`);
     else this.tree.removeAttribute("aria-activedescendant");
     const field = this.paper.querySelector("input");
+    if (field === document.activeElement) return;
     field?.focus();
     field?.select();
   }
 
-  private drawn(row: Row, index: number, chosen: Set<string>): HTMLElement {
+  private row(row: Row, index: number, chosen: Set<string>): View {
     const id = idOf(row);
-    const common = {
-      id: `outline-${index}`,
-      role: "treeitem",
-      "data-key": id,
-      class: `outline-row${id === this.at ? " active" : ""}`,
-      style: `top: ${index * ROW}px`,
-    };
-    if ("list" in row) {
-      const shut = !this.search.value.trim() && this.shut.has(row.list);
-      const parts = [
-        icon("down"),
-        el("b", {}, HEADINGS[row.list] ?? row.list),
-        el("span", { class: "count" }, String(row.count)),
-      ];
-      return el(
-        "div",
-        { ...common, "aria-level": 1, "aria-expanded": String(!shut), "aria-selected": "false" },
-        ...parts,
-      );
-    }
-    const { item, level, place, size } = row;
-    const known = {
-      "aria-level": level,
-      "aria-posinset": place,
-      "aria-setsize": size,
-      "aria-selected": String(chosen.has(id)),
-    };
-    const name = this.renamed === id ? this.nameField(item) : el("span", { class: "outline-name" }, item.label);
-    const held = item.fixed
-      ? el(
-          "span",
-          { class: "held", title: item.fixed },
-          icon(item.origin ?? "lock"),
-          el("span", { class: "sr" }, item.fixed),
-        )
-      : null;
-    const group = groupOf(item)
-      ? el("span", { class: "outline-group", title: word("edit.ofGroup", { group: groupOf(item) }) }, groupOf(item))
-      : null;
-    return el("div", { ...common, ...known }, name, el("span", { class: "outline-model" }, modelOf(item)), group, held);
+    const isList = "list" in row;
+    const shut = isList && !this.wish.trim() && this.shut.has(id);
+    const [level, place, size] = "list" in row ? [1, nothing, nothing] : [row.level, row.place, row.size];
+    return html`<div id="outline-${index}" role="treeitem" data-key=${id} class="outline-row ${id === this.at ? "active" : ""}" style="top: ${index * ROW}px"
+      aria-level=${level} aria-posinset=${place} aria-setsize=${size} aria-selected=${!isList && chosen.has(id)}
+      aria-expanded=${isList ? !shut : nothing}>${"list" in row ? listParts(row) : this.thing(row.item, id)}</div>`;
   }
 
-  private nameField(item: Item): HTMLInputElement {
-    const field = el("input", { "aria-label": word("edit.newName"), value: item.name ?? "", spellcheck: "false" });
-    const end = (keep: boolean): void => {
+  private thing(item: Item, id: string): View {
+    const group = groupOf(item);
+    const name = this.renamed === id ? this.nameField(item) : html`<span class="outline-name">${item.label}</span>`;
+    const held = (why: string): View =>
+      html`<span class="held" title=${why}>${sign(item.origin ?? "lock")}<span class="sr">${why}</span></span>`;
+    return html`${name}<span class="outline-model">${modelOf(item)}</span>${
+      group && html`<span class="outline-group" title=${word("edit.ofGroup", { group })}>${group}</span>`
+    }${item.fixed && held(item.fixed)}`;
+  }
+
+  private nameField(item: Item): View {
+    const end = (keep: boolean, field: HTMLInputElement): void => {
       if (this.renamed === null) return;
       this.renamed = null;
       const value = field.value.trim();
-      field.remove();
       if (keep && value && value !== item.name) void this.give(item, value);
       this.draw();
     };
-    field.addEventListener("blur", () => end(true));
-    field.addEventListener("keydown", (event) => {
+    const key = (event: KeyboardEvent): void => {
       event.stopPropagation();
       if (event.key !== "Enter" && event.key !== "Escape") return;
       event.preventDefault();
-      end(event.key === "Enter");
+      end(event.key === "Enter", event.target as HTMLInputElement);
       this.tree.focus();
-    });
-    return field;
+    };
+    return html`<input aria-label=${word("edit.newName")} value=${item.name ?? ""} spellcheck="false"
+      @blur=${(event: Event) => end(true, event.target as HTMLInputElement)} @keydown=${key}>`;
   }
 
   private give(item: Item, value: string): Promise<boolean> {
@@ -345,6 +307,10 @@ function rowsOf(items: Item[], shut: Set<string>): Row[] {
     }));
     return [{ list, count: own.length }, ...(shut.has(list) ? [] : things)];
   });
+}
+
+function listParts({ list, count }: { list: string; count: number }): View {
+  return html`${sign("down")}<b>${HEADINGS[list] ?? list}</b><span class="count">${count}</span>`;
 }
 
 function idOf(row: Row): string {

@@ -2,8 +2,9 @@
 
 import type { Item, PreviewAsk, Values } from "../api";
 import { ApiError } from "../api";
-import { el, fill } from "../ui/dom";
+import { el } from "../ui/dom";
 import { newestWins } from "../ui/signal";
+import { draw, html, namesToChoose, nothing } from "../ui/view";
 import { word } from "../words/words";
 import type { Editor } from "./editor";
 
@@ -41,7 +42,7 @@ export class Preview {
     const cameras = robot ? camerasOf(robot.values) : [];
     this.element.hidden = cameras.length === 0;
     if (!robot?.name || !robot.at || cameras.length === 0) return;
-    this.offer(cameras);
+    draw(this.choice, namesToChoose(cameras, this.choice.value));
     const { document } = this.editor;
     const camera = this.choice.value;
     const ask = {
@@ -59,7 +60,7 @@ export class Preview {
     const subject = subjectOf(ask);
     if (subject !== this.subject) this.clear();
     this.subject = subject;
-    if (!this.picture.hasAttribute("src")) fill(this.caption, word("edit.drawing"));
+    if (!this.picture.hasAttribute("src")) draw(this.caption, word("edit.drawing"));
     this.picture.alt = word("edit.whatCameraOfSees", { camera, name: robot.name });
     this.wanted(ask);
   }
@@ -76,19 +77,13 @@ export class Preview {
     return this.ghosts.find((ghost) => ghost.type === "Robot" && ghost.name === only.name) ?? only;
   }
 
-  private offer(cameras: string[]): void {
-    const there = [...this.choice.options].map((option) => option.value);
-    if (JSON.stringify(there) === JSON.stringify(cameras)) return;
-    fill(this.choice, ...cameras.map((camera) => el("option", { value: camera }, camera)));
-  }
-
   private async load(ask: PreviewAsk): Promise<void> {
     try {
       const picture = await this.editor.studio.api.preview(ask);
       if (subjectOf(ask) !== this.subject) return;
       this.clear();
       this.picture.src = URL.createObjectURL(picture);
-      fill(this.caption);
+      draw(this.caption, nothing);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       if (subjectOf(ask) !== this.subject) return;
@@ -103,11 +98,8 @@ export class Preview {
       if (await this.editor.studio.askTrust()) this.wanted(ask);
     };
     const needsTrust = error.data["needs_trust"] !== undefined;
-    fill(
-      this.caption,
-      error.message,
-      needsTrust && el("button", { onclick: () => void allow() }, word("edit.lookAtWhatItIs")),
-    );
+    const look = html`<button @click=${allow}>${word("edit.lookAtWhatItIs")}</button>`;
+    draw(this.caption, [error.message, needsTrust ? look : nothing]);
   }
 }
 

@@ -4,7 +4,8 @@ import type { Opened } from "../api";
 import { isNew, takeTour } from "../shell/tour";
 import type { Studio } from "../shell/view";
 import { el } from "../ui/dom";
-import { icon } from "../ui/icons";
+import { sign } from "../ui/icons";
+import { draw, html, nothing, type View } from "../ui/view";
 import { word } from "../words/words";
 
 export function emptyState(studio: Studio): HTMLElement {
@@ -20,39 +21,24 @@ export function emptyState(studio: Studio): HTMLElement {
   };
   const open = (path: string): Promise<void> => begin(() => studio.api.open(path), false);
   const create = (): Promise<void> => begin(() => studio.api.create(), true);
-  const own = worlds.slice(0, 6).map((world) => el("button", { onclick: () => void open(world) }, world));
+  const button = (press: () => unknown, label: View, kind = ""): View =>
+    html`<button class=${kind} @click=${press}>${label}</button>`;
+  const own = worlds.slice(0, 6).map((world) => button(() => open(world), world));
   const example = shipped.worlds.includes("gallery") ? "gallery" : shipped.worlds[0];
-  return el(
-    "div",
-    { class: "state start" },
-    el("h2", {}, word("edit.buildARoomForYour")),
-    el("p", { class: "hint" }, word("edit.drawWallsHangUpPictures")),
-    el(
-      "div",
-      { class: "row" },
-      el("button", { class: "primary", onclick: () => void create() }, icon("new"), word("edit.newWorld")),
-      example
-        ? el(
-            "button",
-            { onclick: () => void open(`shipped:${example}`) },
-            icon("open"),
-            word("edit.seeThe", { example }),
-          )
-        : null,
-      el("button", { onclick: () => void studio.askNew() }, word("edit.beginWithATemplate")),
-    ),
-    isNew() ? tourOffer(studio) : null,
-    own.length ? el("p", { class: "list-title" }, word("edit.in", { folder })) : null,
-    el("div", { class: "row" }, ...own),
-  );
+  const seen = [sign("open"), word("edit.seeThe", { example })];
+  const place = el("div", { class: "state start" });
+  const view = html`<h2>${word("edit.buildARoomForYour")}</h2><p class="hint">${word("edit.drawWallsHangUpPictures")}</p>
+      <div class="row">${button(create, [sign("new"), word("edit.newWorld")], "primary")}
+        ${example ? button(() => open(`shipped:${example}`), seen) : nothing}
+        ${button(() => studio.askNew(), word("edit.beginWithATemplate"))}</div>
+      ${isNew() ? tourOffer(studio) : nothing}
+      ${own.length ? html`<p class="list-title">${word("edit.in", { folder })}</p>` : nothing}<div class="row">${own}</div>`;
+  draw(place, view);
+  return place;
 }
 
 /** Offered until somebody takes it; after that it is found in the help. */
-function tourOffer(studio: Studio): HTMLElement {
-  return el(
-    "p",
-    { class: "tour-offer" },
-    word("edit.newHere"),
-    el("button", { onclick: () => void takeTour(studio) }, word("edit.takeTheTourInSix")),
-  );
+function tourOffer(studio: Studio): View {
+  return html`<p class="tour-offer">${word("edit.newHere")}<button @click=${() => takeTour(studio)}
+    >${word("edit.takeTheTourInSix")}</button></p>`;
 }

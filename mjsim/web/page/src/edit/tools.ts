@@ -5,9 +5,10 @@ import { chooseRobot, chooser, nameOf } from "../panel/gallery";
 import { choosePicture, hangable } from "../panel/pictures";
 import type { SchemaBook } from "../panel/schema";
 import type { Tool } from "../plan/gestures";
-import { el, refill } from "../ui/dom";
-import { icon } from "../ui/icons";
+import { el } from "../ui/dom";
+import { sign } from "../ui/icons";
 import { Signal } from "../ui/signal";
+import { choice, draw, html, nothing, tickBox, type View } from "../ui/view";
 import { word } from "../words/words";
 import { freshMarker, nextUnused } from "./copies";
 import type { Editor } from "./editor";
@@ -44,14 +45,12 @@ const HINTS: Record<ToolName, string> = {
   robot: word("edit.clickOrDragToWhere"),
   more: "",
 };
-const KINDS = ["picture", "marker", "reflector", "anchor"] as const;
-type Beacon = (typeof KINDS)[number];
-const BEACONS: Record<Beacon, string> = {
-  picture: word("edit.picture"),
-  marker: word("edit.marker"),
-  reflector: word("edit.reflector"),
-  anchor: word("edit.anchor"),
-};
+const BEACONS = [
+  ["picture", word("edit.picture")],
+  ["marker", word("edit.marker")],
+  ["reflector", word("edit.reflector")],
+  ["anchor", word("edit.anchor")],
+] as const;
 
 export class Tools {
   readonly bar = el("div", {
@@ -71,7 +70,7 @@ export class Tools {
   /** Where the pointer is. */
   private readonly where = el("span", { class: "where", "aria-hidden": "true" });
   private picture = "posters/lion.jpg";
-  private look: Beacon = "picture";
+  private look: (typeof BEACONS)[number][0] = "picture";
   private preset = "";
   /** Sensors that a new robot may bring: a word for each, and its first keys. */
   private readonly offered: Map<string, unknown>;
@@ -79,7 +78,6 @@ export class Tools {
   /** Pictures that were hung up and may not be among the items yet. */
   private readonly hanging = new Set<string>();
   private readonly tools: Record<ToolName, Tool | null>;
-  private readonly buttons = new Map<ToolName, HTMLButtonElement>();
 
   constructor(
     private readonly editor: Editor,
@@ -112,7 +110,6 @@ export class Tools {
       more: this.more.tool,
     };
     this.strip.append(this.chosen);
-    this.addButtons();
     const { host } = editor.plan;
     host.addEventListener("pointermove", (event) => this.tell(event));
     host.addEventListener("pointerleave", () => (this.where.textContent = ""));
@@ -130,10 +127,10 @@ export class Tools {
     if (name === "beacon" && this.now !== "beacon") this.offerUnused();
     this.now = name;
     this.editor.plan.tool = this.tools[name];
-    for (const [other, button] of this.buttons) {
-      button.setAttribute("aria-pressed", String(other === name));
-      button.tabIndex = other === name ? 0 : -1;
-    }
+    draw(
+      this.bar,
+      TOOLS.map((tool) => this.button(tool)),
+    );
     this.drawStrip();
     this.changed.emit(name);
   }
@@ -159,26 +156,14 @@ export class Tools {
     this.where.textContent = `${x.toFixed(2)}, ${y.toFixed(2)} m`.replaceAll("-", "−");
   }
 
-  private addButtons(): void {
-    for (const { name, title, key } of TOOLS) {
-      const label = `${title} (${key})`;
-      const button = el(
-        "button",
-        {
-          class: "quiet square",
-          title: label,
-          "aria-label": label,
-          "aria-keyshortcuts": key,
-          onclick: () => this.take(name),
-        },
-        icon(name),
-      );
-      button.addEventListener("keydown", (event) => this.arrow(event, name));
-      this.buttons.set(name, button);
-      this.bar.append(button);
-      if (name === "hand" || name === "window" || name === "cylinder")
-        this.bar.append(el("span", { class: "tool-gap" }));
-    }
+  private button({ name, title, key }: (typeof TOOLS)[number]): View {
+    const label = `${title} (${key})`;
+    const isNow = name === this.now;
+    const hasGap = ["hand", "window", "cylinder"].includes(name);
+    return html`<button class="quiet square" title=${label} aria-label=${label} aria-keyshortcuts=${key}
+      aria-pressed=${isNow} tabindex=${isNow ? 0 : -1} @click=${() => this.take(name)}
+      @keydown=${(event: KeyboardEvent) => this.arrow(event, name)}>${sign(name)}</button>
+      ${hasGap ? html`<span class="tool-gap"></span>` : nothing}`;
   }
 
   /** Arrows go through the tools, as in any tool bar: a column, or rows on a small screen. */
@@ -195,85 +180,58 @@ export class Tools {
     const next = TOOLS[(index + TOOLS.length) % TOOLS.length];
     if (!next) return;
     this.take(next.name);
-    this.buttons.get(next.name)?.focus();
+    this.bar.querySelector<HTMLElement>("[tabindex='0']")?.focus();
   }
 
   private drawStrip(): void {
     const hint = this.now === "more" ? this.more.hint : HINTS[this.now];
     const title = TOOLS.find((tool) => tool.name === this.now)?.title ?? "";
-    refill(this.chosen, el("b", {}, title), ...this.choices(), el("span", { class: "hint" }, hint), this.where);
+    draw(this.chosen, html`<b>${title}</b>${this.choices()}<span class="hint">${hint}</span>${this.where}`);
   }
 
-  private choices(): HTMLElement[] {
-    if (this.now === "select") return [this.adder()];
+  private choices(): View {
+    if (this.now === "select") return this.adder();
     if (this.now === "beacon") return this.beaconChoices();
     if (this.now === "more") return this.more.choices(() => this.drawStrip());
-    return this.now === "robot" ? this.robotChoices() : [];
+    return this.now === "robot" ? this.robotChoices() : nothing;
   }
 
   /** Holds Shift for who has none. */
-  private adder(): HTMLElement {
+  private adder(): View {
     const press = (): void => {
       this.editor.adding = !this.editor.adding;
-      button.setAttribute("aria-pressed", String(this.editor.adding));
+      this.drawStrip();
     };
-    const button = el(
-      "button",
-      {
-        class: "adding",
-        title: word("edit.addWhatIsTouchedTo"),
-        "aria-pressed": String(this.editor.adding),
-        onclick: press,
-      },
-      word("edit.several"),
-    );
-    return button;
+    return html`<button class="adding" title=${word("edit.addWhatIsTouchedTo")} aria-pressed=${this.editor.adding}
+      @click=${press}>${word("edit.several")}</button>`;
   }
 
-  private beaconChoices(): HTMLElement[] {
-    const select = el(
-      "select",
-      { "aria-label": word("edit.kind") },
-      ...KINDS.map((kind) => el("option", { selected: kind === this.look }, BEACONS[kind])),
-    );
-    select.addEventListener("change", () => {
-      this.look = KINDS[select.selectedIndex] ?? "picture";
+  private beaconChoices(): View {
+    const { studio, document } = this.editor;
+    const look = (wanted: typeof this.look): void => {
+      this.look = wanted;
       this.drawStrip();
-    });
-    if (this.look !== "picture") return [select];
+    };
     const choose = async (): Promise<void> => {
-      const chosen = await choosePicture(this.editor.studio);
-      if (chosen) this.picture = chosen;
+      this.picture = (await choosePicture(studio)) ?? this.picture;
       this.drawStrip();
     };
-    const image = el("img", {
-      src: this.editor.studio.api.picture(this.picture, 96, this.editor.document.path),
-      alt: "",
-    });
-    const name = nameOf(this.picture);
-    return [
-      select,
-      el(
-        "button",
-        { class: "pick", title: word("edit.chooseAPicture"), onclick: () => void choose() },
-        image,
-        el("span", { class: "path" }, name),
-      ),
-    ];
+    const pick = (): View => html`<button class="pick" title=${word("edit.chooseAPicture")} @click=${choose}><img
+      src=${studio.api.picture(this.picture, 96, document.path)} alt=""><span class="path">${nameOf(this.picture)}</span></button>`;
+    return [choice(word("edit.kind"), BEACONS, this.look, look), this.look === "picture" ? pick() : nothing];
   }
 
-  private robotChoices(): HTMLElement[] {
+  private robotChoices(): View {
     const { studio } = this.editor;
     const choose = async (): Promise<void> => {
       this.preset = (await chooseRobot(studio)) ?? this.preset;
       this.drawStrip();
     };
-    const boxes = [...this.offered.keys()].map((name) => {
-      const box = el("input", { type: "checkbox", checked: this.sensors.has(name) });
-      box.addEventListener("change", () => (box.checked ? this.sensors.add(name) : this.sensors.delete(name)));
-      return el("label", { class: "check" }, box, name);
-    });
-    return [chooser(studio, "robot", this.preset, word("edit.chooseARobot"), () => void choose()), ...boxes];
+    const set = (name: string, on: boolean): unknown => (on ? this.sensors.add(name) : this.sensors.delete(name));
+    const boxes = [...this.offered.keys()].map((name) =>
+      tickBox("check", name, this.sensors.has(name), (on) => set(name, on)),
+    );
+    return [chooser(studio, "robot", this.preset, word("edit.chooseARobot"), choose), boxes];
   }
 
   /** After a picture has been hung up, the next one is offered: of two alike neither is recognised. */

@@ -1,14 +1,15 @@
 /** One control for each kind of value. What was entered is given on at Enter, or when it is left. */
 
 import type { Module, Path } from "../api";
-import { el, fill } from "../ui/dom";
-import { icon } from "../ui/icons";
+import { sign } from "../ui/icons";
+import { html, live, nothing, options, typed, type View, withValue } from "../ui/view";
 import { word } from "../words/words";
+import { readNumber, shown, stepped } from "./numbers";
 import type { Field, Kind } from "./schema";
 import { SEVERAL } from "./several";
 
 export interface Entry {
-  /** Stands for it when the page is drawn anew: keeps the keyboard's place. */
+  /** The key of its path. */
   id: string;
   field: Field;
   value: unknown;
@@ -18,6 +19,10 @@ export interface Entry {
   error: string | null;
   label: string;
   give(value: unknown): void;
+  /** Whether what was typed could not be read: it stays as it is. */
+  refused: boolean;
+  /** Say why; null when that is over. */
+  refuse(why: string | null): void;
 }
 
 export interface Tools {
@@ -35,7 +40,7 @@ export interface Tools {
 }
 
 /** The control of a simple value; null for what is made of parts. */
-export function control(entry: Entry, tools: Tools): HTMLElement | null {
+export function control(entry: Entry, tools: Tools): View {
   const { kind } = entry.field;
   switch (kind.is) {
     case "number":
@@ -43,7 +48,7 @@ export function control(entry: Entry, tools: Tools): HTMLElement | null {
     case "numbers":
       return numberRow(entry, kind.parts);
     case "text":
-      return textField(entry, tools);
+      return textField(entry, tools.suggestions(entry.id));
     case "switch":
       return switchField(entry);
     case "choice":
@@ -61,223 +66,157 @@ export function control(entry: Entry, tools: Tools): HTMLElement | null {
   }
 }
 
-/** Give the text of a field on when it is complete. */
-function commit(input: HTMLInputElement, read: (text: string) => void): HTMLInputElement {
-  input.addEventListener("change", () => "replaced" in input.dataset || read(input.value.trim()));
-  input.addEventListener("input", () => (input.dataset["touched"] = ""));
-  input.addEventListener("keydown", (event) => {
-    if (event.key === "Enter") input.blur();
-    if (event.key === "Escape") {
-      input.value = input.defaultValue;
-      input.blur();
-    }
-  });
-  return input;
+/** What sets one field of text apart from others. */
+interface Look {
+  part?: string;
+  kind?: string;
+  list?: string;
+  /** How far arrows up and down change a number, with Shift a tenth of it. */
+  step?: number;
 }
 
-function base(entry: Entry, text: string, part = ""): Record<string, string | boolean | null> {
-  return {
-    "data-id": part ? `${entry.id} ${part}` : entry.id,
-    value: entry.written ? text : "",
-    placeholder: entry.written ? "" : text,
-    disabled: entry.disabled,
-    "aria-label": part ? `${entry.label} ${part}` : entry.label,
-    "aria-invalid": entry.error ? "true" : null,
-    "aria-describedby": entry.error ? `${entry.id}-error` : `${entry.id}-meaning`,
-    autocomplete: "off",
-    spellcheck: "false",
-  };
-}
-
-/** Smaller numbers are rounding errors. */
-const NOTHING = 1e-12;
-
-/** Format a value: numbers to four decimals, small ones, such as inertias, to four significant digits. */
-function shown(value: unknown): string {
-  if (value === null || value === undefined) return "–";
-  if (value === SEVERAL) return word("panel.several");
-  if (typeof value !== "number") return String(value);
-  const size = Math.abs(value);
-  return size < NOTHING ? "0" : String(Number(size < 0.1 ? value.toPrecision(4) : value.toFixed(4)));
-}
-
-/** A number, or arithmetic such as ${width / 2}; undefined when it is neither: a comma may separate decimals or thousands. */
-function readNumber(text: string): number | string | undefined {
-  if (text.includes("${")) return text;
-  const value = Number(text.replace("−", "-"));
-  return text === "" || !Number.isFinite(value) ? undefined : value;
-}
-
-function numberField(entry: Entry, kind: Extract<Kind, { is: "number" }>): HTMLInputElement {
-  const input = el("input", { ...base(entry, shown(entry.value)), inputmode: "decimal", class: "number" });
-  const step = kind.whole ? 1 : entry.field.unit.startsWith("°") ? 5 : 0.1;
-  return stepping(input, entry, step, (value) => entry.give(value));
-}
-
-/** Arrows up and down change a number by a step, with Shift by a tenth of it. */
-function stepping(
-  input: HTMLInputElement,
+/** A field whose text is given on when it is complete; Escape takes back what was typed. */
+function field(
   entry: Entry,
-  step: number,
-  give: (value: number | string) => void,
-): HTMLInputElement {
-  input.addEventListener("keydown", (event) => {
-    const sign = event.key === "ArrowUp" ? 1 : event.key === "ArrowDown" ? -1 : 0;
-    const now = Number(input.value || input.placeholder);
-    if (!sign || !Number.isFinite(now)) return;
-    event.preventDefault();
-    input.value = String(Number((now + sign * step * (event.shiftKey && step < 1 ? 0.1 : 1)).toFixed(4)));
-    input.dataset["touched"] = "";
-    give(Number(input.value));
+  text: string,
+  read: (text: string) => void,
+  { part = "", kind = "", list, step }: Look = {},
+): View {
+  const known = entry.written ? text : "";
+  const given = withValue((value) => {
+    const now = value.trim();
+    if (now !== known) read(now);
+    else if (entry.refused) entry.refuse(null);
   });
-  return commit(input, (text) => {
-    if (text === input.defaultValue) return;
+  const key = (event: KeyboardEvent): void => {
+    const input = event.target as HTMLInputElement;
+    const next = step ? stepped(input.value || input.placeholder, event, step) : null;
+    if (next !== null) {
+      event.preventDefault();
+      input.value = next;
+      read(next);
+    }
+    if (event.key === "Escape") {
+      input.value = known;
+      if (entry.refused) entry.refuse(null);
+    }
+    if (event.key === "Enter" || event.key === "Escape") input.blur();
+  };
+  const named = part && ` ${part}`;
+  return html`<input class=${kind} data-id=${entry.id + named} aria-label=${entry.label + named}
+    placeholder=${entry.written ? "" : text} ?disabled=${entry.disabled} inputmode=${step ? "decimal" : nothing}
+    aria-invalid=${entry.error ? "true" : nothing} list=${list ?? nothing} autocomplete="off" spellcheck="false"
+    aria-describedby=${`${entry.id}-${entry.error ? "error" : "meaning"}`} ${typed(known, entry.refused)}
+    @change=${given} @keydown=${key}>`;
+}
+
+function textOf(value: unknown): string {
+  return value === SEVERAL ? word("panel.several") : shown(value);
+}
+
+/** Take up the text of a number. */
+function reading(entry: Entry, give: (value: number | string) => void): (text: string) => void {
+  return (text) => {
     const value = readNumber(text);
     if (value !== undefined) give(value);
     else if (text === "" && !entry.field.required) entry.give(undefined);
-    else refuse(input, entry, word(text.includes(",") ? "panel.hasAComma" : "panel.isNoNumber", { text }));
-  });
+    else entry.refuse(word(text.includes(",") ? "panel.hasAComma" : "panel.isNoNumber", { text }));
+  };
 }
 
-function refuse(input: HTMLInputElement, entry: Entry, message: string): void {
-  input.setAttribute("aria-invalid", "true");
-  const row = input.closest(".field");
-  row?.querySelector(".field-error")?.remove();
-  row?.append(el("p", { class: "field-error", role: "alert", id: `${entry.id}-error` }, message));
+function numberField(entry: Entry, kind: Extract<Kind, { is: "number" }>): View {
+  const step = kind.whole ? 1 : entry.field.unit.startsWith("°") ? 5 : 0.1;
+  return field(entry, textOf(entry.value), reading(entry, entry.give), { kind: "number", step });
 }
 
-function numberRow(entry: Entry, parts: string[]): HTMLElement {
+function numberRow(entry: Entry, parts: string[]): View {
   const values = Array.isArray(entry.value) ? (entry.value as unknown[]) : parts.map(() => 0);
   // Includes parts that were entered while the server has not answered yet.
   let now = values;
-  const step = 0.1;
   const inputs = parts.map((part, index) => {
-    const input = el("input", { ...base(entry, shown(values[index]), part), inputmode: "decimal", class: "number" });
     const give = (value: number | string): void => entry.give((now = now.map((old, k) => (k === index ? value : old))));
-    return el("label", { class: "part" }, el("span", {}, part), stepping(input, entry, step, give));
+    const input = field(entry, textOf(values[index]), reading(entry, give), { part, kind: "number", step: 0.1 });
+    return html`<label class="part"><span>${part}</span>${input}</label>`;
   });
-  return el(
-    "div",
-    {
-      class: `parts${parts.length > 2 || parts.some((part) => part.length > 1) ? " words" : ""}`,
-      "data-parts": parts.length,
-    },
-    ...inputs,
-  );
+  const words = parts.length > 2 || parts.some((part) => part.length > 1) ? " words" : "";
+  return html`<div class="parts${words}" data-parts=${parts.length}>${inputs}</div>`;
 }
 
-function textField(entry: Entry, tools: Tools): HTMLElement {
-  const offers = tools.suggestions(entry.id);
-  const list = `${entry.id}-offers`;
-  const input = el("input", { ...base(entry, shown(entry.value)), ...(offers.length ? { list } : {}) });
-  commit(input, (text) => {
-    if (text === input.defaultValue) return;
-    if (text === "" && entry.field.required) refuse(input, entry, word("panel.giveItAName"));
+function textField(entry: Entry, offers: string[]): View {
+  const list = offers.length ? `${entry.id}-offers` : undefined;
+  const read = (text: string): void => {
+    if (text === "" && entry.field.required) entry.refuse(word("panel.giveItAName"));
     else entry.give(text === "" ? undefined : text);
-  });
-  if (offers.length === 0) return input;
-  return el("div", {}, input, el("datalist", { id: list }, ...offers.map((value) => el("option", { value }))));
+  };
+  const input = field(entry, textOf(entry.value), read, { list });
+  const offered = offers.map((value) => html`<option value=${value}></option>`);
+  return list ? html`<div>${input}<datalist id=${list}>${offered}</datalist></div>` : input;
 }
 
-function switchField(entry: Entry): HTMLElement {
-  const input = el("input", {
-    type: "checkbox",
-    "data-id": entry.id,
-    role: "switch",
-    disabled: entry.disabled,
-    "aria-label": entry.label,
-    "aria-describedby": `${entry.id}-meaning`,
-  });
-  input.checked = entry.value === true;
-  input.indeterminate = entry.value === SEVERAL;
-  input.addEventListener("change", () => entry.give(input.checked));
-  const said = input.indeterminate ? "panel.several" : input.checked ? "panel.yes" : "panel.no";
-  return el("label", { class: "switch" }, input, el("span", { class: "hint" }, word(said)));
+function switchField({ id, value, disabled, label, give }: Entry): View {
+  const isMixed = value === SEVERAL;
+  const said = word(isMixed ? "panel.several" : value === true ? "panel.yes" : "panel.no");
+  return html`<label class="switch"><input type="checkbox" role="switch" data-id=${id} aria-label=${label}
+    aria-describedby=${`${id}-meaning`} ?disabled=${disabled} .checked=${live(value === true)}
+    .indeterminate=${live(isMixed)} @change=${(event: Event) => give((event.target as HTMLInputElement).checked)}
+    ><span class="hint">${said}</span></label>`;
 }
 
-function choiceField(entry: Entry, options: (string | number)[]): HTMLSelectElement {
+function choiceField(entry: Entry, choices: (string | number)[]): View {
   const { value } = entry;
-  const isKnown = options.some((option) => option === value) || value === null || value === undefined;
+  const isKnown = choices.some((option) => option === value) || value === null || value === undefined;
   // Values that differ, and expressions, are not among the options: they get an entry of their own.
-  const none = isKnown ? (entry.field.nullable ? "–" : null) : shown(value);
-  const all = none === null ? options : ["", ...options];
-  const now = isKnown ? (value ?? "") : "";
-  const nodes = all.map((option) =>
-    el("option", { value: option, selected: option === now }, option === "" ? none : String(option)),
-  );
-  const select = el(
-    "select",
-    { "data-id": entry.id, disabled: entry.disabled, "aria-label": entry.label, class: entry.written ? "" : "pale" },
-    ...nodes,
-  );
-  select.addEventListener("change", () => {
-    const chosen = all[select.selectedIndex];
+  const none = isKnown ? (entry.field.nullable ? "–" : null) : textOf(value);
+  const all = none === null ? choices : ["", ...choices];
+  const titled = all.map((option) => [option, option === "" ? (none ?? "") : String(option)] as const);
+  const now = (isKnown ? (value ?? "") : "") as string | number;
+  const give = (event: Event): void => {
+    const chosen = all[(event.target as HTMLSelectElement).selectedIndex];
     entry.give(chosen === "" ? undefined : chosen);
-  });
-  return select;
+  };
+  return html`<select data-id=${entry.id} class=${entry.written ? "" : "pale"} ?disabled=${entry.disabled}
+    aria-label=${entry.label} @change=${give}>${options(titled, now)}</select>`;
 }
 
-function colorField(entry: Entry): HTMLElement {
-  const value = typeof entry.value === "string" ? entry.value : "";
-  const input = commit(el("input", { ...base(entry, shown(entry.value)), class: "mono" }), (text) => {
-    if (text === input.defaultValue) return;
-    if (/^#[0-9a-f]{6}$/i.test(text) || text.includes("${")) entry.give(text);
+const COLOR = /^#[0-9a-f]{6}$/i;
+
+function colorField(entry: Entry): View {
+  const read = (text: string): void => {
+    if (COLOR.test(text) || text.includes("${")) entry.give(text);
     else if (text === "" && !entry.field.required) entry.give(undefined);
-    else refuse(input, entry, word("panel.isNoColourWriteIt", { text }));
-  });
-  const swatch = el("input", {
-    type: "color",
-    value: /^#[0-9a-f]{6}$/i.test(value) ? value : "#888888",
-    disabled: entry.disabled,
-    "aria-label": word("panel.chooseFor", { label: entry.label }),
-    "data-id": `${entry.id} swatch`,
-  });
-  swatch.addEventListener("change", () => entry.give(swatch.value));
-  return el("div", { class: "joined" }, swatch, input);
+    else entry.refuse(word("panel.isNoColourWriteIt", { text }));
+  };
+  const value = typeof entry.value === "string" && COLOR.test(entry.value) ? entry.value : "#888888";
+  return html`<div class="joined"><input type="color" .value=${live(value)} ?disabled=${entry.disabled}
+    aria-label=${word("panel.chooseFor", { label: entry.label })}
+    @change=${withValue(entry.give)}
+    >${field(entry, textOf(entry.value), read, { kind: "mono" })}</div>`;
 }
 
-function pictureField(entry: Entry, tools: Tools): HTMLElement {
+function pictureField(entry: Entry, tools: Tools): View {
   const path = typeof entry.value === "string" ? entry.value : null;
   const choose = async (): Promise<void> => {
     const chosen = await tools.choosePicture();
     if (chosen) entry.give(chosen);
   };
-  const picture = path ? el("img", { src: tools.picture(path), alt: "", loading: "lazy" }) : icon("beacon");
-  const button = el("button", {
-    type: "button",
-    class: "pick",
-    "data-id": entry.id,
-    disabled: entry.disabled,
-    "aria-label": word("panel.choosePictureFor", { label: entry.label }),
-    title: path ?? word("panel.chooseAPicture"),
-    onclick: () => void choose(),
-  });
+  const picture = path ? html`<img src=${tools.picture(path)} alt="" loading="lazy">` : sign("beacon");
   const name = entry.value === SEVERAL ? word("panel.several") : (path?.replace(/^.*\//, "") ?? word("panel.choose"));
-  fill(button, picture, el("span", { class: "path" }, name));
-  return button;
+  return html`<button type="button" class="pick" data-id=${entry.id} ?disabled=${entry.disabled}
+    aria-label=${word("panel.choosePictureFor", { label: entry.label })} title=${path ?? word("panel.chooseAPicture")}
+    @click=${choose}>${picture}<span class="path">${name}</span></button>`;
 }
 
 /** The module that is chosen, which opens what there is. */
-function moduleField(entry: Entry, tools: Tools): HTMLElement {
+function moduleField(entry: Entry, tools: Tools): View {
   const name = moduleTitle(entry.value, tools);
   const choose = async (): Promise<void> => {
     const chosen = await tools.chooseModule(JSON.parse(entry.id) as Path);
     if (chosen) entry.give(chosen.value);
   };
-  return el(
-    "button",
-    {
-      type: "button",
-      class: `pick module-pick${entry.value ? "" : " pale"}`,
-      "data-id": entry.id,
-      disabled: entry.disabled,
-      "aria-label": word("panel.chooseModuleFor", { label: entry.label, name }),
-      title: useOf(entry.value) ?? word("panel.chooseAModule"),
-      onclick: () => void choose(),
-    },
-    el("span", { class: "path" }, name),
-    icon("down"),
-  );
+  return html`<button type="button" class="pick module-pick ${entry.value ? "" : "pale"}" data-id=${entry.id}
+    ?disabled=${entry.disabled} aria-label=${word("panel.chooseModuleFor", { label: entry.label, name })}
+    title=${useOf(entry.value) ?? word("panel.chooseAModule")} @click=${choose}
+    ><span class="path">${name}</span>${sign("down")}</button>`;
 }
 
 /** The name of a module as it is written: on for one that is built in. */
@@ -293,19 +232,18 @@ export function useOf(value: unknown): string | null {
 }
 
 /** What has no control of its own is written as JSON. */
-function dataField(entry: Entry): HTMLInputElement {
-  const text = entry.value === SEVERAL ? shown(entry.value) : JSON.stringify(entry.value ?? null);
-  const input = el("input", { ...base(entry, text), class: "mono" });
-  return commit(input, (text) => {
-    if (text === input.defaultValue) return;
+function dataField(entry: Entry): View {
+  const text = entry.value === SEVERAL ? textOf(entry.value) : JSON.stringify(entry.value ?? null);
+  const read = (text: string): void => {
     try {
       entry.give(text === "" ? undefined : (JSON.parse(text) as unknown));
     } catch {
       entry.give(text);
     }
-  });
+  };
+  return field(entry, text, read, { kind: "mono" });
 }
 
-function withUnit(input: HTMLElement, unit: string): HTMLElement {
-  return unit ? el("div", { class: "with-unit" }, input, el("span", { class: "unit" }, unit)) : input;
+function withUnit(input: View, unit: string): View {
+  return unit ? html`<div class="with-unit">${input}<span class="unit">${unit}</span></div>` : input;
 }

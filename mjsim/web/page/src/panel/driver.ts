@@ -1,8 +1,8 @@
 /** The form of a robot's modules, as Edit and the setup of a run show it. */
 
 import type { Item, Values } from "../api";
-import { type Child, el } from "../ui/dom";
-import { icon } from "../ui/icons";
+import { sign } from "../ui/icons";
+import { html, type View } from "../ui/view";
 import { word } from "../words/words";
 import { moduleTitle } from "./controls";
 import type { ModuleShelf } from "./modules";
@@ -16,21 +16,21 @@ export interface RunValues {
 }
 
 /** A field for each module of a robot. */
-export function driverRows(sheet: Sheet, robot: Item, { values, raw }: RunValues): Child[] {
+export function driverRows(sheet: Sheet, robot: Item, { values, raw }: RunValues): View {
   const schema = sheet.book.definition("Modules");
-  if (!schema || robot.name === null) return [];
-  const subject = {
+  if (!schema || robot.name === null) return null;
+  const [own, written] = [driverOf(robot, values), driverOf(robot, raw)];
+  return objectRows(sheet, schema, {
     path: pathOf(robot),
-    values: driverOf(robot, values),
-    raw: driverOf(robot, raw),
+    values: own,
+    raw: written,
     fixed: false,
     within: robot.name,
-  };
-  return objectRows(sheet, schema, subject);
+  });
 }
 
 /** Puts in modules that fit a robot; nothing where it has some. */
-export function suggestion(sheet: Sheet, shelf: ModuleShelf, robot: Item, run: RunValues, items: Item[]): Child {
+export function suggestion(sheet: Sheet, shelf: ModuleShelf, robot: Item, run: RunValues, items: Item[]): View {
   const [path, values] = [pathOf(robot), driverOf(robot, run.values)];
   const isDriven = ["observer", "estimator", "navigator"].some((role) => values[role]);
   if (!shelf.all || isDriven || robot.name === null || robot.values["base"] === "fixed") return null;
@@ -38,13 +38,8 @@ export function suggestion(sheet: Sheet, shelf: ModuleShelf, robot: Item, run: R
   const chosen = Object.entries(suggested(robot, hasBeacons, shelf.all, sheet.book));
   const titles = chosen.flatMap(([role, value]) => (role === "avoidance" ? [] : moduleTitle(value, sheet.tools)));
   const put = (): void => sheet.change(chosen.map(([role, value]) => ({ op: "set", path: [...path, role], value })));
-  const button = el(
-    "button",
-    { type: "button", "data-id": `${JSON.stringify(path)} suggest`, onclick: put },
-    icon("plus"),
-    word("panel.useWhatFits"),
-  );
-  return el("div", { class: "suggestion" }, button, el("span", { class: "hint" }, titles.join(", ")));
+  return html`<div class="suggestion"><button type="button" @click=${put}>${sign("plus")}${word("panel.useWhatFits")}</button>
+    <span class="hint">${titles.join(", ")}</span></div>`;
 }
 
 function pathOf({ name }: Item): string[] {

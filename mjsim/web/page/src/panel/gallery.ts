@@ -2,8 +2,9 @@
 
 import type { Studio } from "../shell/view";
 import { askWith } from "../ui/dialog";
-import { type Child, el, fill } from "../ui/dom";
-import { icon } from "../ui/icons";
+import { el } from "../ui/dom";
+import { sign } from "../ui/icons";
+import { draw, html, nothing, type View, withValue } from "../ui/view";
 import { meaningOf, word } from "../words/words";
 
 /** What can be chosen. */
@@ -15,11 +16,13 @@ export interface Entry {
   /** What speaks against it. */
   fault?: string;
   /** What is known of it only later. */
-  later?: Promise<Pick<Entry, "about" | "fault"> | null>;
+  later?: Promise<Known | null>;
 }
 
+type Known = Pick<Entry, "about" | "fault">;
+
 /** The picture of an entry; null where there is none. */
-type Portrait = (entry: Entry) => HTMLElement | null;
+type Portrait = (entry: Entry) => View;
 
 type Kind = "model" | "robot" | "arm";
 
@@ -61,10 +64,10 @@ export function chooseArm(studio: Studio): Promise<string | null> {
 }
 
 /** A button that shows what is chosen, and opens what there is. */
-export function chooser(studio: Studio, kind: Kind, value: string, title: string, press: () => void): HTMLElement {
-  const name = el("span", { class: "path" }, nameOf(value));
-  const image = value ? el("img", { src: studio.api.portrait(kind, value, studio.document.path), alt: "" }) : null;
-  return el("button", { class: "pick", title, onclick: press }, image, name);
+export function chooser(studio: Studio, kind: Kind, value: string, title: string, press: () => unknown): View {
+  const portrait = value ? studio.api.portrait(kind, value, studio.document.path) : "";
+  const image = portrait ? html`<img src=${portrait} alt="">` : null;
+  return html`<button class="pick" title=${title} @click=${press}>${image}<span class="path">${nameOf(value)}</span></button>`;
 }
 
 function modelEntry(path: string): Entry {
@@ -75,45 +78,43 @@ function modelEntry(path: string): Entry {
 }
 
 /** What is offered beside the cards. */
-type More = (answer: (value: string | null) => void) => Child[];
-const NOTHING: More = () => [];
+type More = (answer: (value: string | null) => void) => View;
 
 /** Let the person choose one of the cards of some groups, narrowed by a search; with what is offered above and below. */
 export function choose(
   title: string,
   portrait: Portrait,
   groups: [head: string, entries: Entry[]][],
-  below = NOTHING,
-  above = NOTHING,
+  below: More = () => nothing,
+  above: More = () => nothing,
 ): Promise<string | null> {
   return askWith<string>(title, (answer) => {
-    const parts = groups
-      .filter(([, entries]) => entries.length)
-      .map(([head, entries]) => new Group(head, entries, (entry) => card(portrait, entry, answer)));
-    const none = el("p", { class: "hint", role: "status" });
-    const search = el("input", {
-      type: "search",
-      class: "search",
-      "aria-label": word("panel.search"),
-      placeholder: word("panel.search"),
-      autofocus: true,
-    });
-    search.addEventListener("input", () => {
-      const words = search.value.toLowerCase().split(/\s+/).filter(Boolean);
-      const found = parts.map((part) => part.narrow(words)).reduce((sum, count) => sum + count, 0);
-      none.textContent = found ? "" : word("panel.nothingIsCalledClearThe", { value: search.value });
-    });
-    const all = el(
-      "div",
-      { class: "gallery" },
-      ...above(answer),
-      search,
-      none,
-      ...parts.flatMap((part) => part.elements),
-      ...below(answer),
-    );
-    all.addEventListener("keydown", (event) => walk(all, event));
-    return [all];
+    const gallery = el("div", { class: "gallery", onkeydown: (event: KeyboardEvent) => walk(gallery, event) });
+    const known = new Map<Entry, Known | null>();
+    const [first, last] = [above(answer), below(answer)];
+    const show = (wish: string): void => {
+      const words = wish.toLowerCase().split(/\s+/).filter(Boolean);
+      const fits = ({ name, value, about }: Entry): boolean =>
+        words.every((word) => `${name} ${value} ${about}`.toLowerCase().includes(word));
+      const group = ([head, entries]: [string, Entry[]]): View => {
+        const isGone = !entries.some(fits);
+        const one = (entry: Entry): View =>
+          card(entry, known.get(entry) ?? entry, portrait(entry), !fits(entry), answer);
+        return html`<p class="list-title" ?hidden=${isGone}>${head}</p>
+          <div class="cards" ?hidden=${isGone}>${entries.map(one)}</div>`;
+      };
+      const isNone = words.length > 0 && !groups.some(([, entries]) => entries.some(fits));
+      const view = html`${first}<input type="search" class="search" aria-label=${word("panel.search")} autofocus
+          placeholder=${word("panel.search")} @input=${withValue(show)}><p class="hint" role="status">${
+            isNone ? word("panel.nothingIsCalledClearThe", { value: wish }) : ""
+          }</p>${groups.map(group)}${last}`;
+      draw(gallery, view);
+    };
+    show("");
+    const learn = async (entry: Entry): Promise<unknown> => known.set(entry, (await entry.later) ?? null);
+    const later = groups.flatMap(([, entries]) => entries.filter((entry) => entry.later).map(learn));
+    void Promise.all(later).then(() => show(gallery.querySelector<HTMLInputElement>("input.search")?.value ?? ""));
+    return [gallery];
   });
 }
 
@@ -123,66 +124,26 @@ function portrait(studio: Studio, kind: Kind): Portrait {
 }
 
 /** A picture; what cannot be drawn is still there to be chosen, or to be found wrong by the check of the world. */
-export function pictured(src: string): HTMLElement {
-  const image = el("img", { src, alt: "", loading: "lazy" });
-  image.addEventListener("error", () =>
-    image.replaceWith(el("span", { class: "hint no-portrait" }, word("panel.noPicture"))),
-  );
-  return image;
-}
-
-/** Cards under a heading; both go where a search leaves nothing. */
-class Group {
-  readonly elements: HTMLElement[];
-  private readonly cards: [HTMLElement, string][];
-
-  constructor(head: string, entries: Entry[], make: (entry: Entry) => HTMLElement) {
-    this.cards = entries.map((entry) => [make(entry), `${entry.name} ${entry.value} ${entry.about}`.toLowerCase()]);
-    const cards: Child[] = this.cards.map(([card]) => card);
-    this.elements = [el("p", { class: "list-title" }, head), el("div", { class: "cards" }, ...cards)];
-  }
-
-  /** Leave those that have all words; how many these are. */
-  narrow(words: string[]): number {
-    let count = 0;
-    for (const [card, said] of this.cards) {
-      card.hidden = !words.every((word) => said.includes(word));
-      count += Number(!card.hidden);
-    }
-    for (const element of this.elements) element.hidden = count === 0;
-    return count;
-  }
+export function pictured(src: string): View {
+  const without = ({ target }: Event): void =>
+    (target as Element).replaceWith(el("span", { class: "hint no-portrait" }, word("panel.noPicture")));
+  return html`<img src=${src} alt="" loading="lazy" @error=${without}>`;
 }
 
 /** A card: its name and its size stay what they are when more is known of it. */
-function card(portrait: Portrait, entry: Entry, answer: (value: string) => void): HTMLElement {
-  const more = el("span", { class: entry.later ? "card-more later" : "card-more" });
-  const tell = (known: Pick<Entry, "about" | "fault">): void => {
-    fill(more, ...told(known));
-    button.setAttribute("aria-description", more.textContent ?? "");
-    if (known.fault) button.title = `${entry.value}: ${known.fault}`;
-  };
-  const button = el(
-    "button",
-    {
-      type: "button",
-      class: "card",
-      title: entry.value,
-      "aria-label": entry.name,
-      onclick: () => answer(entry.value),
-    },
-    portrait(entry),
-    el("b", {}, entry.name),
-    more,
-  );
-  tell(entry);
-  void entry.later?.then((later) => later && tell(later));
-  return button;
-}
-
-function told({ about, fault }: Pick<Entry, "about" | "fault">): HTMLElement[] {
-  const sentences = about ? [el("span", { class: "hint" }, about)] : [];
-  return fault ? [...sentences, el("span", { class: "card-fault" }, icon("warning"), fault)] : sentences;
+function card(
+  { value, name, later }: Entry,
+  { about, fault }: Known,
+  portrait: View,
+  hidden: boolean,
+  answer: (value: string) => void,
+): View {
+  const told = [about, fault].filter(Boolean).join("");
+  return html`<button type="button" class="card" title=${fault ? `${value}: ${fault}` : value} aria-label=${name}
+    aria-description=${told} ?hidden=${hidden} @click=${() => answer(value)}>${portrait}<b>${name}</b><span
+      class="card-more ${later ? "later" : ""}">${about ? html`<span class="hint">${about}</span>` : null}${
+        fault ? html`<span class="card-fault">${sign("warning")}${fault}</span>` : null
+      }</span></button>`;
 }
 
 /** Arrow keys go through the cards: along the row, and to the next one as they are seen. */

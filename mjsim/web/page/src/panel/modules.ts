@@ -2,8 +2,8 @@
 
 import type { Item, Module, Modules, Path } from "../api";
 import type { Studio } from "../shell/view";
-import { type Child, el } from "../ui/dom";
 import { Signal } from "../ui/signal";
+import { html, type View } from "../ui/view";
 import { meaningOf, word } from "../words/words";
 import { choose, type Entry } from "./gallery";
 import { allOf, begun, fits, isShipped, offersFor, type Role, readingsOf, robotAt, roleOf } from "./offers";
@@ -58,12 +58,7 @@ export class ModuleShelf {
     if (!this.modules || this.studio.visits !== visits) return null;
     const robot = robotAt(path, this.studio.document.items);
     const role = roleOf(String(path.at(-1)));
-    const chosen = await choose(
-      TITLES[role],
-      () => null,
-      groupsFor(role, robot, this.modules),
-      (answer) => otherUse(answer),
-    );
+    const chosen = await choose(TITLES[role], () => null, groupsFor(role, robot, this.modules), otherUse);
     if (chosen === null) return null;
     if (chosen === NONE || chosen === BUILT_IN) return { value: chosen === BUILT_IN ? true : undefined };
     const module = this.find(chosen);
@@ -132,19 +127,15 @@ function withoutModule(role: Role): Entry[] {
 }
 
 /** For what is in no list: a class, a function or a program by its name. */
-function otherUse(answer: (value: string) => void): Child[] {
+function otherUse(answer: (value: string) => void): View {
   const label = word("panel.anotherModule");
-  const input = el("input", {
-    class: "mono",
-    "aria-label": label,
-    placeholder: "my_slam.py:MySlam, my_slam.m, exec:./my_slam --flag",
-    spellcheck: "false",
-    autocomplete: "off",
-  });
-  const give = (): void => (input.value.trim() ? answer(input.value.trim()) : input.focus());
-  input.addEventListener("keydown", (event) => event.key === "Enter" && give());
-  return [
-    el("p", { class: "list-title" }, label),
-    el("div", { class: "joined" }, input, el("button", { type: "button", onclick: give }, word("panel.use"))),
-  ];
+  const give = ({ currentTarget }: Event): void => {
+    const input = (currentTarget as Element).parentElement?.querySelector("input");
+    if (input?.value.trim()) answer(input.value.trim());
+    else input?.focus();
+  };
+  return html`<p class="list-title">${label}</p><div class="joined"><input class="mono" aria-label=${label}
+    placeholder="my_slam.py:MySlam, my_slam.m, exec:./my_slam --flag" spellcheck="false" autocomplete="off"
+    @keydown=${(event: KeyboardEvent) => event.key === "Enter" && give(event)}><button type="button" @click=${give}
+    >${word("panel.use")}</button></div>`;
 }

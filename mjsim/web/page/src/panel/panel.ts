@@ -1,14 +1,14 @@
 /** The panel of what is selected: every field of it, or of the world when nothing is. */
 
-import type { Change, Item, Path, Problem, Values } from "../api";
+import type { Change, Item, Problem, Values } from "../api";
 import { ARRANGEMENTS, type Arrangement, arrangeable } from "../edit/arrange";
 import { type Editor, itemOf } from "../edit/editor";
 import { groupable, groupOf, wholeGroup } from "../edit/groups";
 import { kindName } from "../edit/kinds";
 import { keyOf } from "../plan/plan";
-import { type Child, el, fill } from "../ui/dom";
-import { icon } from "../ui/icons";
-import { unpressed } from "../ui/press";
+import { el } from "../ui/dom";
+import { iconButton, sign } from "../ui/icons";
+import { draw, html, keyed, type View } from "../ui/view";
 import { said, word } from "../words/words";
 import type { Tools } from "./controls";
 import { driverRows, type RunValues, suggestion } from "./driver";
@@ -35,6 +35,7 @@ export class Panel {
   readonly element = el("aside", { class: "panel", "aria-label": word("panel.properties") });
   private readonly body = el("div", { class: "panel-body" });
   private readonly open = new Map<string, boolean>();
+  private readonly refused = new Map<string, string>();
   private readonly shelf: ModuleShelf;
   private readonly tools: Tools;
   private ghosts: Item[] = [];
@@ -52,6 +53,7 @@ export class Panel {
     document.parsedChanged.on(() => this.soon());
     document.selectionChanged.on(() => {
       this.body.scrollTop = 0;
+      this.refused.clear();
       this.soon();
     });
     editor.dragged.on((ghosts) => {
@@ -73,78 +75,64 @@ export class Panel {
     this.due = true;
     requestAnimationFrame(() => {
       this.due = false;
-      unpressed(this.body, () => this.draw());
+      this.draw();
     });
   }
 
   private draw(): void {
     const { selected } = this.editor;
-    const keep = this.keyboard();
-    if (!this.editor.document.isOpen) fill(this.body, el("p", { class: "hint pad" }, word("panel.nothingIsOpenYet")));
-    else if (selected.length === 0) this.drawWorld();
-    else if (selected.length === 1 && selected[0]) this.drawItem(selected[0]);
-    else this.drawMany(selected);
-    keep();
+    const [first, ...others] = selected;
+    if (!this.editor.document.isOpen)
+      return draw(this.body, html`<p class="hint pad">${word("panel.nothingIsOpenYet")}</p>`);
+    const view = !first ? this.world() : others.length ? this.several(selected) : this.item(first);
+    draw(this.body, keyed(selected.map(({ path }) => keyOf(path)).join(), view), this.editor.plan.host);
   }
 
-  private drawItem(selected: Item): void {
+  private item(selected: Item): View {
     const key = keyOf(selected.path);
     const ghost = this.ghosts.find((other) => keyOf(other.path) === key);
     const item = ghost ?? selected;
     const schema = this.book.definition(item.type);
-    const subject = {
-      path: item.path,
-      values: item.values,
-      raw: ghost ? undefined : item.raw,
-      written: item.written,
-      fixed: item.fixed !== null,
-    };
-    fill(
-      this.body,
-      this.head(kindName(item), item.name ?? item.label, this.buttons(item.type !== "Opening")),
-      item.fixed ? this.origin(item, item.fixed) : null,
-      item.type === "Robot" ? suggestion(this.sheet(), this.shelf, item, this.run(), this.editor.items) : null,
-      ...this.general(item),
-      ...(schema
-        ? objectRows(this.sheet(), schema, subject, [], this.modules(item))
-        : [el("p", { class: "hint pad" }, word("panel.editItInTheText"))]),
-    );
+    const { path, values, written } = item;
+    const subject = { path, values, raw: ghost ? undefined : item.raw, written, fixed: item.fixed !== null };
+    const isRobot = item.type === "Robot";
+    return html`${this.head(kindName(item), item.name ?? item.label, this.buttons(item.type !== "Opening"))}
+      ${item.fixed && this.origin(item, item.fixed)}
+      ${isRobot ? suggestion(this.sheet(), this.shelf, item, this.run(), this.editor.items) : null}
+      ${this.general(item)}
+      ${
+        schema
+          ? objectRows(this.sheet(), schema, subject, [], isRobot ? this.modules(item) : null)
+          : html`<p class="hint pad">${word("panel.editItInTheText")}</p>`
+      }`;
   }
 
   /** Why an item cannot be changed here, and how it becomes one of the text's own. */
-  private origin({ origin }: Item, why: string): Child {
-    const press = origin ? { onclick: () => this.editor.makeSingle(), title: SINGLE[origin] } : null;
-    const button = press && el("button", { ...press, "data-id": "single" }, word("panel.makeSingle"));
-    return el("div", { class: "note" }, icon(origin ?? "lock"), el("span", {}, why), button);
+  private origin({ origin }: Item, why: string): View {
+    const single = (by: keyof typeof SINGLE): View =>
+      html`<button title=${SINGLE[by]} @click=${() => this.editor.makeSingle()}>${word("panel.makeSingle")}</button>`;
+    return html`<div class="note">${sign(origin ?? "lock")}<span>${why}</span>${origin && single(origin)}</div>`;
   }
 
   /** Problems of the item that no row shows. */
-  private general(item: Item): Child[] {
+  private general(item: Item): View {
     const own = this.problems().filter((problem) => problem.path && keyOf(problem.path) === keyOf(item.path));
-    return own.map((problem) => el("p", { class: `note ${problem.kind}` }, icon("warning"), said(problem.message)));
+    return own.map((problem) => note(problem.kind, said(problem.message)));
   }
 
-  private drawWorld(): void {
+  private world(): View {
     const { parsed } = this.editor.document;
     const schema = this.book.definition("");
     const loose = parsed.problems.filter(
       (problem) => !itemOf(problem.path, this.editor.items) && !this.isShown(problem),
     );
-    const subject: Subject | null = parsed.world ? { path: [], ...given(parsed.world), fixed: false } : null;
-    fill(
-      this.body,
-      this.head(word("panel.world"), parsed.name || "", []),
-      ...loose.map((problem) =>
-        el(
-          "p",
-          { class: `note ${problem.kind}` },
-          icon("warning"),
-          word("panel.line", { line: problem.line, message: said(problem.message) }),
-        ),
-      ),
-      ...(schema && subject ? objectRows(this.sheet(), schema, subject, LISTS) : []),
-      el("p", { class: "hint pad" }, word("panel.selectAThingOnThe")),
+    const told = loose.map(({ kind, line, message }) =>
+      note(kind, word("panel.line", { line, message: said(message) })),
     );
+    const subject: Subject | null = parsed.world ? { path: [], ...given(parsed.world), fixed: false } : null;
+    return html`${this.head(word("panel.world"), parsed.name || "", null)}${told}
+      ${schema && subject && objectRows(this.sheet(), schema, subject, LISTS)}
+      <p class="hint pad">${word("panel.selectAThingOnThe")}</p>`;
   }
 
   private isShown(problem: Problem): boolean {
@@ -154,79 +142,54 @@ export class Panel {
   }
 
   /** Several have the fields that all of them share; a change is made to all. */
-  private drawMany(items: Item[]): void {
+  private several(items: Item[]): View {
     const types = new Set(items.map((item) => item.type));
     const [first] = items;
     const group = wholeGroup(items, this.editor.items);
     const counted = group ?? word("panel.selected", { count: items.length });
     const kind = types.size === 1 && first ? kindName(first) : word("panel.severalThings");
     const title = group ? word("panel.groupOf", { count: items.length }) : kind;
-    const rows: Child[] = [this.head(title, counted, this.buttons(true))];
-    rows.push(this.arranger(items), this.grouper(items, group));
     const schema = this.book.shared([...types]);
-    if (schema) rows.push(...objectRows(this.sheet(items), schema, common(items), OF_ONE));
-    rows.push(el("p", { class: "hint pad" }, word("panel.dragThemTogetherTurnThem")));
-    fill(this.body, ...rows);
+    return html`${this.head(title, counted, this.buttons(true))}${this.arranger(items)}${this.grouper(items, group)}
+      ${schema && objectRows(this.sheet(items), schema, common(items), OF_ONE)}
+      <p class="hint pad">${word("panel.dragThemTogetherTurnThem")}</p>`;
   }
 
   /** Buttons that align things and spread them evenly. */
-  private arranger(items: Item[]): Child {
+  private arranger(items: Item[]): View {
     const count = arrangeable(items.filter((item) => !item.fixed)).length;
     if (count < 2) return null;
     const offered = (Object.keys(ARRANGEMENTS) as Arrangement[]).filter(
       (how) => count > 2 || !["across", "upright"].includes(how),
     );
-    const buttons = offered.map((how) => {
-      const title = ARRANGEMENTS[how];
-      return el(
-        "button",
-        {
-          class: "quiet square",
-          title,
-          "aria-label": title,
-          "data-id": how,
-          onclick: () => void this.editor.arrange(how),
-        },
-        icon(how),
-      );
-    });
-    return el("div", { class: "arranger", role: "group", "aria-label": word("panel.alignAndDistribute") }, ...buttons);
+    const buttons = offered.map((how) => iconButton(how, ARRANGEMENTS[how], () => void this.editor.arrange(how)));
+    return html`<div class="arranger" role="group" aria-label=${word("panel.alignAndDistribute")}>${buttons}</div>`;
   }
 
   /** Buttons that make things one group and take them out of theirs. */
-  private grouper(items: Item[], whole: string | null): Child {
-    const button = (text: string, together: boolean): HTMLElement => {
-      const press = (): void => void this.editor.group(together);
-      return el("button", { "data-id": together ? "group" : "ungroup", onclick: press }, text);
-    };
+  private grouper(items: Item[], whole: string | null): View {
+    const button = (text: string, together: boolean): View =>
+      html`<button @click=${() => this.editor.group(together)}>${text}</button>`;
     const own = groupable(items);
-    return el(
-      "div",
-      { class: "grouper" },
-      own.length > 1 && !whole ? button(word("edit.group"), true) : null,
-      own.some(groupOf) ? button(word("edit.ungroup"), false) : null,
-    );
+    return html`<div class="grouper">${own.length > 1 && !whole ? button(word("edit.group"), true) : null}${
+      own.some(groupOf) ? button(word("edit.ungroup"), false) : null
+    }</div>`;
   }
 
   private sheet(items: Item[] = []): Sheet {
+    const { book, tools, open, refused } = this;
     const change = (changes: Change[]): void => {
+      refused.clear();
       const all = items.length ? items.flatMap((item) => changes.map((one) => retold(one, items[0], item))) : changes;
       void this.editor.apply([...all, ...all.flatMap((one) => this.editor.alongWith(one))]);
     };
-    return { book: this.book, tools: this.tools, problems: this.problems(), open: this.open, change };
+    return { book, tools, problems: this.problems(), open, refused, redraw: () => this.soon(), change };
   }
 
   /** The modules of a robot, which stand in the run of the world. */
-  private modules(item: Item): Child[] {
-    if (item.type !== "Robot") return [];
-    return [
-      el(
-        "div",
-        { class: "modules" },
-        el("h3", {}, word("panel.modules")),
-        ...driverRows(this.sheet(), item, this.run()),
-      ),
-    ];
+  private modules(robot: Item): View {
+    const rows = driverRows(this.sheet(), robot, this.run());
+    return html`<div class="modules"><h3>${word("panel.modules")}</h3>${rows}</div>`;
   }
 
   private run(): RunValues {
@@ -238,85 +201,21 @@ export class Panel {
     return this.editor.document.parsed.problems;
   }
 
-  private head(kind: string, name: string, buttons: Child[]): HTMLElement {
-    return el(
-      "div",
-      { class: "panel-head" },
-      el("div", {}, el("span", { class: "kind" }, kind), el("h2", {}, name)),
-      el("div", { class: "head-buttons" }, ...buttons),
-    );
+  private head(kind: string, name: string, buttons: View): View {
+    return html`<div class="panel-head"><div><span class="kind">${kind}</span><h2>${name}</h2></div>
+      <div class="head-buttons">${buttons}</div></div>`;
   }
 
-  private buttons(copies: boolean): Child[] {
-    const one = (name: "copy" | "trash", title: string, onclick: () => void): HTMLElement =>
-      el("button", { class: "quiet square", title, "aria-label": title, onclick, "data-id": name }, icon(name));
+  private buttons(copies: boolean): View {
     return [
-      copies ? one("copy", word("panel.duplicateCtrlD"), () => this.editor.duplicate()) : null,
-      one("trash", word("panel.deleteDel"), () => void this.editor.remove()),
+      copies ? iconButton("copy", word("panel.duplicateCtrlD"), () => this.editor.duplicate()) : null,
+      iconButton("trash", word("panel.deleteDel"), () => void this.editor.remove()),
     ];
   }
-
-  /** Remember where the keyboard is, and what was typed and not given on; gives back how to restore it. */
-  private keyboard(): () => void {
-    const active = document.activeElement;
-    if (!(active instanceof HTMLElement) || !this.body.contains(active)) return () => undefined;
-    const id = active.dataset["id"];
-    const byKeys = active.matches(":focus-visible");
-    const typed = active instanceof HTMLInputElement ? typedIn(active) : null;
-    const top = this.body.scrollTop;
-    return () => {
-      const again = this.control((other) => other === id) ?? (byKeys ? this.nextTo(id) : null);
-      again?.focus({ preventScroll: true });
-      if (typed && again instanceof HTMLInputElement && document.activeElement === again) keepTyped(again, typed);
-      this.body.scrollTop = top;
-    };
-  }
-
-  private control(isIt: (id: string) => boolean): HTMLElement | null {
-    const all = [...this.body.querySelectorAll<HTMLElement>("[data-id]:not(:disabled)")];
-    return all.find((other) => isIt(other.dataset["id"] ?? "")) ?? null;
-  }
-
-  /** Return what gets the focus of a control that is gone: its field, the group around it, or the plan. */
-  private nextTo(id = ""): HTMLElement {
-    const [key] = /^\[.*\]/.exec(id) ?? ["[]"];
-    for (let path = JSON.parse(key) as Path; path.length; path = path.slice(0, -1)) {
-      const found = this.control((other) => other === keyOf(path) || other.startsWith(`${keyOf(path)} `));
-      if (found) return found;
-    }
-    return this.editor.plan.host;
-  }
 }
 
-/** What a field holds that is not given on yet, null when it was not touched, and what is marked in it. */
-interface Typed {
-  text: string | null;
-  marked: [number, number] | null;
-}
-
-/** Take what is typed from a field that is about to go: the browser would have it give half a number on. */
-function typedIn(input: HTMLInputElement): Typed {
-  const text = "touched" in input.dataset ? input.value : null;
-  const [start, end] = [input.selectionStart, input.selectionEnd];
-  input.dataset["replaced"] = "";
-  return { text, marked: start === null || end === null ? null : [start, end] };
-}
-
-function keepTyped(input: HTMLInputElement, { text, marked }: Typed): void {
-  if (input.type === "checkbox" || input.type === "color") return;
-  if (text !== null && text !== input.value) {
-    input.value = text;
-    input.dataset["touched"] = "";
-    giveOnLeaving(input);
-  }
-  if (marked) input.setSelectionRange(...marked);
-}
-
-/** Browsers tell of no change when a script has put the text in: tell of it when the field is left. */
-function giveOnLeaving(input: HTMLInputElement): void {
-  const told = new AbortController();
-  input.addEventListener("change", () => told.abort());
-  input.addEventListener("blur", () => input.dispatchEvent(new Event("change")), { signal: told.signal });
+function note(kind: string, text: string): View {
+  return html`<p class="note ${kind}">${sign("warning")}${text}</p>`;
 }
 
 function given(world: { values: Values; written: string[]; raw?: Values }): {

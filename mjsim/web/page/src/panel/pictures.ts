@@ -2,7 +2,7 @@
 
 import type { Verdict } from "../api";
 import type { Studio } from "../shell/view";
-import { el } from "../ui/dom";
+import { html, type View } from "../ui/view";
 import { said, word } from "../words/words";
 import { choose, type Entry, nameOf, ownFiles, pictured } from "./gallery";
 
@@ -29,7 +29,7 @@ export async function choosePicture(studio: Studio): Promise<string | null> {
     ({ value }) => pictured(studio.api.picture(value, 160, studio.document.path)),
     groups,
     undefined,
-    (answer) => [dropPlace(studio, answer)],
+    (answer) => dropPlace(studio, answer),
   );
 }
 
@@ -80,7 +80,7 @@ async function asPng(file: File): Promise<File> {
   return blob ? new File([blob], file.name.replace(/\.[^.]*$/, ".png"), { type: "image/png" }) : file;
 }
 
-function dropPlace(studio: Studio, answer: (path: string) => void): HTMLElement {
+function dropPlace(studio: Studio, answer: (path: string) => void): View {
   const take = async (files: FileList | null | undefined): Promise<void> => {
     const paths: string[] = [];
     for (const file of files ?? []) {
@@ -89,26 +89,16 @@ function dropPlace(studio: Studio, answer: (path: string) => void): HTMLElement 
     }
     if (paths[0]) answer(paths[0]);
   };
-  const input = el("input", {
-    type: "file",
-    accept: "image/*",
-    multiple: true,
-    class: "sr",
-    tabindex: -1,
-    "aria-hidden": "true",
-  });
-  input.addEventListener("change", () => void take(input.files));
-  const place = el(
-    "button",
-    { type: "button", class: "drop", onclick: () => input.click() },
-    word("panel.dropAPictureHereOr"),
-  );
-  place.addEventListener("dragover", (event) => event.preventDefault());
-  place.addEventListener("drop", (event) => {
+  const drop = (event: DragEvent): void => {
     event.preventDefault();
     void take(event.dataTransfer?.files);
-  });
-  return el("div", {}, place, input);
+  };
+  const ask = ({ currentTarget }: Event): void =>
+    (currentTarget as Element).parentElement?.querySelector("input")?.click();
+  return html`<div><button type="button" class="drop" @click=${ask} @drop=${drop}
+    @dragover=${(event: Event) => event.preventDefault()}>${word("panel.dropAPictureHereOr")}</button><input type="file"
+    accept="image/*" multiple class="sr" tabindex="-1" aria-hidden="true"
+    @change=${({ target }: Event) => take((target as HTMLInputElement).files)}></div>`;
 }
 
 function isPoster(path: string): boolean {

@@ -1,9 +1,9 @@
 /** Rows of the panel: a field with its name, unit, meaning, reset and error; groups of fields; lists. */
 
-import type { Change, Path, Problem, Values } from "../api";
+import type { Change, Module, Path, Problem, Values } from "../api";
 import { keyOf } from "../plan/plan";
-import { type Child, el } from "../ui/dom";
-import { icon } from "../ui/icons";
+import { sign } from "../ui/icons";
+import { choice, html, keyed, nothing, repeat, type View } from "../ui/view";
 import { meaningOf, said, word } from "../words/words";
 import { isMapping } from "./changes";
 import { control, type Tools, useOf } from "./controls";
@@ -32,6 +32,9 @@ export interface Sheet {
   problems: Problem[];
   /** Groups that are open, by the key of their path. */
   open: Map<string, boolean>;
+  /** Why fields could not be read, by the key of their path. */
+  refused: Map<string, string>;
+  redraw(): void;
   change(changes: Change[]): void;
 }
 
@@ -41,29 +44,22 @@ export function objectRows(
   schema: Schema,
   subject: Subject,
   skip: string[] = [],
-  between: Child[] = [],
-): Child[] {
+  between: View = nothing,
+): View {
   const fields = sheet.book.fields(schema).filter((field) => !skip.includes(field.key));
   const isSimple = (field: Field): boolean => !["object", "union", "list", "map"].includes(field.kind.is);
-  const rows = (some: Field[]): Child[] => some.map((field) => row(sheet, field, subject));
-  return [...rows(fields.filter(isSimple)), ...between, ...rows(fields.filter((field) => !isSimple(field)))];
+  const keyOfField = ({ key }: Field): string => keyOf([...subject.path, key]);
+  const rows = (some: Field[]): View => repeat(some, keyOfField, (field) => row(sheet, field, subject));
+  return [rows(fields.filter(isSimple)), between, rows(fields.filter((field) => !isSimple(field)))];
 }
 
-function row(sheet: Sheet, field: Field, subject: Subject): Child {
+function row(sheet: Sheet, field: Field, subject: Subject): View {
   const path = [...subject.path, field.key];
   const value = subject.values[field.key] ?? (field.key in subject.values ? null : field.fallback);
   const written = isWritten(subject, field.key);
   const { fixed, within = "" } = subject;
-  return valueRow(sheet, {
-    field,
-    path,
-    value,
-    raw: under(subject.raw, field.key),
-    written,
-    fixed,
-    within,
-    give: giver(sheet, path),
-  });
+  const raw = under(subject.raw, field.key);
+  return valueRow(sheet, { field, path, value, raw, written, fixed, within, give: giver(sheet, path) });
 }
 
 /** Writes a value at a path; undefined takes it out. */
@@ -82,7 +78,7 @@ interface Place {
   give(value: unknown): void;
 }
 
-function valueRow(sheet: Sheet, place: Place): Child {
+function valueRow(sheet: Sheet, place: Place): View {
   const { kind } = place.field;
   if (kind.is === "object")
     return place.value === null ? emptyRow(sheet, place, kind.schema) : objectGroup(sheet, place, kind.schema);
@@ -93,31 +89,30 @@ function valueRow(sheet: Sheet, place: Place): Child {
   return simpleRow(sheet, place);
 }
 
-function simpleRow(sheet: Sheet, place: Place): HTMLElement {
-  const { field, path, written, fixed } = place;
-  const error = errorAt(sheet, path, true) ?? errorAt(sheet, [...path, "use"], true);
+/** A value with its control; after it a button that resets it, or what stands `beside` in place of that. */
+function simpleRow(sheet: Sheet, place: Place, beside = resetButton(place)): View {
+  const { field, path, written, fixed, give } = place;
   const id = keyOf(path);
+  const refused = sheet.refused.get(id) ?? null;
+  const error = refused ?? errorAt(sheet, path, true) ?? errorAt(sheet, [...path, "use"], true);
   // What is written is shown as it is written: arithmetic, and what is wrong, too.
   const value = written && place.raw !== undefined && place.raw !== null ? place.raw : place.value;
-  const input = control(
-    { id, field, value, written, disabled: fixed, error, label: spoken(place), give: place.give },
-    sheet.tools,
-  );
-  const standard =
-    field.fallback === null || field.fallback === undefined
-      ? ""
-      : word("panel.default", {
-          value: `${plain(field.fallback)}${field.unit && typeof field.fallback === "number" ? ` ${field.unit}` : ""}`,
-        });
+  const refuse = (why: string | null): void => {
+    if (why === null) sheet.refused.delete(id);
+    else sheet.refused.set(id, why);
+    sheet.redraw();
+  };
+  const label = spoken(place);
+  const entry = { id, field, value, written, disabled: fixed, error, label, give, refused: refused !== null, refuse };
+  const unit = field.unit && typeof field.fallback === "number" ? ` ${field.unit}` : "";
+  const isTold = field.fallback !== null && field.fallback !== undefined;
+  const standard = isTold ? word("panel.default", { value: plain(field.fallback) + unit }) : "";
   const meaning = [field.meaning, standard].filter(Boolean).join(" ");
-  return el(
-    "div",
-    { class: `field${written ? " written" : ""}${error ? (isWarned(sheet, path) ? " odd" : " bad") : ""}` },
-    el("span", { class: "label", title: meaning }, field.label),
-    el("div", { class: "value" }, input, resetButton(place)),
-    el("p", { class: "meaning", id: `${id}-meaning` }, meaning),
-    error ? el("p", { class: "field-error", id: `${id}-error` }, error) : null,
-  );
+  const state = error ? (!refused && isWarned(sheet, path) ? "odd" : "bad") : "";
+  return html`<div class="field ${written ? "written" : ""} ${state}"><span class="label" title=${meaning}>${field.label}</span>
+    <div class="value">${control(entry, sheet.tools)}${beside}</div>
+    <p class="meaning" id=${`${id}-meaning`}>${meaning}</p>
+    ${error && html`<p class="field-error" id=${`${id}-error`} role=${refused ? "alert" : nothing}>${error}</p>`}</div>`;
 }
 
 /** What a field is called where its surroundings are not seen. */
@@ -130,106 +125,63 @@ function inner(place: Place): string {
 }
 
 /** Takes out what is written; null where nothing is, or it has to be. */
-function resetButton(place: Place): Child {
-  const { path, give } = place;
+function resetButton(place: Place): View {
   if (!place.written || place.field.required || place.fixed) return null;
   const title = word("panel.resetToItsDefault", { place: spoken(place).toLowerCase() });
-  return el(
-    "button",
-    {
-      type: "button",
-      class: "quiet reset",
-      title,
-      "aria-label": title,
-      "data-id": `${keyOf(path)} reset`,
-      onclick: () => give(undefined),
-    },
-    icon("reset"),
-  );
+  return html`<button type="button" class="quiet reset" title=${title} aria-label=${title}
+    @click=${() => place.give(undefined)}>${sign("reset")}</button>`;
+}
+
+/** A button that puts something in. */
+function addButton(title: string, disabled: boolean, add: () => void): View {
+  return html`<button type="button" class="quiet add" ?disabled=${disabled} @click=${add}>${sign("plus")}${title}</button>`;
 }
 
 /** An object that is not there, with a button that puts it in. */
-function emptyRow(sheet: Sheet, { field, path, fixed, give }: Place, schema: Schema): HTMLElement {
-  const add = el(
-    "button",
-    {
-      type: "button",
-      class: "quiet add",
-      disabled: fixed,
-      "data-id": `${keyOf(path)} add`,
-      onclick: () => give(sheet.book.fresh(schema)),
-    },
-    icon("plus"),
-    field.label,
-  );
-  return el("div", { class: "field-add", title: field.meaning }, add);
+function emptyRow(sheet: Sheet, { field, fixed, give }: Place, schema: Schema): View {
+  const add = addButton(field.label, fixed, () => give(sheet.book.fresh(schema)));
+  return html`<div class="field-add" title=${field.meaning}>${add}</div>`;
 }
 
-function objectGroup(sheet: Sheet, place: Place, schema: Schema): HTMLElement {
+function objectGroup(sheet: Sheet, place: Place, schema: Schema): View {
   return group(sheet, place, resetButton(place), objectInside(sheet, place, schema));
 }
 
-function unionGroup(sheet: Sheet, place: Place, options: Option[]): HTMLElement {
-  const now = sheet.book.optionOf(options, place.value);
-  const titles = [...(place.field.nullable ? [NONE] : []), ...options.map((option) => option.title)];
-  const chosen = now ? now.title : NONE;
-  const select = el(
-    "select",
-    {
-      "data-id": `${keyOf(place.path)} form`,
-      disabled: place.fixed,
-      "aria-label": word("panel.whichForm", { place: spoken(place) }),
-    },
-    ...titles.map((title) => el("option", { value: title, selected: title === chosen }, title)),
-  );
-  select.addEventListener("change", () => {
-    const wanted = options.find((option) => option.title === select.value);
+function unionGroup(sheet: Sheet, place: Place, forms: Option[]): View {
+  const now = sheet.book.optionOf(forms, place.value);
+  const titles = [...(place.field.nullable ? [NONE] : []), ...forms.map(({ title }) => title)];
+  const chosen = now?.title ?? NONE;
+  const choose = (title: string): void => {
+    const wanted = forms.find((form) => form.title === title);
     place.give(wanted ? sheet.book.fresh(wanted.schema) : undefined);
-  });
-  const inside =
-    now && now.schema["type"] === "object"
-      ? objectInside(sheet, place, now.schema)
-      : now
-        ? [plainInside(sheet, place, now.schema)]
-        : [];
-  const form = el(
-    "div",
-    { class: "field" },
-    el("span", { class: "label" }, word("panel.form")),
-    el("div", { class: "value" }, select),
-  );
-  return group(sheet, place, resetButton(place), [form, ...inside], chosen);
+  };
+  const isObject = now?.schema["type"] === "object";
+  const inside = now && (isObject ? objectInside : plainInside)(sheet, place, now.schema);
+  const entries = titles.map((title) => [title, title] as const);
+  const list = choice(word("panel.whichForm", { place: spoken(place) }), entries, chosen, choose, place.fixed);
+  const form = html`<div class="field"><span class="label">${word("panel.form")}</span><div class="value">${list}</div></div>`;
+  return group(sheet, place, resetButton(place), [form, keyed(chosen, html`${inside}`)], chosen);
 }
 
-function objectInside(sheet: Sheet, place: Place, schema: Schema): Child[] {
+function objectInside(sheet: Sheet, place: Place, schema: Schema): View {
   const values = isMapping(place.value) ? place.value : {};
   const { path, raw, fixed } = place;
   return objectRows(sheet, schema, { path, values, raw, fixed, within: inner(place) }, ["type"]);
 }
 
-function plainInside(sheet: Sheet, place: Place, schema: Schema): Child {
-  return simpleRow(sheet, {
-    ...place,
-    within: inner(place),
-    field: { ...sheet.book.field(place.field.key, schema, true), label: word("panel.value"), meaning: "" },
-  });
+function plainInside(sheet: Sheet, place: Place, schema: Schema): View {
+  const field = { ...sheet.book.field(place.field.key, schema, true), label: word("panel.value"), meaning: "" };
+  return simpleRow(sheet, { ...place, within: inner(place), field });
 }
 
-function listGroup(sheet: Sheet, place: Place, entry: Schema): HTMLElement {
+function listGroup(sheet: Sheet, place: Place, entry: Schema): View {
   const values = Array.isArray(place.value) ? (place.value as unknown[]) : [];
   const raws = Array.isArray(place.raw) ? (place.raw as unknown[]) : [];
   const rows = values.map((value, index) => listEntry(sheet, place, entry, value, raws[index], index));
-  return group(sheet, place, null, [...rows, adder(sheet, place, entry)], values.length ? String(values.length) : NONE);
+  return group(sheet, place, null, [rows, adder(sheet, place, entry)], values.length ? String(values.length) : NONE);
 }
 
-function listEntry(
-  sheet: Sheet,
-  place: Place,
-  entry: Schema,
-  value: unknown,
-  raw: unknown,
-  index: number,
-): HTMLElement {
+function listEntry(sheet: Sheet, place: Place, entry: Schema, value: unknown, raw: unknown, index: number): View {
   const path = [...place.path, index];
   const described = sheet.book.field(place.field.key, entry, true);
   const { kind } = described;
@@ -237,80 +189,57 @@ function listEntry(
     kind.is === "union" ? sheet.book.optionOf(kind.options, value)?.schema : kind.is === "object" ? kind.schema : null;
   const field = { ...described, label: entryTitle(value, index, schema ?? {}), key: String(index) };
   const give = (fresh: unknown): void => sheet.change([{ op: "set", path, value: fresh }]);
-  const remove = el(
-    "button",
-    {
-      type: "button",
-      class: "quiet reset",
-      disabled: place.fixed,
-      title: word("panel.takeItOut"),
-      "aria-label": word("panel.takeOut", { label: field.label }),
-      "data-id": `${keyOf(path)} remove`,
-      onclick: () => sheet.change([{ op: "remove", path }]),
-    },
-    icon("trash"),
-  );
-  const within = inner(place);
-  const one = { field, path, value, raw, written: true, fixed: place.fixed, within, give };
-  if (schema && schema["type"] === "object") return group(sheet, one, remove, objectInside(sheet, one, schema));
-  const simple = simpleRow(sheet, one);
-  simple.querySelector(".value")?.append(remove);
-  return simple;
+  const remove = html`<button type="button" class="quiet reset" ?disabled=${place.fixed} title=${word("panel.takeItOut")}
+    aria-label=${word("panel.takeOut", { label: field.label })} @click=${() => sheet.change([{ op: "remove", path }])}
+    >${sign("trash")}</button>`;
+  const one = { field, path, value, raw, written: true, fixed: place.fixed, within: inner(place), give };
+  const isObject = schema?.["type"] === "object";
+  return isObject ? group(sheet, one, remove, objectInside(sheet, one, schema)) : simpleRow(sheet, one, remove);
 }
 
 /** Adds an entry to a list: at once, or after the choice of its form. */
-function adder(sheet: Sheet, place: Place, entry: Schema): HTMLElement {
-  const field = sheet.book.field(place.field.key, entry, true);
-  const add = (schema: Schema): void =>
-    sheet.change([{ op: "add", path: place.path, value: sheet.book.fresh(schema) }]);
-  const options =
-    field.kind.is === "union"
-      ? field.kind.options
-      : [{ title: word("panel.addTo", { list: place.field.label }), schema: entry }];
-  const buttons = options.map(({ title, schema }) =>
-    el(
-      "button",
-      {
-        type: "button",
-        class: "quiet add",
-        disabled: place.fixed,
-        "data-id": `${keyOf(place.path)} add ${title}`,
-        onclick: () => add(schema),
-      },
-      icon("plus"),
-      title,
-    ),
+function adder(sheet: Sheet, { path, field, fixed }: Place, entry: Schema): View {
+  const { kind } = sheet.book.field(field.key, entry, true);
+  const forms =
+    kind.is === "union" ? kind.options : [{ title: word("panel.addTo", { list: field.label }), schema: entry }];
+  const buttons = forms.map(({ title, schema }) =>
+    addButton(title, fixed, () => sheet.change([{ op: "add", path, value: sheet.book.fresh(schema) }])),
   );
-  return el("div", { class: "adders" }, ...buttons);
+  return html`<div class="adders">${buttons}</div>`;
 }
 
-function mapGroup(sheet: Sheet, place: Place, { entry, names, most }: Extract<Kind, { is: "map" }>): HTMLElement {
+function mapGroup(sheet: Sheet, place: Place, { entry, names, most }: Extract<Kind, { is: "map" }>): View {
   const values = isMapping(place.value) ? place.value : {};
-  const rows = Object.entries(values).map(([key, value]) => {
+  const { fixed } = place;
+  const entryRow = (key: string): View => {
     const field = { ...sheet.book.field(key, entry, false), label: names.includes(key) ? labelOf(key) : key };
     const path = [...place.path, key];
-    const [raw, within] = [under(place.raw, key), inner(place)];
-    return valueRow(sheet, {
-      field,
-      path,
-      value,
-      raw,
-      written: true,
-      fixed: place.fixed,
-      within,
-      give: giver(sheet, path),
-    });
-  });
+    const [value, raw, within] = [values[key], under(place.raw, key), inner(place)];
+    return valueRow(sheet, { field, path, value, raw, written: true, fixed, within, give: giver(sheet, path) });
+  };
+  const keys = Object.keys(values);
   const free = [...names, ...sheet.tools.names(place.path)].filter((name) => !(name in values));
-  const grow = rows.length < most && !place.fixed ? keyAdder(sheet, place.path, spoken(place), entry, free) : null;
-  return group(sheet, place, null, [...rows, grow], rows.length ? String(rows.length) : NONE);
+  const grow = keys.length < most && !fixed ? keyAdder(sheet, place.path, spoken(place), entry, free) : null;
+  const rows = repeat(keys, (key) => key, entryRow);
+  return group(sheet, place, null, [rows, grow], keys.length ? String(keys.length) : NONE);
 }
 
 /** A module: which one, what it does, and its options. */
-function moduleRows(sheet: Sheet, place: Place, schema: Schema): HTMLElement {
+function moduleRows(sheet: Sheet, place: Place, schema: Schema): View {
   const use = useOf(place.value);
-  if (use === null) return el("div", { class: "module" }, simpleRow(sheet, place));
-  const offer = sheet.tools.module(use);
+  const offer = use === null ? null : sheet.tools.module(use);
+  return html`<div class="module">${simpleRow(sheet, place)}
+    ${offer?.about && html`<p class="hint module-about">${meaningOf(offer.about)}</p>`}
+    ${use === null ? null : moduleOptions(sheet, place, schema, use, offer)}</div>`;
+}
+
+function moduleOptions(
+  sheet: Sheet,
+  place: Place,
+  schema: Schema,
+  use: string,
+  offer: Module | null | undefined,
+): View {
   const values = place.value as Values;
   const { use: _, ...own } = (schema["properties"] ?? {}) as Record<string, Schema>;
   const known = { ...own, ...(offer?.options["properties"] as Record<string, Schema> | undefined) };
@@ -318,57 +247,30 @@ function moduleRows(sheet: Sheet, place: Place, schema: Schema): HTMLElement {
   const properties = { ...known, ...Object.fromEntries(others.map((key) => [key, {}])) };
   const options = { type: "object", properties, required: offer?.options["required"] ?? [] };
   const raw = isMapping(place.raw) ? place.raw : null;
-  const subject = {
-    path: place.path,
-    values,
-    raw,
-    written: Object.keys(values),
-    fixed: place.fixed,
-    within: inner(place),
-  };
-  const rows = objectRows(sheet, options, subject);
+  const { path, fixed } = place;
+  const subject = { path, values, raw, written: Object.keys(values), fixed, within: inner(place) };
   // Functions and programs take options of any name.
-  const isOpen = !offer || /^exec:|\.m$/.test(use);
+  const isOpen = (!offer || /^exec:|\.m$/.test(use)) && !fixed;
   const field = { ...place.field, label: word("panel.options"), meaning: "" };
-  if (isOpen && !place.fixed)
-    rows.push(keyAdder(sheet, place.path, `${inner(place)}: ${field.label}`, { default: 0 }, []));
+  if (!isOpen && Object.keys(properties).length === 0) return null;
+  const grow = isOpen ? keyAdder(sheet, path, `${inner(place)}: ${field.label}`, { default: 0 }, []) : null;
   const count = Object.keys(raw ?? {}).length - 1;
-  return el(
-    "div",
-    { class: "module" },
-    simpleRow(sheet, place),
-    offer?.about ? el("p", { class: "hint module-about" }, meaningOf(offer.about)) : null,
-    rows.length ? group(sheet, { ...place, field }, null, rows, count > 0 ? String(count) : "") : null,
-  );
+  const rows = [objectRows(sheet, options, subject), grow];
+  return group(sheet, { ...place, field }, null, rows, count > 0 ? String(count) : "");
 }
 
-function group(sheet: Sheet, { field, path }: Place, beside: Child, rows: Child[], count = ""): HTMLElement {
+function group(sheet: Sheet, { field, path }: Place, beside: View, rows: View, count = ""): View {
   const key = keyOf(path);
   const error = errorAt(sheet, path, false);
   const own = errorAt(sheet, path, true);
-  const head = el(
-    "summary",
-    { title: field.meaning, "data-id": `${key} group` },
-    icon("down"),
-    el("span", { class: "group-name" }, field.label),
-    error
-      ? el("span", {
-          class: `bad-dot${isWarned(sheet, path) ? " odd" : ""}`,
-          role: "img",
-          "aria-label": word("panel.hasAnError"),
-        })
-      : null,
-    el("span", { class: "count" }, count),
-  );
-  const details = el(
-    "details",
-    { open: sheet.open.get(key) ?? error !== null },
-    head,
-    own ? el("p", { class: "field-error" }, own) : null,
-    ...rows,
-  );
-  details.addEventListener("toggle", () => sheet.open.set(key, details.open));
-  return el("div", { class: `group${beside ? " resettable" : ""}` }, details, beside);
+  const odd = isWarned(sheet, path) ? "odd" : "";
+  const dot = html`<span class="bad-dot ${odd}" role="img" aria-label=${word("panel.hasAnError")}></span>`;
+  const toggled = (event: Event): unknown => sheet.open.set(key, (event.target as HTMLDetailsElement).open);
+  return html`<div class="group ${beside ? "resettable" : ""}">
+    <details .open=${sheet.open.get(key) ?? error !== null} @toggle=${toggled}>
+      <summary title=${field.meaning}>${sign("down")}<span class="group-name">${field.label}</span>${error && dot}<span
+        class="count">${count}</span></summary>
+      ${own && html`<p class="field-error">${own}</p>`}${rows}</details>${beside}</div>`;
 }
 
 /** What is wrong at a path, or anywhere within it. */

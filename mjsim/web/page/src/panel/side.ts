@@ -2,7 +2,7 @@
 
 import type { Item, Point, Pose } from "../api";
 import type { Poser } from "../edit/poser";
-import { el, fill } from "../ui/dom";
+import { el } from "../ui/dom";
 import { word } from "../words/words";
 
 const SPACE = "http://www.w3.org/2000/svg";
@@ -36,7 +36,7 @@ export class SideDrawing {
   }
 
   clear(): void {
-    fill(this.shapes);
+    this.shapes.replaceChildren();
   }
 
   show(pose: Pose, subject: Item): void {

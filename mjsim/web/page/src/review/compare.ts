@@ -6,10 +6,12 @@ import { noNees } from "../charts/sheet";
 import { clock } from "../run/bar";
 import type { Studio } from "../shell/view";
 import { button, write } from "../ui/controls";
-import { el, fill } from "../ui/dom";
-import { icon } from "../ui/icons";
+import { el } from "../ui/dom";
+import { sign } from "../ui/icons";
 import { faded } from "../ui/ink";
 import { Signal } from "../ui/signal";
+import { themeChanged } from "../ui/theme";
+import { draw, html } from "../ui/view";
 import { word } from "../words/words";
 import { comparisonFigures } from "./compare_figures";
 import { ComparePlan } from "./compare_plan";
@@ -48,6 +50,7 @@ export class Compare {
     this.player.toggle(),
   );
   private charts: Chart[] = [];
+  private comparison: Comparison | null = null;
   private seconds = 0;
 
   constructor(
@@ -55,27 +58,18 @@ export class Compare {
     /** The view that it stands in the place of. */
     private readonly host: HTMLElement,
   ) {
-    this.element.append(
-      el(
-        "div",
-        { class: "run-bar", role: "toolbar", "aria-label": word("review.comparison") },
-        button(
-          { title: word("review.backToTheRecordingsEscape") },
-          () => this.close(),
-          icon("arrowLeft"),
-          word("review.back"),
-        ),
-        this.play,
-        this.title,
-        el("span", { class: "run-spring" }),
-        el("label", { class: "run-figure" }, el("span", {}, word("review.time")), this.time),
-      ),
-      el("div", { class: "compare-body" }, this.plan.tile.element, this.figures),
-      el("div", { class: "run-dock compare-dock" }, this.scrub.element, this.sheet),
-    );
+    const back = word("review.backToTheRecordingsEscape");
+    const view = html`<div class="run-bar" role="toolbar" aria-label=${word("review.comparison")}>
+          <button type="button" title=${back} @click=${() => this.close()}>${sign("arrowLeft")}${word("review.back")}</button>
+          ${this.play}${this.title}<span class="run-spring"></span>
+          <label class="run-figure"><span>${word("review.time")}</span>${this.time}</label></div>
+        <div class="compare-body">${this.plan.tile.element}${this.figures}</div>
+        <div class="run-dock compare-dock">${this.scrub.element}${this.sheet}</div>`;
+    draw(this.element, view);
     this.player.changed.on((time) => this.show(time));
-    this.player.playingChanged.on((playing) => this.label(playing));
-    this.label(false);
+    this.player.playingChanged.on((playing) => drawPlay(this.play, playing));
+    drawPlay(this.play, false);
+    themeChanged.on(() => this.comparison && draw(this.figures, comparisonFigures(this.comparison)));
   }
 
   get active(): boolean {
@@ -134,7 +128,8 @@ export class Compare {
         ? word("review.chosenOfOneKind", { chosen })
         : word("review.chosenOfKinds", { chosen, kinds: groups.length }),
     );
-    fill(this.figures, ...comparisonFigures(comparison));
+    this.comparison = comparison;
+    draw(this.figures, comparisonFigures(comparison));
     this.draw(comparison);
     this.plan.take(comparison);
     // The control that had the focus is hidden now.
@@ -177,7 +172,7 @@ export class Compare {
     consistency.explain(noNees(groups.some(({ estimated }) => estimated)));
     consistency.show(joined(groups.map((group) => [group.nees.time, group.nees.values])));
     this.charts = [errors, consistency];
-    fill(this.sheet, ...this.charts.map((chart) => chart.element));
+    this.sheet.replaceChildren(...this.charts.map((chart) => chart.element));
   }
 
   private show(time: number): void {
@@ -186,10 +181,11 @@ export class Compare {
     this.plan.show(time);
     for (const chart of this.charts) chart.mark({ ...NO_MARKS, now: time });
   }
+}
 
-  private label(playing: boolean): void {
-    fill(this.play, icon(playing ? "pause" : "play"), playing ? word("review.pause") : word("review.play"));
-  }
+/** Draw the button that plays, or pauses. */
+export function drawPlay(button: HTMLButtonElement, playing: boolean): void {
+  draw(button, [sign(playing ? "pause" : "play"), word(playing ? "review.pause" : "review.play")]);
 }
 
 /** Lines of a group after so many others, in the order of its columns: the first one alone stands in the legend. */

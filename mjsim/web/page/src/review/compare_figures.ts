@@ -1,53 +1,30 @@
 /** The figures of a comparison as tables: what is certain, what to know, the means, all differences. */
 
 import { save } from "../charts/save";
-import { button } from "../ui/controls";
-import { el } from "../ui/dom";
-import { icon } from "../ui/icons";
+import { sign } from "../ui/icons";
 import { rowColor } from "../ui/ink";
-import { themeChanged } from "../ui/theme";
+import { html, nothing, type View } from "../ui/view";
 import { said, word, wordOr } from "../words/words";
 import type { Comparison, Difference, Group } from "./comparison";
 
-export function comparisonFigures(comparison: Comparison): HTMLElement[] {
+export function comparisonFigures(comparison: Comparison): View {
   const { groups, know, cells, differences } = comparison;
-  const titled = (name: string): string => titleOf(name, comparison);
-  const certain = comparison.certain.map(([better = "", than = "", figure = "", ...rest]) => [
-    better,
-    than,
-    titled(figure),
-    ...rest,
-  ]);
-  const means = comparison.means.map(([figure = "", ...rest]) => [titled(figure), ...rest]);
-  const nothing = el("p", {}, word("review.noFigureIsCertainTo"));
-  const heads = [
-    word("review.better"),
-    word("review.than"),
-    word("review.in"),
-    word("review.byInterval"),
-    word("review.pairs"),
-  ];
-  return [
-    legend(groups),
-    el("h3", {}, word("review.whatIsCertain")),
-    certain.length ? table(heads, certain, { class: "compare-certain" }) : nothing,
-    ...(know.length
-      ? [
-          el("h3", {}, word("review.whatToKnow")),
-          el("ul", { class: "compare-know" }, ...know.map((told) => el("li", {}, `${said(told)}.`))),
-        ]
-      : []),
-    el(
-      "div",
-      { class: "run-figures-head" },
-      el("h3", {}, word("review.figuresOf", { cells: said(cells) })),
-      csvButton(comparison),
-    ),
-    table([word("review.figure"), ...groups.map(({ label }) => label)], means, { class: "compare-means" }),
-    ...(differences.length
-      ? [el("h3", {}, word("review.differencesOfPairsMeanInterval")), ...differenceTables(differences)]
-      : []),
-  ];
+  const titled = (rows: string[][], column: number): string[][] =>
+    rows.map((row) => row.map((cell, k) => (k === column ? titleOf(cell, comparison) : cell)));
+  const certain = titled(comparison.certain, 2);
+  const means = titled(comparison.means, 0);
+  const heads = (["review.better", "review.than", "review.in", "review.byInterval", "review.pairs"] as const).map(
+    (key) => word(key),
+  );
+  const known = html`<h3>${word("review.whatToKnow")}</h3>
+    <ul class="compare-know">${know.map((told) => html`<li>${said(told)}.</li>`)}</ul>`;
+  const pairs = html`<h3>${word("review.differencesOfPairsMeanInterval")}</h3>${differenceTables(differences)}`;
+  return html`${legend(groups)}<h3>${word("review.whatIsCertain")}</h3>
+    ${certain.length ? table(heads, certain, "compare-certain") : html`<p>${word("review.noFigureIsCertainTo")}</p>`}
+    ${know.length ? known : nothing}
+    <div class="run-figures-head"><h3>${word("review.figuresOf", { cells: said(cells) })}</h3>${csvButton(comparison)}</div>
+    ${table([word("review.figure"), ...groups.map(({ label }) => label)], means, "compare-means")}
+    ${differences.length ? pairs : nothing}`;
 }
 
 /** The name of a figure in the language of the page, with its unit where that stands behind it. */
@@ -57,35 +34,25 @@ function titleOf(name: string, { keys }: Comparison): string {
   return wordOr("figure", keys[title] ?? "", title) + unit;
 }
 
-function legend(groups: Group[]): HTMLElement {
-  const entries = groups.map(({ label, runs }, k) => {
-    const swatch = el("i", {});
-    const paint = (): void => void (swatch.style.background = rowColor(k));
-    paint();
-    // Each comparison makes others: those that are gone need no colours.
-    const stop = themeChanged.on(() => (swatch.isConnected ? paint() : stop()));
-    return el(
-      "li",
-      {},
-      swatch,
-      el("b", {}, label),
-      el("span", { class: "hint" }, word(runs === 1 ? "review.oneRun" : "review.runs", { runs })),
-    );
-  });
-  return el("ul", { class: "compare-legend", "aria-label": word("review.groups") }, ...entries);
+function legend(groups: Group[]): View {
+  const entries = groups.map(
+    ({ label, runs }, k) => html`<li><i style="background: ${rowColor(k)}"></i><b>${label}</b><span class="hint"
+      >${word(runs === 1 ? "review.oneRun" : "review.runs", { runs })}</span></li>`,
+  );
+  return html`<ul class="compare-legend" aria-label=${word("review.groups")}>${entries}</ul>`;
 }
 
-function csvButton({ csv }: Comparison): HTMLElement {
+function csvButton({ csv }: Comparison): View {
   const keep = (): void => save(new Blob([csv], { type: "text/csv" }), "comparison.csv");
-  return button({ class: "run-small" }, keep, icon("copy"), word("review.saveCsv"));
+  return html`<button type="button" class="run-small" @click=${keep}>${sign("copy")}${word("review.saveCsv")}</button>`;
 }
 
 /** A table for every two groups. */
-function differenceTables(differences: Difference[]): HTMLElement[] {
+function differenceTables(differences: Difference[]): View {
   const pairs = [...new Set(differences.map(({ first, second }) => word("review.less", { second, first })))];
   return pairs.map((pair) => {
     const own = differences.filter(({ first, second }) => word("review.less", { second, first }) === pair);
-    return table([pair, "", word("review.pairs")], own.map(differenceRow), { class: "compare-differences" });
+    return table([pair, "", word("review.pairs")], own.map(differenceRow), "compare-differences");
   });
 }
 
@@ -96,13 +63,10 @@ function differenceRow({ figure, title, unit, mean, low, high, pairs, reason }: 
   return [wordOr("figure", figure, title), text, String(pairs)];
 }
 
-function table(heads: string[], rows: string[][], attributes: { class: string }): HTMLElement {
-  const row = ([first, ...cells]: string[]): HTMLElement =>
-    el("tr", {}, el("th", { scope: "row" }, first ?? ""), ...cells.map((cell) => el("td", {}, cell)));
-  const head = el("tr", {}, ...heads.map((text) => (text ? el("th", { scope: "col" }, text) : el("td", {}))));
-  return el(
-    "div",
-    { class: "compare-table" },
-    el("table", attributes, el("thead", {}, head), el("tbody", {}, ...rows.map(row))),
-  );
+function table(heads: string[], rows: string[][], kind: string): View {
+  const row = ([first, ...cells]: string[]): View =>
+    html`<tr><th scope="row">${first}</th>${cells.map((cell) => html`<td>${cell}</td>`)}</tr>`;
+  const head = heads.map((text) => (text ? html`<th scope="col">${text}</th>` : html`<td></td>`));
+  return html`<div class="compare-table"><table class=${kind}><thead><tr>${head}</tr></thead>
+    <tbody>${rows.map(row)}</tbody></table></div>`;
 }

@@ -19,6 +19,21 @@ export function factsOf({ when, seconds, world, robots }: RecordingCard): string
   );
 }
 
+/** Recordings that are there, the newest first as far as that is known. */
+export function newestFirst(cards: RecordingCard[], there: string[]): string[] {
+  const known = cards.map(({ path }) => path).filter((path) => there.includes(path));
+  return [...new Set([...known, ...there])];
+}
+
+/** Whether the name, folder, date, world or robots of a recording have all words that are searched for. */
+export function isFound(wish: string, path: string, facts: string[]): boolean {
+  const text = [path, ...facts].join(" ").toLowerCase();
+  return wish
+    .toLowerCase()
+    .split(/\s+/)
+    .every((part) => text.includes(part));
+}
+
 /** As ISO 8601 has it, in the time of this place: it reads the same in all languages. */
 function dateOf(date: Date): string {
   const two = (number: number): string => String(number).padStart(2, "0");

@@ -2,11 +2,11 @@
 
 import { ApiError } from "../api";
 import type { Studio } from "../shell/view";
-import { button } from "../ui/controls";
-import { el, refill } from "../ui/dom";
+import { el } from "../ui/dom";
 import { theme, themeChanged } from "../ui/theme";
+import { draw, html, live, nothing, repeat, type View, withValue } from "../ui/view";
 import { heard, said, word } from "../words/words";
-import { factsOf, type RecordingCard } from "./facts";
+import { factsOf, isFound, newestFirst, type RecordingCard } from "./facts";
 import { recordings } from "./recording";
 
 /** Fewer recordings are found without a search. */
@@ -14,34 +14,23 @@ const FEW = 6;
 
 export class Library {
   readonly element = el("div", { class: "run-library" });
-  private readonly list = el("ul", {});
-  private readonly sweeps = el("div", {});
   /** Paths that are ticked. */
   private readonly ticked = new Set<string>();
-  private readonly go = button({ class: "primary" }, () => void this.begin(), word("review.compare"));
-  private readonly every = button({ class: "quiet run-small" }, () => this.tickAll(), word("review.tickAll"));
-  private readonly foot = el("div", { class: "run-compare", hidden: true }, this.every, this.go);
-  private readonly hint = el("p", { class: "hint" });
   /** What recordings are of, the newest first. */
   private cards: RecordingCard[] = [];
-  private readonly search = el("input", {
-    type: "search",
-    hidden: true,
-    placeholder: word("review.findARecording"),
-    "aria-label": word("review.findARecording"),
-    oninput: () => this.filter(),
-  });
+  /** What is searched for. */
+  private wish = "";
+  /** Whether what is compared is being read. */
+  private isReading = false;
 
   constructor(
     private readonly studio: Studio,
+    /** Path of the recording that is open. */
+    private readonly current: () => string | undefined,
     private readonly open: (path: string) => void,
     private readonly compare: (paths: string[]) => Promise<void>,
   ) {
-    themeChanged.on(() => {
-      for (const picture of this.list.querySelectorAll("img"))
-        picture.src = recordings.plan(picture.dataset["of"] ?? "", theme());
-    });
-    this.element.append(this.search, this.list, this.sweeps, this.hint, this.foot);
+    themeChanged.on(() => this.draw());
   }
 
   /** Ask what the recordings are of. */
@@ -49,29 +38,44 @@ export class Library {
     this.cards = await recordings.cards();
   }
 
-  show(chosen: string | null): void {
+  draw(): void {
     const { recordings, sweeps } = this.studio.folder;
-    const newest = [...new Set([...this.cards.map(({ path }) => path), ...recordings])].filter((path) =>
-      recordings.includes(path),
-    );
     for (const path of this.ticked) if (!recordings.includes(path) && !sweeps.includes(path)) this.ticked.delete(path);
-    refill(this.list, ...newest.map((path) => el("li", {}, this.box(path), this.entry(path, path === chosen))));
-    const swept = sweeps.map((path) => el("li", {}, el("label", {}, this.box(path), path)));
-    refill(
-      this.sweeps,
-      sweeps.length > 0 && el("h2", {}, word("review.sweeps")),
-      sweeps.length > 0 && el("ul", {}, ...swept),
-    );
-    this.foot.hidden = recordings.length + sweeps.length === 0;
-    this.search.hidden = recordings.length < FEW;
-    this.filter();
-    this.count();
-    this.hint.textContent = recordings.length ? word("review.orDropAnMcapFile") : word("review.thereIsNoRecordingIn");
+    const newest = newestFirst(this.cards, recordings);
+    const wish = recordings.length < FEW ? "" : this.wish;
+    const search = withValue((wish) => {
+      this.wish = wish;
+      this.draw();
+    });
+    const pathOf = (path: string): string => path;
+    const sweep = (path: string): View => html`<li><label>${this.box(path)}${path}</label></li>`;
+    const found = word("review.findARecording");
+    const view = html`<input type="search" ?hidden=${recordings.length < FEW} placeholder=${found} aria-label=${found} @input=${search}>
+        <ul>${repeat(newest, pathOf, (path) => this.entry(path, wish))}</ul>
+        <div>${
+          sweeps.length ? html`<h2>${word("review.sweeps")}</h2><ul>${repeat(sweeps, pathOf, sweep)}</ul>` : nothing
+        }</div>
+        <p class="hint">${word(recordings.length ? "review.orDropAnMcapFile" : "review.thereIsNoRecordingIn")}</p>
+        ${this.foot(recordings, sweeps)}`;
+    draw(this.element, view);
+  }
+
+  /** Two runs can be compared, and a sweep alone. */
+  private foot(recordings: string[], sweeps: string[]): View {
+    const paths = [...this.ticked];
+    const enough = paths.length > 1 || paths.some((path) => sweeps.includes(path));
+    const all = recordings.every((path) => this.ticked.has(path));
+    const ready = enough ? word("review.compareChosen", { paths: paths.length }) : word("review.compareTickTwoOrMore");
+    return html`<div class="run-compare" ?hidden=${recordings.length + sweeps.length === 0}>
+      <button type="button" class="quiet run-small" @click=${() => this.tick(all ? [] : recordings)}
+        >${word(all ? "review.tickNone" : "review.tickAll")}</button>
+      <button type="button" class="primary" ?disabled=${!enough || this.isReading} @click=${() => this.begin()}
+        >${this.isReading ? word("review.reading") : ready}</button></div>`;
   }
 
   /** Focus the button that starts a comparison. */
   focus(): void {
-    this.go.focus({ preventScroll: true });
+    this.element.querySelector<HTMLElement>(".run-compare .primary")?.focus({ preventScroll: true });
   }
 
   /** Let recordings be dropped on an element. */
@@ -91,82 +95,43 @@ export class Library {
     });
   }
 
-  /** Show those whose name, folder, date, world or robots have all words that are searched for. */
-  private filter(): void {
-    const words = this.search.hidden ? [] : this.search.value.toLowerCase().split(/\s+/);
-    for (const entry of this.list.children) {
-      const text = (entry.textContent ?? "").toLowerCase();
-      entry.toggleAttribute("hidden", !words.every((part) => text.includes(part)));
-    }
-  }
-
-  private box(path: string): HTMLInputElement {
-    const box = el("input", {
-      type: "checkbox",
-      checked: this.ticked.has(path),
-      "aria-label": word("review.compare2", { path }),
-    });
-    box.addEventListener("change", () => {
-      if (box.checked) this.ticked.add(path);
+  private box(path: string): View {
+    const tick = ({ target }: Event): void => {
+      if ((target as HTMLInputElement).checked) this.ticked.add(path);
       else this.ticked.delete(path);
-      this.count();
-    });
-    return box;
+      this.draw();
+    };
+    return html`<input type="checkbox" aria-label=${word("review.compare2", { path })} @change=${tick}
+      .checked=${live(this.ticked.has(path))}>`;
   }
 
-  /** Tick all recordings, or none where all are. */
-  private tickAll(): void {
-    const { recordings } = this.studio.folder;
-    const all = recordings.every((path) => this.ticked.has(path));
+  /** Tick these, and no others. */
+  private tick(paths: string[]): void {
     this.ticked.clear();
-    if (!all) for (const path of recordings) this.ticked.add(path);
-    for (const box of this.list.querySelectorAll("input")) box.checked = !all;
-    for (const box of this.sweeps.querySelectorAll("input")) box.checked = false;
-    this.count();
+    for (const path of paths) this.ticked.add(path);
+    this.draw();
   }
 
   /** Compare what is ticked; many recordings take a while to read. */
   private async begin(): Promise<void> {
-    this.go.disabled = true;
-    this.go.textContent = word("review.reading");
+    this.isReading = true;
+    this.draw();
     await this.compare([...this.ticked]);
-    this.count();
+    this.isReading = false;
+    this.draw();
   }
 
-  /** Two runs can be compared, and a sweep alone. */
-  private count(): void {
-    const paths = [...this.ticked];
-    const enough = paths.length > 1 || paths.some((path) => this.studio.folder.sweeps.includes(path));
-    this.go.disabled = !enough;
-    const all = this.studio.folder.recordings.every((path) => this.ticked.has(path));
-    this.every.textContent = all ? word("review.tickNone") : word("review.tickAll");
-    this.go.textContent = enough
-      ? word("review.compareChosen", { paths: paths.length })
-      : word("review.compareTickTwoOrMore");
-  }
-
-  private entry(path: string, chosen: boolean): HTMLButtonElement {
+  /** A recording; hidden unless it is what is searched for. */
+  private entry(path: string, wish: string): View {
     const cut = path.lastIndexOf("/") + 1;
     const card = this.cards.find((each) => each.path === path);
-    return el(
-      "button",
-      {
-        type: "button",
-        class: "quiet",
-        title: path,
-        "data-path": path,
-        "aria-current": chosen ? "true" : null,
-        onclick: () => this.open(path),
-      },
-      card?.world
-        ? el("img", { src: recordings.plan(path, theme()), alt: "", loading: "lazy", "data-of": path })
-        : null,
-      el("b", {}, path.slice(cut)),
-      el("span", { class: "hint" }, path.slice(0, cut)),
-      card
-        ? el("span", { class: "run-facts" }, ...factsOf(card).map((fact) => el("span", { class: "hint" }, fact)))
-        : null,
-    );
+    const facts = card ? factsOf(card) : [];
+    const picture = card?.world && html`<img src=${recordings.plan(path, theme())} alt="" loading="lazy">`;
+    const told = facts.map((fact) => html`<span class="hint">${fact}</span>`);
+    return html`<li ?hidden=${!isFound(wish, path, facts)}>${this.box(path)}<button type="button"
+      class="quiet" title=${path} data-path=${path} aria-current=${path === this.current() ? "true" : nothing}
+      @click=${() => this.open(path)}>${picture}<b>${path.slice(cut)}</b><span class="hint">${path.slice(0, cut)}</span
+      >${card ? html`<span class="run-facts">${told}</span>` : nothing}</button></li>`;
   }
 
   /** Return the path of a dropped file if it is in the folder already; a file of the same name may be another one. */

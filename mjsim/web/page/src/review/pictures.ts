@@ -1,7 +1,7 @@
 /** Pictures of the time that is looked at: each view fetches the newest one it has time for. */
 
 import { Orbit, overlook } from "../run/orbit";
-import type { Outside, TickNews } from "../run/protocol";
+import type { Outside } from "../run/protocol";
 import { drawRecognised, pixelRatio } from "../run/screen";
 import { remembered, toggle } from "../ui/controls";
 import { el } from "../ui/dom";
@@ -9,6 +9,7 @@ import { newestWins } from "../ui/signal";
 import { makeTile, type Tile } from "../ui/tile";
 import { heard, said, word } from "../words/words";
 import { titleOf } from "./film";
+import type { Looked } from "./looked";
 import { type Recording, recordings } from "./recording";
 
 interface Shown {
@@ -34,42 +35,28 @@ export class Pictures {
   readonly switches = el("div", { class: "run-switches", role: "group", "aria-label": word("review.pictures") });
   private readonly views = new Map<string, Shown>();
   private readonly wanted = new Set<Kind>((remembered("review.views") ?? "outside").split(" ") as Kind[]);
-  private recording: Recording | null = null;
   private outside: Outside = overlook([0, 0, 8, 8]);
   private turned = false;
-  private time = 0;
-  private tick: TickNews | null = null;
 
   constructor(
+    private readonly looked: Looked,
     /** Told when there are other tiles. */
     private readonly changed: () => void,
   ) {
-    this.switches.append(
-      ...KINDS.map(([kind, label]) =>
-        toggle(
-          { class: "quiet run-small", "data-kind": kind },
-          this.wanted.has(kind),
-          (on) => this.want(kind, on),
-          label,
-        ),
-      ),
-    );
+    for (const [kind, label] of KINDS) {
+      const attributes = { class: "quiet run-small", "data-kind": kind };
+      this.switches.append(toggle(attributes, this.wanted.has(kind), (on) => this.want(kind, on), label));
+    }
   }
 
   load(recording: Recording): void {
-    this.recording = recording;
     this.turned = false;
-    this.tick = null;
     for (const { plain } of this.views.values()) plain?.bitmap.close();
     this.views.clear();
     this.outside = overlook(recording.scene.bounds);
     // Only cameras have these, and robots are followed from behind.
-    const needs = {
-      depth: recording.cameras,
-      segmentation: recording.cameras,
-      outside: [true],
-      chase: recording.robots,
-    };
+    const { cameras, robots } = recording;
+    const needs = { depth: cameras, segmentation: cameras, outside: [true], chase: robots };
     for (const [kind] of KINDS)
       this.switches.querySelector(`[data-kind=${kind}]`)?.toggleAttribute("hidden", needs[kind].length === 0);
   }
@@ -78,14 +65,12 @@ export class Pictures {
     return this.keys().map((view) => this.place(view).tile);
   }
 
-  show(time: number): void {
-    this.time = time;
-    for (const view of this.keys()) this.place(view).ask(time);
+  show(): void {
+    for (const view of this.keys()) this.place(view).ask(this.looked.time);
   }
 
   /** Outline what was recognised at a tick in the pictures of that time. */
-  recognise(tick: TickNews): void {
-    this.tick = tick;
+  recognise(): void {
     for (const [view, shown] of this.views) this.paint(view, shown);
   }
 
@@ -94,35 +79,31 @@ export class Pictures {
     else this.wanted.delete(kind);
     remembered("review.views", [...this.wanted].join(" "));
     this.changed();
-    this.show(this.time);
+    this.show();
   }
 
   private keys(): string[] {
     const has = (kind: Kind): boolean => this.wanted.has(kind);
     const kinds = (["depth", "segmentation"] as const).filter(has);
-    const cameras = (this.recording?.cameras ?? []).flatMap((camera) => [
+    const { recording } = this.looked;
+    const cameras = (recording?.cameras ?? []).flatMap((camera) => [
       camera,
       ...kinds.map((kind) => `${camera}:${kind}`),
     ]);
-    const chase = this.recording?.robots.length ? (["outside", "chase"] as const) : (["outside"] as const);
+    const chase = recording?.robots.length ? (["outside", "chase"] as const) : (["outside"] as const);
     return [...cameras, ...chase.filter(has)];
   }
 
   private place(view: string): Shown {
     const found = this.views.get(view);
     if (found) return found;
-    const canvas = el("canvas", {
-      class: "run-screen",
-      role: "img",
-      "aria-label": titleOf(view),
-      width: 640,
-      height: 480,
-    });
+    const title = titleOf(view);
+    const canvas = el("canvas", { class: "run-screen", role: "img", "aria-label": title, width: 640, height: 480 });
     const note = el("p", { class: "hint run-waiting" }, word("review.noPictureYet"));
     const body = el("div", { class: "run-picture", style: "aspect-ratio: 4 / 3" }, canvas, note);
     const ask = newestWins((time: number) => this.fetch(view, time, note));
-    if (view === "outside") this.orbit(canvas, () => ask(this.time));
-    const made: Shown = { tile: makeTile(view, titleOf(view), body), canvas, ask, plain: null };
+    if (view === "outside") this.orbit(canvas, () => ask(this.looked.time));
+    const made: Shown = { tile: makeTile(view, title, body), canvas, ask, plain: null };
     this.views.set(view, made);
     return made;
   }
@@ -138,13 +119,13 @@ export class Pictures {
   }
 
   private async fetch(view: string, time: number, note: HTMLElement): Promise<void> {
-    const recording = this.recording;
+    const { recording } = this.looked;
     const shown = this.views.get(view);
     // A view that is not on the page costs nothing.
     if (!recording || !shown?.canvas.isConnected) return;
     const outside = view === "outside" && this.turned ? this.outside : undefined;
     const response = await fetch(recordings.picture(recording.path, time, view, outside)).catch(() => null);
-    if (!response || this.recording !== recording) return;
+    if (!response || this.looked.recording !== recording) return;
     if (!response.ok) {
       const answer = heard((await response.json().catch(() => ({}))) as { error?: string });
       note.textContent = answer.error ? said(answer.error) : word("review.noPicture");
@@ -152,7 +133,7 @@ export class Pictures {
     }
     const bitmap = await createImageBitmap(await response.blob()).catch(() => null);
     if (!bitmap) return;
-    if (this.recording !== recording) return bitmap.close();
+    if (this.looked.recording !== recording) return bitmap.close();
     shown.plain?.bitmap.close();
     shown.plain = { bitmap, time };
     this.paint(view, shown);
@@ -167,10 +148,11 @@ export class Pictures {
       canvas.parentElement?.style.setProperty("aspect-ratio", `${width} / ${height}`);
     }
     context.drawImage(plain.bitmap, 0, 0);
-    const close = this.tick && Math.abs(this.tick.time - plain.time) < 0.5 * (this.recording?.dt ?? 0);
+    const { tick, recording } = this.looked;
+    const close = tick && Math.abs(tick.time - plain.time) < 0.5 * (recording?.dt ?? 0);
     const [robot, camera] = view.split("/");
     const looks = close && camera && !camera.includes(":") && this.isFirstCamera(view);
-    if (looks) drawRecognised(context, this.tick?.robots[robot ?? ""]?.recognised ?? [], pixelRatio(canvas));
+    if (looks) drawRecognised(context, tick?.robots[robot ?? ""]?.recognised ?? [], pixelRatio(canvas));
     canvas.dataset["time"] = String(plain.time);
     canvas.toggleAttribute("data-filled", true);
   }
@@ -178,6 +160,6 @@ export class Pictures {
   /** Sightings do not say in which picture they are: observers look at one camera, most often the first. */
   private isFirstCamera(view: string): boolean {
     const robot = view.slice(0, view.indexOf("/") + 1);
-    return this.recording?.cameras.find((camera) => camera.startsWith(robot)) === view;
+    return this.looked.recording?.cameras.find((camera) => camera.startsWith(robot)) === view;
   }
 }

@@ -2,13 +2,10 @@
 
 import { sentenceOf } from "../run/events";
 import type { EventNews } from "../run/protocol";
-import { el, fill } from "../ui/dom";
+import { el } from "../ui/dom";
+import { draw, html, type View } from "../ui/view";
 import { word } from "../words/words";
-
-export interface Part {
-  from: number | null;
-  to: number | null;
-}
+import type { Part } from "./looked";
 
 export class Scrub {
   readonly element = el("div", { class: "run-scrub" });
@@ -32,7 +29,10 @@ export class Scrub {
     this.seconds = Math.max(seconds, dt);
     this.range.max = String(seconds);
     this.range.step = String(dt);
-    fill(this.flags, ...events.map((event) => this.flag(event)));
+    draw(
+      this.flags,
+      events.map((event) => this.flag(event)),
+    );
   }
 
   show(time: number): void {
@@ -47,17 +47,11 @@ export class Scrub {
     this.band.style.width = `max(2px, ${(100 * (right - left)) / this.seconds}%)`;
   }
 
-  private flag(event: EventNews): HTMLElement {
-    const title = `${event.time.toFixed(2)} s  ${sentenceOf(event)}`;
-    return el("button", {
-      type: "button",
-      tabindex: -1,
-      title,
-      "aria-label": title,
-      "data-event": event.event,
-      style: `left: ${this.share(event.time)}`,
-      onclick: () => this.seek(event.time),
-    });
+  private flag(news: EventNews): View {
+    const { time, event } = news;
+    const title = `${time.toFixed(2)} s  ${sentenceOf(news)}`;
+    return html`<button type="button" tabindex="-1" title=${title} aria-label=${title} data-event=${event}
+      style="left: ${this.share(time)}" @click=${() => this.seek(time)}></button>`;
   }
 
   private share(time: number): string {

@@ -1,9 +1,9 @@
 /** The figures between two times, as a table and as CSV. */
 
 import { csvOf, save } from "../charts/save";
-import { button } from "../ui/controls";
-import { el, fill } from "../ui/dom";
-import { icon } from "../ui/icons";
+import { el } from "../ui/dom";
+import { sign } from "../ui/icons";
+import { draw, html, nothing, type View } from "../ui/view";
 import { word, wordOr } from "../words/words";
 import type { Figures } from "./recording";
 
@@ -106,7 +106,6 @@ function shown(value: number): string {
 export class Table {
   readonly element = el("div", { class: "run-figures" });
   private rows: Row[] = [];
-  private title = "";
 
   constructor(private readonly tell: (text: string) => void) {
     this.ask();
@@ -115,31 +114,28 @@ export class Table {
   /** Say how a part is marked. */
   ask(): void {
     this.rows = [];
-    fill(this.element, el("p", { class: "hint" }, word("review.markAPartToGet")));
+    draw(this.element, html`<p class="hint">${word("review.markAPartToGet")}</p>`);
   }
 
   wait(): void {
-    fill(this.element, el("p", { class: "hint", role: "status" }, word("review.workingOutTheFigures")));
+    draw(this.element, html`<p class="hint" role="status">${word("review.workingOutTheFigures")}</p>`);
   }
 
   fail(message: string): void {
-    fill(this.element, el("p", { class: "run-problem", role: "alert" }, message));
+    draw(this.element, html`<p class="run-problem" role="alert">${message}</p>`);
   }
 
   /** Show those of a part, or of all where it has no ends. */
   show(figures: Figures, from: number | null, to: number | null): void {
     this.rows = rowsOf(figures);
     const isPart = from !== null && to !== null;
-    this.title = isPart
+    const title = isPart
       ? word("review.fromTo", { from: from.toFixed(2), to: to.toFixed(2) })
       : word("review.wholeRecording");
-    const copy = button(
-      { class: "run-small", title: word("review.copyAsCsv") },
-      () => void this.copy(),
-      icon("copy"),
-      word("review.copyAsCsv"),
-    );
-    fill(this.element, el("div", { class: "run-figures-head" }, el("strong", {}, this.title), copy), this.table());
+    const copy = word("review.copyAsCsv");
+    const view = html`<div class="run-figures-head"><strong>${title}</strong><button type="button" class="run-small" title=${copy}
+        @click=${() => this.copy()}>${sign("copy")}${copy}</button></div>${this.table()}`;
+    draw(this.element, view);
   }
 
   /** The table as text: robot, figure, value in full, unit. */
@@ -148,25 +144,19 @@ export class Table {
     return csvOf([["robot", "figure", "part", "value", "unit"], ...rows]);
   }
 
-  private table(): HTMLElement {
+  private table(): View {
     const several = new Set(this.rows.map((row) => row.robot)).size > 1;
     let last = "";
-    const body = this.rows.flatMap((row) => {
+    const body = this.rows.map((row) => {
       const own = wordOr("statistic", row.groupKey, row.group);
       const group = several ? `${row.robot}: ${own}` : own;
       const begins = group !== last && row.part !== "";
       last = group;
-      const line = rowOf(row, row.part ? wordOr("statistic", row.partKey, row.part) : group);
-      return begins ? [el("tr", {}, el("th", { colspan: 3, scope: "rowgroup" }, group)), line] : [line];
+      const head = begins ? html`<tr><th colspan="3" scope="rowgroup">${group}</th></tr>` : nothing;
+      return [head, rowOf(row, row.part ? wordOr("statistic", row.partKey, row.part) : group)];
     });
-    const head = el(
-      "tr",
-      {},
-      el("th", { scope: "col" }, word("review.figure")),
-      el("th", { scope: "col" }, word("review.value")),
-      el("th", { scope: "col" }, word("review.unit")),
-    );
-    return el("table", {}, el("thead", {}, head), el("tbody", {}, ...body));
+    return html`<table><thead><tr><th scope="col">${word("review.figure")}</th><th scope="col">${word("review.value")}</th>
+      <th scope="col">${word("review.unit")}</th></tr></thead><tbody>${body}</tbody></table>`;
   }
 
   private async copy(): Promise<void> {
@@ -182,12 +172,8 @@ export class Table {
   }
 }
 
-function rowOf({ robot, group, part, value, unit }: Row, label: string): HTMLElement {
-  return el(
-    "tr",
-    { "data-figure": part ? `${group}, ${part}` : group, "data-robot": robot },
-    el("th", part ? { scope: "row" } : { class: "run-alone" }, label),
-    el("td", { "data-value": value }, shown(value)),
-    el("td", { class: "run-unit" }, unit),
-  );
+function rowOf({ robot, group, part, value, unit }: Row, label: string): View {
+  const head = part ? html`<th scope="row">${label}</th>` : html`<th class="run-alone">${label}</th>`;
+  return html`<tr data-figure=${part ? `${group}, ${part}` : group} data-robot=${robot}>${head}
+    <td data-value=${value}>${shown(value)}</td><td class="run-unit">${unit}</td></tr>`;
 }

@@ -10,26 +10,27 @@ import { clock } from "../run/bar";
 import { EventList } from "../run/events";
 import { Floor } from "../run/floor";
 import { JointStates } from "../run/joint_states";
-import type { RobotTick, TickNews } from "../run/protocol";
+import type { RobotTick } from "../run/protocol";
 import { RunRecord } from "../run/record";
 import { SolidsTile } from "../scene/tile";
 import type { Studio, View } from "../shell/view";
 import { columns } from "../ui/columns";
-import { button, choice, write } from "../ui/controls";
-import { el, fill } from "../ui/dom";
-import { icon } from "../ui/icons";
+import { button, write } from "../ui/controls";
+import { el } from "../ui/dom";
+import { iconButton } from "../ui/icons";
 import { newestWins } from "../ui/signal";
 import { Tabs } from "../ui/tabs";
 import { Stage } from "../ui/tile";
+import { choice, type View as Drawn, draw, html, namesToChoose, nothing } from "../ui/view";
 import { word } from "../words/words";
-import { Compare } from "./compare";
+import { Compare, drawPlay } from "./compare";
 import { Film } from "./film";
 import { Library } from "./library";
+import { Looked, type Part, UNMARKED } from "./looked";
 import { RecordedNumbers } from "./numbers";
 import { Pictures } from "./pictures";
-import { Player } from "./player";
 import { NOTHING, type Recording, recordings } from "./recording";
-import { type Part, Scrub } from "./scrub";
+import { Scrub } from "./scrub";
 import { Table } from "./table";
 
 const SPEEDS = [
@@ -44,19 +45,20 @@ const FIRST_CHARTS: Kind[] = ["distance", "x", "y", "heading", "nees"];
 
 export class ReviewView implements View {
   readonly element = el("section", { class: "view review", "aria-label": word("review.review") });
-  private readonly player = new Player();
+  private readonly looked = new Looked();
+  private readonly player = this.looked.player;
   private readonly record = new RunRecord();
   private readonly whole = new RunRecord();
   private readonly floor = new Floor(this.record);
   private readonly stage = new Stage("review.stage");
-  private readonly pictures = new Pictures(() => this.arrange());
+  private readonly pictures = new Pictures(this.looked, () => this.arrange());
   private readonly solids = new SolidsTile(
     "review.scene",
-    () => recordings.scene(this.recording?.path ?? ""),
+    () => recordings.scene(this.looked.recording?.path ?? ""),
     () => this.arrange(),
   );
   private readonly scrub = new Scrub((time) => this.player.seek(time));
-  private readonly film = new Film();
+  private readonly film = new Film(this.looked);
   private readonly events = new EventList(word("review.nothingHappenedInThisRecording"), (time) =>
     this.player.seek(time),
   );
@@ -67,17 +69,14 @@ export class ReviewView implements View {
   private readonly tabs: Tabs;
   private readonly sheet: Sheet;
   private readonly plotter: Plotter;
-  private readonly numbers = new RecordedNumbers();
+  private readonly numbers = new RecordedNumbers(() => this.looked.recording?.path ?? "");
   private readonly robot = el("select", {
     "aria-label": word("review.robot"),
     hidden: true,
     onchange: () => this.choose(this.robot.value),
   });
-  private readonly playButton = button(
-    { class: "primary run-main", title: word("review.playSpace") },
-    () => this.player.toggle(),
-    icon("play"),
-    word("review.play"),
+  private readonly playButton = button({ class: "primary run-main", title: word("review.playSpace") }, () =>
+    this.player.toggle(),
   );
   private readonly time = el("output", { class: "run-value run-time" }, "–");
   private readonly title = el("strong", { class: "review-title" }, word("review.noRecording"));
@@ -88,14 +87,9 @@ export class ReviewView implements View {
   );
   private readonly empty = el("div", { class: "state" });
   private readonly content: HTMLElement;
-  private recording: Recording | null = null;
   private chosen = "";
-  private part: Part = { from: null, to: null };
-  private tick: TickNews | null = null;
   /** Whether the figures of the part are there. */
   private figured = false;
-  /** When something happened [s]. */
-  private eventTimes: number[] = [];
   /** How many recordings have been asked for. */
   private turn = 0;
   private readonly askTick = newestWins((time: number) => this.fetchTick(time));
@@ -105,6 +99,7 @@ export class ReviewView implements View {
     this.table = new Table((text) => this.studio.toasts.done(text));
     this.library = new Library(
       studio,
+      () => this.looked.recording?.path,
       (path) => void this.open(path),
       (paths) => this.compare.open(paths),
     );
@@ -128,17 +123,16 @@ export class ReviewView implements View {
     this.library.takeDrops(this.element);
     this.floor.layers.changed.on(() => this.show(this.player.time));
     this.player.changed.on((time) => this.show(time));
-    this.player.playingChanged.on((playing) =>
-      fill(this.playButton, icon(playing ? "pause" : "play"), playing ? word("review.pause") : word("review.play")),
-    );
+    this.player.playingChanged.on((playing) => drawPlay(this.playButton, playing));
+    drawPlay(this.playButton, false);
     this.tabs.offer("joints", false);
-    this.tabs.shown.on(() => this.askFigures(this.part));
+    this.tabs.shown.on(() => this.askFigures(this.looked.part));
     this.showEmpty();
   }
 
   shown(): void {
     void this.list();
-    this.library.show(this.recording?.path ?? null);
+    this.library.draw();
     const wanted = this.studio.recording;
     this.studio.recording = null;
     if (wanted) void this.open(wanted.path, wanted.time);
@@ -147,8 +141,8 @@ export class ReviewView implements View {
   /** Show what is in the folder now. */
   private async list(): Promise<void> {
     await Promise.all([this.studio.refresh(), this.library.load()]).catch((error) => this.studio.toasts.error(error));
-    this.library.show(this.recording?.path ?? null);
-    if (!this.recording) this.showEmpty();
+    this.library.draw();
+    if (!this.looked.recording) this.showEmpty();
   }
 
   hidden(): void {
@@ -159,7 +153,7 @@ export class ReviewView implements View {
   key(event: KeyboardEvent): boolean {
     if (event.ctrlKey || event.metaKey || event.altKey) return false;
     if (this.compare.active) return this.compare.key(event);
-    if (!this.recording) return false;
+    if (!this.looked.recording) return false;
     const keys: Record<string, () => void> = {
       " ": () => this.player.toggle(),
       ".": () => this.player.step(1),
@@ -167,10 +161,10 @@ export class ReviewView implements View {
       ArrowRight: () => this.player.seek(this.player.time + 1),
       ArrowLeft: () => this.player.seek(this.player.time - 1),
       Home: () => this.player.seek(0),
-      End: () => this.player.seek(this.recording?.seconds ?? 0),
-      i: () => this.markFrom(),
-      o: () => this.markTo(),
-      Escape: () => this.mark({ from: null, to: null }),
+      End: () => this.player.seek(this.looked.recording?.seconds ?? 0),
+      i: () => this.mark(this.looked.fromNow()),
+      o: () => this.mark(this.looked.untilNow()),
+      Escape: () => this.mark(UNMARKED),
     };
     const act = keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (!act) return this.floor.key(event);
@@ -201,39 +195,22 @@ export class ReviewView implements View {
   }
 
   private bar(): HTMLElement {
-    const speeds = choice(
-      { "aria-label": word("review.speed") },
-      SPEEDS,
-      "1",
-      (value) => (this.player.speed = Number(value)),
-    );
-    return el(
-      "div",
-      { class: "run-bar", role: "toolbar", "aria-label": word("review.recording"), inert: true },
-      this.playButton,
-      el(
-        "div",
-        { class: "run-group" },
-        button({ class: "square", title: word("review.oneTickBack") }, () => this.player.step(-1), icon("arrowLeft")),
-        button({ class: "square", title: word("review.oneTickOn") }, () => this.player.step(1), icon("arrowRight")),
-      ),
-      el("label", { class: "run-figure" }, el("span", {}, word("review.speed")), speeds),
-      el(
-        "div",
-        { class: "run-group" },
-        button({ title: word("review.thePartBeginsHereI") }, () => this.markFrom(), word("review.markBegin")),
-        button({ title: word("review.thePartEndsHereO") }, () => this.markTo(), word("review.markEnd")),
-        button(
-          { class: "quiet", title: word("review.markNothingEscape") },
-          () => this.mark({ from: null, to: null }),
-          word("review.clear"),
-        ),
-      ),
-      el("span", { class: "run-spring" }),
-      this.title,
-      this.cut,
-      el("label", { class: "run-figure" }, el("span", {}, word("review.time")), this.time),
-    );
+    const bar = el("div", { class: "run-bar", role: "toolbar", "aria-label": word("review.recording"), inert: true });
+    const button = (title: string, part: () => Part, text: string, kind = ""): Drawn =>
+      html`<button type="button" class=${kind} title=${title} @click=${() => this.mark(part())}>${text}</button>`;
+    const speed = (value: string): unknown => (this.player.speed = Number(value));
+    const view = html`${this.playButton}<div class="run-group">
+          ${iconButton("arrowLeft", word("review.oneTickBack"), () => this.player.step(-1), false, "")}
+          ${iconButton("arrowRight", word("review.oneTickOn"), () => this.player.step(1), false, "")}</div>
+        <label class="run-figure"><span>${word("review.speed")}</span>${choice(word("review.speed"), SPEEDS, "1", speed)}</label>
+        <div class="run-group">
+          ${button(word("review.thePartBeginsHereI"), () => this.looked.fromNow(), word("review.markBegin"))}
+          ${button(word("review.thePartEndsHereO"), () => this.looked.untilNow(), word("review.markEnd"))}
+          ${button(word("review.markNothingEscape"), () => UNMARKED, word("review.clear"), "quiet")}</div>
+        <span class="run-spring"></span>${this.title}${this.cut}
+        <label class="run-figure"><span>${word("review.time")}</span>${this.time}</label>`;
+    draw(bar, view);
+    return bar;
   }
 
   private async open(path: string, time = 0): Promise<void> {
@@ -247,16 +224,14 @@ export class ReviewView implements View {
       if (turn === this.turn) this.take(recording, time);
     } catch (error) {
       if (turn !== this.turn) return;
-      write(this.title, this.recording?.path ?? word("review.noRecording"));
-      this.studio.looksAt(this.recording && { path: this.recording.path, time: this.player.time });
+      write(this.title, this.looked.recording?.path ?? word("review.noRecording"));
+      this.studio.looksAt(this.looked.recording && { path: this.looked.recording.path, time: this.player.time });
       this.studio.toasts.error(error);
     }
   }
 
   private take(recording: Recording, time: number): void {
-    this.recording = recording;
-    this.tick = null;
-    this.eventTimes = recording.events.map((event) => event.time);
+    Object.assign(this.looked, { recording, tick: null });
     write(this.title, recording.path);
     this.cut.hidden = recording.whole;
     this.empty.remove();
@@ -272,28 +247,34 @@ export class ReviewView implements View {
     this.solids.door.show(recording.scene.items, []);
     this.arrange();
     this.floor.scene(recording.scene.items, recording.scene.bounds);
-    fill(this.robot, ...recording.robots.map(({ name }) => el("option", { value: name }, name)));
+    draw(
+      this.robot,
+      namesToChoose(
+        recording.robots.map(({ name }) => name),
+        "",
+      ),
+    );
     this.robot.hidden = recording.robots.length < 2;
-    this.library.show(recording.path);
+    this.library.draw();
     this.element.toggleAttribute("data-open", true);
     for (const part of this.element.querySelectorAll("[inert]")) part.toggleAttribute("inert", false);
     this.choose(recording.robots[0]?.name ?? "");
-    this.mark({ from: null, to: null });
+    this.mark(UNMARKED);
     this.player.load(recording.seconds, recording.dt, time);
-    this.numbers.open(recording.path);
+    this.numbers.clear();
     void this.plotter.load();
   }
 
   private arrange(): void {
-    if (this.recording) this.stage.show([this.floor.tile, ...this.solids.tiles(), ...this.pictures.tiles()]);
+    if (this.looked.recording) this.stage.show([this.floor.tile, ...this.solids.tiles(), ...this.pictures.tiles()]);
   }
 
   private choose(robot: string): void {
     this.chosen = robot;
     this.robot.value = robot;
-    this.floor.run(this.recording?.robots ?? [], robot);
-    this.sheet.offer(kindsOf(this.recording?.robots.find(({ name }) => name === robot) ?? null));
-    this.plotter.suggest(!this.recording?.robots.some((each) => each.can_drive));
+    this.floor.run(this.looked.recording?.robots ?? [], robot);
+    this.sheet.offer(kindsOf(this.looked.recording?.robots.find(({ name }) => name === robot) ?? null));
+    this.plotter.suggest(!this.looked.recording?.robots.some((each) => each.can_drive));
     this.drawCharts();
   }
 
@@ -309,11 +290,12 @@ export class ReviewView implements View {
   }
 
   private marks(): Marks {
-    return { now: this.recording ? this.player.time : null, ...this.part, events: this.eventTimes };
+    const { recording, time, part, events } = this.looked;
+    return { now: recording ? time : null, ...part, events };
   }
 
   private show(time: number): void {
-    const recording = this.recording;
+    const { recording } = this.looked;
     if (!recording) return;
     write(this.time, word("review.timeOf", { time: clock(time), whole: clock(recording.seconds) }));
     this.studio.looksAt({ path: recording.path, time });
@@ -321,8 +303,8 @@ export class ReviewView implements View {
     this.markCharts();
     this.showFloor(recording, time);
     this.askTick(time);
-    this.pictures.show(time);
-    this.solids.door.poses(() => recordings.poses(this.recording?.path ?? "", time));
+    this.pictures.show();
+    this.solids.door.poses(() => recordings.poses(this.looked.recording?.path ?? "", time));
   }
 
   /** Draw robots where the tracks have them, with what the last tick that came had seen. */
@@ -332,65 +314,54 @@ export class ReviewView implements View {
       const k = rowAt(track.time, time + 1e-6);
       const [truth, estimate, odometry] = [track.truth[k], track.estimate[k], track.odometry[k]];
       if (!truth || !estimate || !odometry) continue;
-      const known = this.tick?.robots[name];
-      const close = known && Math.abs((this.tick?.time ?? 0) - time) < 0.5 * recording.dt;
+      const known = this.looked.tick?.robots[name];
+      const close = known && Math.abs((this.looked.tick?.time ?? 0) - time) < 0.5 * recording.dt;
       robots[name] = close ? known : { ...(known ?? NOTHING), sightings: [], truth, estimate, odometry };
       const { trails } = this.record.of(name);
       trails.truth.until(track.truth, track.time, k + 1);
       trails.estimate.until(track.estimate, track.time, k + 1);
       trails.odometry.until(track.odometry, track.time, k + 1);
     }
-    const { things = {}, people = {}, bodies = {}, removed = [] } = this.tick ?? {};
+    const { things = {}, people = {}, bodies = {}, removed = [] } = this.looked.tick ?? {};
     const moment = { time, robots, things, people, bodies, removed };
     this.floor.show(moment);
-    this.joints.tick(this.tick?.joints);
+    this.joints.tick(this.looked.tick?.joints);
     this.solids.door.think(this.floor.thoughts(moment));
   }
 
   private async fetchTick(time: number): Promise<void> {
-    const recording = this.recording;
+    const { recording } = this.looked;
     if (!recording) return;
     try {
       const tick = await recordings.tick(recording.path, time);
-      if (this.recording !== recording) return;
-      this.tick = tick;
-      this.pictures.recognise(tick);
+      if (this.looked.recording !== recording) return;
+      this.looked.tick = tick;
+      this.pictures.recognise();
       this.showFloor(recording, this.player.time);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
     }
   }
 
-  private markFrom(): void {
-    const { time } = this.player;
-    this.mark({ from: time, to: this.part.to !== null && this.part.to > time ? this.part.to : null });
-  }
-
-  private markTo(): void {
-    const { time } = this.player;
-    this.mark({ from: this.part.from !== null && this.part.from < time ? this.part.from : null, to: time });
-  }
-
   private mark(part: Part): void {
-    this.part = part;
+    this.looked.part = part;
     this.scrub.mark(part);
     this.markCharts();
-    const { from, to } = part;
-    const whole = from === null && to === null;
-    this.film.mark(from ?? 0, to ?? this.recording?.seconds ?? 0, !whole);
+    this.film.mark();
     this.figured = false;
-    const isPart = from !== null && to !== null;
+    const isPart = part.from !== null && part.to !== null;
     if (isPart) this.tabs.show("figures");
     this.table.wait();
-    if (isPart || whole) this.askFigures({ from, to });
+    if (isPart || this.looked.isWhole) this.askFigures(part);
     else this.table.ask();
   }
 
-  private async fetchFigures({ from, to }: Part): Promise<void> {
-    const recording = this.recording;
+  private async fetchFigures(part: Part): Promise<void> {
+    const { from, to } = part;
+    const { recording } = this.looked;
     // What nobody sees costs nothing.
     if (!recording || this.tabs.now !== "figures" || this.figured) return;
-    const isWanted = (): boolean => this.recording === recording && this.part.from === from && this.part.to === to;
+    const isWanted = (): boolean => this.looked.recording === recording && this.looked.part === part;
     try {
       const figures = await recordings.statistics(recording.path, from, to);
       if (isWanted()) this.table.show(figures, from, to);
@@ -404,13 +375,10 @@ export class ReviewView implements View {
   private showEmpty(): void {
     const some = this.studio.folder.recordings.length > 0;
     const hint = some ? word("review.chooseOneOnTheLeft") : word("review.recordARunFirstOr");
-    const run = button({ class: "primary" }, () => this.studio.show("run"), word("review.goToRun"));
-    fill(
-      this.empty,
-      el("h2", {}, word("review.noRecordingIsOpen")),
-      el("p", { class: "hint" }, hint),
-      some ? null : run,
-    );
+    const run = html`<button type="button" class="primary" @click=${() => this.studio.show("run")}
+      >${word("review.goToRun")}</button>`;
+    const view = html`<h2>${word("review.noRecordingIsOpen")}</h2><p class="hint">${hint}</p>${some ? nothing : run}`;
+    draw(this.empty, view);
     this.content.querySelector(".run-stage")?.append(this.empty);
   }
 }

@@ -1,8 +1,8 @@
 /** What to do next, in a word over the large view of a run. */
 
 import type { Item } from "../api";
-import { button } from "../ui/controls";
-import { el, fill } from "../ui/dom";
+import { el } from "../ui/dom";
+import { draw, html } from "../ui/view";
 import { word } from "../words/words";
 import type { RunNews } from "./protocol";
 
@@ -38,17 +38,16 @@ type Way = [label: string, go: () => void];
 
 export class Advice {
   readonly element = el("div", { class: "run-advice", role: "status", hidden: true });
-  private said = "";
 
   constructor(private readonly ways: Ways) {}
 
   show(outlook: Outlook): void {
     const [text, ...ways] = this.advise(outlook);
-    if (text === this.said) return;
-    this.said = text;
     this.element.hidden = text === "";
-    const buttons = ways.map(([label, go], k) => button({ class: k ? "" : "primary" }, go, label));
-    fill(this.element, el("p", {}, text), ...buttons);
+    const buttons = ways.map(
+      ([label, go], k) => html`<button type="button" class=${k ? "" : "primary"} @click=${go}>${label}</button>`,
+    );
+    draw(this.element, html`<p>${text}</p>${buttons}`);
   }
 
   private advise(outlook: Outlook): [string, ...Way[]] {

@@ -1,8 +1,8 @@
 /** The strip above a run: start, pause, speed, time. */
 
-import { button, choice, write } from "../ui/controls";
 import { el } from "../ui/dom";
-import { icon } from "../ui/icons";
+import { iconButton, sign } from "../ui/icons";
+import { choice, draw, html, type View } from "../ui/view";
 import { word } from "../words/words";
 import type { LinkState } from "./link";
 import type { RunNews, TickNews } from "./protocol";
@@ -49,144 +49,133 @@ export function clock(seconds: number): string {
 /** The strip; it shows what the server says and sends what is pressed. */
 export class Bar {
   readonly element = el("div", { class: "run-bar", role: "toolbar", "aria-label": word("run.run") });
-  private readonly main: HTMLButtonElement;
-  private readonly step: HTMLButtonElement;
-  private readonly again: HTMLButtonElement;
-  private readonly halt: HTMLButtonElement;
-  private readonly speeds: HTMLSelectElement;
-  private readonly time = el("output", { class: "run-value run-time", title: word("run.simulatedTime") }, "–");
-  private readonly pace = el("output", { class: "run-value", title: word("run.simulatedSecondsASecond") }, "–");
-  private readonly pictures = el("output", { class: "run-value", title: word("run.picturesShownASecond") }, "–");
-  private readonly status = el("span", { class: "run-state", role: "status" }, word("run.connecting"));
-  /** What steers a run. */
-  private readonly steering: HTMLElement[];
   private news: RunNews | null = null;
   private link: LinkState = "connecting";
-
   private canStart = false;
+  private chosen: Speed = "1";
+  /** Simulated time [s], simulated seconds a second, and pictures shown a second. */
+  private figures = { time: 0, pace: 0, pictures: 0 };
 
   constructor(
     private readonly orders: BarOrders,
     /** Whether runs are started here; else one is watched that was begun elsewhere. */
     private readonly starts: boolean,
   ) {
-    this.main = button(
-      { class: "primary run-main" },
-      () => this.press(),
-      icon("play"),
-      el("span", {}, word("run.start")),
-    );
-    this.step = button({ class: "square", title: word("run.singleTick") }, () => orders.tick(), icon("step"));
-    this.again = button(
-      { class: "square", title: word("run.restartFromTheBeginning") },
-      () => orders.restart(),
-      icon("restart"),
-    );
-    this.halt = button({ class: "square", title: word("run.stopTheRun") }, () => orders.stop(), icon("stop"));
-    this.speeds = choice<Speed>({ "aria-label": word("run.speed") }, SPEEDS, "1", (value) =>
-      orders.speed(speedOf(value)),
-    );
-    const figure = (label: string, value: HTMLElement): HTMLElement =>
-      el("label", { class: "run-figure" }, el("span", {}, label), value);
-    this.steering = [
-      el("div", { class: "run-group" }, this.step, this.again, this.halt),
-      figure(word("run.speed"), this.speeds),
-    ];
-    this.element.append(
-      this.main,
-      ...this.steering,
-      el("span", { class: "run-spring" }),
-      figure(word("run.time"), this.time),
-      figure(word("run.pace"), this.pace),
-      figure(word("run.pictures"), this.pictures),
-      this.status,
-    );
-    this.refresh();
+    this.draw();
   }
 
   /** The speed that is chosen; null for as fast as it goes. */
   get speed(): number | null {
-    return speedOf(this.speeds.value as Speed);
+    return speedOf(this.chosen);
+  }
+
+  private get state(): RunNews["state"] {
+    return this.news?.state ?? "idle";
+  }
+
+  /** Whether the run takes orders from here. */
+  private get isMine(): boolean {
+    return this.link === "open" && (this.news?.controllable ?? false);
+  }
+
+  private get isAlive(): boolean {
+    return this.state === "running" || this.state === "paused";
+  }
+
+  private get canPress(): boolean {
+    return this.isMine && this.state !== "loading" && (this.isAlive || this.canStart);
   }
 
   /** Start, pause or go on, whichever makes sense now. */
   press(): void {
-    if (this.main.disabled) return;
-    const state = this.news?.state ?? "idle";
-    if (state === "running") this.orders.pause();
-    else if (state === "paused") this.orders.go();
+    if (!this.canPress) return;
+    if (this.state === "running") this.orders.pause();
+    else if (this.state === "paused") this.orders.go();
     else this.orders.start();
   }
 
   /** Whether there is something to start from here. */
   offer(canStart: boolean): void {
     this.canStart = canStart;
-    this.refresh();
+    this.draw();
   }
 
   connection(link: LinkState): void {
     this.link = link;
-    this.refresh();
+    this.draw();
   }
 
   run(news: RunNews): void {
     this.news = news;
     const speed = news.speed === null ? "max" : String(news.speed);
-    if (news.state !== "idle" && SPEEDS.some(([value]) => value === speed)) this.speeds.value = speed;
-    this.showTime(news.time);
-    if (news.state !== "running") write(this.pace, "–");
-    this.refresh();
+    if (news.state !== "idle") this.chosen = SPEEDS.find(([value]) => value === speed)?.[0] ?? this.chosen;
+    this.figures.time = news.time;
+    if (news.state !== "running") this.figures.pace = 0;
+    this.draw();
   }
 
-  tick(news: TickNews): void {
-    this.showTime(news.time);
-    write(this.pace, news.pace > 0 ? `${news.pace.toFixed(2)} ×` : "–");
+  tick({ time, pace }: TickNews): void {
+    Object.assign(this.figures, { time, pace });
+    this.draw();
   }
 
   rate(pictures: number): void {
-    write(this.pictures, pictures > 0 ? `${pictures.toFixed(pictures < 10 ? 1 : 0)} /s` : "–");
+    this.figures.pictures = pictures;
+    this.draw();
   }
 
-  private showTime(time: number): void {
-    const whole = this.news?.seconds;
-    write(
-      this.time,
-      this.news?.state === "idle"
-        ? "–"
-        : !whole
-          ? clock(time)
-          : word("review.timeOf", { time: clock(time), whole: clock(whole).replace(".00", "") }),
-    );
-  }
-
-  private refresh(): void {
-    const state = this.news?.state ?? "idle";
-    const open = this.link === "open";
-    const mine = open && (this.news?.controllable ?? false);
-    const alive = state === "running" || state === "paused";
-    const label = state === "running" ? word("run.pause") : state === "paused" ? word("run.goOn") : word("run.start");
-    this.main.replaceChildren(icon(state === "running" ? "pause" : "play"), el("span", {}, label));
-    this.main.title = `${label} (space)`;
-    this.main.disabled = !mine || state === "loading" || !(alive || this.canStart);
-    this.step.disabled = !mine || state !== "paused";
-    this.again.disabled = !mine || state === "idle" || state === "loading";
-    this.halt.disabled = !mine || !(alive || state === "loading");
-    this.speeds.disabled = !mine;
+  private draw(): void {
+    const { state, orders, isMine, isAlive } = this;
+    const label = word(state === "running" ? "run.pause" : state === "paused" ? "run.goOn" : "run.start");
     // What can never be pressed here is not shown: a run that goes on elsewhere is watched, and not begun from here.
     const watched = this.news?.controllable === false;
-    for (const each of this.steering) each.hidden = watched;
-    this.main.hidden = watched || (!this.starts && !alive);
+    const begun = isAlive || state === "loading";
+    const canRestart = state !== "idle" && state !== "loading";
+    const choose = (speed: Speed): void => {
+      this.chosen = speed;
+      orders.speed(this.speed);
+    };
+    const view = html`<button type="button" class="primary run-main" title="${label} (space)" ?disabled=${!this.canPress}
+          ?hidden=${watched || (!this.starts && !isAlive)} @click=${() => this.press()}
+          >${sign(state === "running" ? "pause" : "play")}<span>${label}</span></button>
+        <div class="run-group" ?hidden=${watched}>
+          ${iconButton("step", word("run.singleTick"), orders.tick, !isMine || state !== "paused", "")}
+          ${iconButton("restart", word("run.restartFromTheBeginning"), orders.restart, !isMine || !canRestart, "")}
+          ${iconButton("stop", word("run.stopTheRun"), orders.stop, !isMine || !begun, "")}</div>
+        <label class="run-figure" ?hidden=${watched}><span>${word("run.speed")}</span>${choice(word("run.speed"), SPEEDS, this.chosen, choose, !isMine)}</label>
+        <span class="run-spring"></span>${this.shownFigures()}${this.status()}`;
+    draw(this.element, view);
+  }
+
+  private shownFigures(): View {
+    const { time, pace, pictures } = this.figures;
+    const whole = this.news?.seconds;
+    const timed = whole
+      ? word("review.timeOf", { time: clock(time), whole: clock(whole).replace(".00", "") })
+      : clock(time);
+    const rate = pictures > 0 ? `${pictures.toFixed(pictures < 10 ? 1 : 0)} /s` : "–";
+    return [
+      figure(word("run.time"), word("run.simulatedTime"), this.state !== "idle" ? timed : "–", "run-time"),
+      figure(word("run.pace"), word("run.simulatedSecondsASecond"), pace > 0 ? `${pace.toFixed(2)} ×` : "–"),
+      figure(word("run.pictures"), word("run.picturesShownASecond"), rate),
+    ];
+  }
+
+  private status(): View {
     const away: Record<LinkState, string> = {
-      open: STATES[state],
+      open: STATES[this.state],
       connecting: word("run.connecting"),
       closed: word("run.ended"),
       lost: word("run.serverLostTryingAgain"),
       out: word("run.notLetIn"),
     };
-    const text = away[this.link];
-    write(this.status, text);
-    this.status.dataset.state = open ? state : this.link;
+    const told = this.link === "open" ? this.state : this.link;
+    return html`<span class="run-state" role="status" data-state=${told}>${away[this.link]}</span>`;
   }
+}
+
+function figure(label: string, title: string, value: string, kind = ""): View {
+  return html`<label class="run-figure"><span>${label}</span><output class="run-value ${kind}" title=${title}>${value}</output></label>`;
 }
 
 function speedOf(value: Speed): number | null {

@@ -1,7 +1,7 @@
 /** What happened, newest first. */
 
-import { button } from "../ui/controls";
 import { el } from "../ui/dom";
+import { draw, html, repeat, type View } from "../ui/view";
 import { said, word, wordOr } from "../words/words";
 import { clock } from "./bar";
 import type { EventNews } from "./protocol";
@@ -17,45 +17,54 @@ export function sentenceOf({ robot, text }: EventNews): string {
 /** A list of events; each can be pressed where there is something to do. */
 export class EventList {
   readonly element = el("div", { class: "run-events" });
-  /** Rows of motions that may go on, by number. */
-  private readonly motions = new Map<number, HTMLElement>();
-  private readonly list = el("ol", { "aria-label": word("run.eventsNewestFirst") });
-  private readonly empty: HTMLElement;
+  private events: EventNews[] = [];
 
   constructor(
-    hint: string,
+    private readonly hint: string,
     private readonly pick?: (time: number) => void,
   ) {
-    this.list.setAttribute("aria-live", "polite");
-    this.empty = el("p", { class: "hint" }, hint);
-    this.element.append(this.empty, this.list);
+    this.draw();
   }
 
   clear(): void {
-    this.list.replaceChildren();
-    this.motions.clear();
-    this.empty.hidden = false;
+    this.fill([]);
   }
 
   add(event: EventNews): void {
-    this.empty.hidden = true;
-    const parts = [
-      el("time", {}, clock(event.time)),
-      el("b", { "data-event": event.event }, wordOr("event", event.event, event.event)),
-      el("span", {}, sentenceOf(event)),
-    ];
-    const pick = this.pick;
-    const row = pick ? button({}, () => pick(event.time), ...parts) : el("div", {}, ...parts);
-    const item = el("li", {}, row);
-    const before = event.motion === undefined ? undefined : this.motions.get(event.motion);
-    if (event.motion !== undefined) this.motions.set(event.motion, item);
-    if (before) return before.replaceWith(item);
-    this.list.prepend(item);
-    while (this.list.childElementCount > MOST) this.list.lastElementChild?.remove();
+    this.take(event);
+    this.draw();
   }
 
   fill(events: EventNews[]): void {
-    this.clear();
-    for (const event of events) this.add(event);
+    this.events = [];
+    for (const event of events) this.take(event);
+    this.draw();
+  }
+
+  /** A motion may go on: what is told of it stands where it stood. */
+  private take(event: EventNews): void {
+    const before = event.motion === undefined ? -1 : this.events.findIndex(({ motion }) => motion === event.motion);
+    if (before >= 0) this.events[before] = event;
+    else this.events = [event, ...this.events].slice(0, MOST);
+  }
+
+  private draw(): void {
+    const rows = repeat(
+      this.events,
+      (event) => event.motion ?? event,
+      (event) => html`<li>${this.row(event)}</li>`,
+    );
+    const view = html`<p class="hint" ?hidden=${this.events.length > 0}>${this.hint}</p><ol aria-live="polite"
+        aria-label=${word("run.eventsNewestFirst")}>${rows}</ol>`;
+    draw(this.element, view);
+  }
+
+  private row(event: EventNews): View {
+    const { pick } = this;
+    const parts = html`<time>${clock(event.time)}</time><b data-event=${event.event}
+      >${wordOr("event", event.event, event.event)}</b><span>${sentenceOf(event)}</span>`;
+    return pick
+      ? html`<button type="button" @click=${() => pick(event.time)}>${parts}</button>`
+      : html`<div>${parts}</div>`;
   }
 }

@@ -1,52 +1,45 @@
 /** How joints move now: a table for each arm, each balancing base and each mechanism. */
 
-import { write } from "../ui/controls";
 import { el } from "../ui/dom";
+import { draw, html, type View } from "../ui/view";
 import { word } from "../words/words";
 import { shown, unit } from "./joint_units";
 import type { JointFacts, JointRow } from "./protocol";
 
-interface Line {
-  facts: JointFacts;
-  cells: HTMLElement[];
-}
+const HEADS = ["run.joint", "run.position", "run.speedOfJoint", "run.torque"] as const;
+type Rows = Record<string, Record<string, JointRow>>;
 
 export class JointStates {
   readonly element = el("div", { class: "run-noise run-states" });
-  private tables: Record<string, Line[]> = {};
-  private shape = "";
+  private facts: Record<string, JointFacts[]> = {};
 
   /** Take up the joints that there are. */
   show(facts: Record<string, JointFacts[]>): void {
-    const shape = JSON.stringify(facts);
-    if (shape === this.shape) return;
-    this.shape = shape;
-    this.tables = {};
-    const made = Object.entries(facts).flatMap(([key, joints]) => this.table(key, joints));
-    this.element.replaceChildren(...made);
+    this.facts = facts;
+    this.draw({});
   }
 
   /** Show how they move; what is not told has dashes. */
-  tick(rows: Record<string, Record<string, JointRow>> | undefined): void {
-    if (!this.element.offsetParent) return;
-    for (const [key, lines] of Object.entries(this.tables))
-      for (const { facts, cells } of lines) {
-        const texts = read(facts, rows?.[key]?.[facts.name] ?? []);
-        for (const [k, cell] of cells.entries()) write(cell, texts[k] ?? "");
-      }
+  tick(rows: Rows | undefined): void {
+    if (this.element.offsetParent) this.draw(rows ?? {});
   }
 
-  private table(key: string, joints: JointFacts[]): HTMLElement[] {
-    const lines = joints.map((facts): Line => ({ facts, cells: [el("td", {}), el("td", {}), el("td", {})] }));
-    this.tables[key] = lines;
-    const heads = ["run.joint", "run.position", "run.speedOfJoint", "run.torque"] as const;
-    const rows = lines.map(({ facts: { name }, cells }) =>
-      el("tr", { "data-joint": `${key}.${name}` }, el("th", { scope: "row", title: name }, name), ...cells),
+  private draw(rows: Rows): void {
+    draw(
+      this.element,
+      Object.entries(this.facts).map(([key, joints]) => table(key, joints, rows[key] ?? {})),
     );
-    const head = el("thead", {}, el("tr", {}, ...heads.map((each) => el("th", { scope: "col" }, word(each)))));
-    const label = word("run.jointsOf", { name: key });
-    return [el("h2", {}, key), el("table", { "aria-label": label }, head, el("tbody", {}, ...rows))];
   }
+}
+
+function table(key: string, joints: JointFacts[], rows: Record<string, JointRow>): View {
+  const heads = HEADS.map((each) => html`<th scope="col">${word(each)}</th>`);
+  const lines = joints.map((facts) => {
+    const cells = read(facts, rows[facts.name] ?? []).map((text) => html`<td>${text}</td>`);
+    return html`<tr data-joint="${key}.${facts.name}"><th scope="row" title=${facts.name}>${facts.name}</th>${cells}</tr>`;
+  });
+  return html`<h2>${key}</h2><table aria-label=${word("run.jointsOf", { name: key })}><thead><tr>${heads}</tr></thead>
+    <tbody>${lines}</tbody></table>`;
 }
 
 /** Position, speed and torque, with their units. */

@@ -1,7 +1,8 @@
 /** All about the joints of a run: sliders of arms and mechanisms, and how all joints move. */
 
 import type { Toasts } from "../shell/toasts";
-import { el, fill } from "../ui/dom";
+import { el } from "../ui/dom";
+import { draw, html } from "../ui/view";
 import { word } from "../words/words";
 import { ArmPanel } from "./arms";
 import { JointStates } from "./joint_states";
@@ -30,15 +31,17 @@ export class JointPanel {
 
   /** Take up the joints of the robot that is chosen, and of all mechanisms. */
   show(run: RunNews | null, chosen: string, enabled: boolean): void {
-    this.arms.show(run?.robots.find(({ name }) => name === chosen) ?? null, enabled);
     this.mechanisms.show(run?.mechanisms ?? [], enabled);
     const said = Object.keys(run?.joints ?? {}).flatMap((name) => notLed(run, name) ?? []);
-    fill(this.fixed, ...said.map((text) => el("p", { class: "hint" }, text)));
+    draw(
+      this.fixed,
+      said.map((text) => html`<p class="hint">${text}</p>`),
+    );
     const facts = Object.entries(run?.joints ?? {}).filter(
       ([key]) => !key.includes("/") || key.startsWith(`${chosen}/`),
     );
     this.states.show(Object.fromEntries(facts));
-    this.arms.hint.hidden = facts.length > 0;
+    this.arms.show(run?.robots.find(({ name }) => name === chosen) ?? null, enabled, facts.length > 0);
   }
 
   tick(news: TickNews, chosen: string): void {

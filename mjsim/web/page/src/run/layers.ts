@@ -2,10 +2,11 @@
 
 import { remembered } from "../ui/controls";
 import { chooseColor, chooseDecay, chooseSize, decayOf, LEAST, LONGEST_DECAY, MOST, sizeOf } from "../ui/displays";
-import { type Child, el } from "../ui/dom";
-import { icon } from "../ui/icons";
+import { el } from "../ui/dom";
+import { sign } from "../ui/icons";
 import { Signal } from "../ui/signal";
 import { color, themeChanged } from "../ui/theme";
+import { draw, html, nothing, repeat, tickBox, type View, withNumber } from "../ui/view";
 import { word } from "../words/words";
 import type { Shown } from "./overlay";
 import { STAYING as STAYING_READINGS } from "./past";
@@ -66,40 +67,33 @@ export class Layers {
     for (const name of names) {
       if (this.names.has(name) || this.names.size >= MOST_NAMES) continue;
       this.names.add(name);
-      this.own.append(box(name, !this.hidden.has(name), (on) => this.hide(name, !on)));
     }
+    this.offerOwn();
   }
 
   /** Another run is shown: what its modules show is not known yet. */
   forget(): void {
     this.names.clear();
-    this.own.replaceChildren();
+    this.offerOwn();
+  }
+
+  private offerOwn(): void {
+    const one = (name: string): View =>
+      tickBox("", html`<span>${name}</span>`, !this.hidden.has(name), (on) => this.hide(name, !on));
+    const rows = repeat(this.names, (name) => name, one);
+    draw(this.own, rows);
   }
 
   private menu(): HTMLDetailsElement {
-    const boxes = LAYERS.map(([key, label]) =>
-      el(
-        "div",
-        { class: "run-layer" },
-        box(label, this.shown[key], (on) => this.set(key, on)),
-        ...settings(key, label),
-      ),
-    );
-    const list = el(
-      "div",
-      { class: "run-menu", role: "group", "aria-label": word("run.whatIsShown") },
-      el(
-        "div",
-        { class: "run-layer hint", "aria-hidden": "true" },
-        el("span", {}, word("run.displaySize")),
-        el("span", {}, word("run.displayDecay")),
-      ),
-      ...boxes,
-      this.own,
-    );
-    const title = { title: word("run.whatIsShown"), "aria-label": word("run.whatIsShown") };
-    const summary = el("summary", { class: "button quiet square", ...title }, icon("layers"));
-    const details = el("details", { class: "run-layers" }, summary, list);
+    const title = word("run.whatIsShown");
+    const row = ([key, label]: (typeof LAYERS)[number]): View =>
+      html`<div class="run-layer">${tickBox("", html`<span>${label}</span>`, this.shown[key], (on) => this.set(key, on))}${settings(key, label)}</div>`;
+    const details = el("details", { class: "run-layers" });
+    const view = html`<summary class="button quiet square" title=${title} aria-label=${title}>${sign("layers")}</summary>
+        <div class="run-menu" role="group" aria-label=${title}><div class="run-layer hint" aria-hidden="true"
+          ><span>${word("run.displaySize")}</span><span>${word("run.displayDecay")}</span></div>
+          ${LAYERS.map(row)}${this.own}</div>`;
+    draw(details, view);
     document.addEventListener("pointerdown", (event) => {
       if (!details.contains(event.target as Node)) details.open = false;
     });
@@ -125,41 +119,27 @@ export class Layers {
 }
 
 /** Fields for the colour and the size of a layer, as far as it has them. */
-function settings(key: keyof Shown, label: string): Child[] {
+function settings(key: keyof Shown, label: string): View {
   const token = TOKENS[key];
-  const factor = el("input", {
-    type: "range",
-    min: LEAST,
-    max: MOST,
-    step: 0.5,
-    value: sizeOf(key),
-    "aria-label": word("run.sizeOf", { label }),
-    oninput: () => chooseSize(key, Number(factor.value)),
-  });
+  const size = withNumber((factor) => chooseSize(key, factor));
+  const factor = html`<input type="range" min=${LEAST} max=${MOST} step="0.5" .value=${String(sizeOf(key))}
+    aria-label=${word("run.sizeOf", { label })} @input=${size}>`;
   return [
-    SIZED.includes(key) && factor,
-    STAYING.includes(key) && decayField(key, label),
-    token !== undefined && colorField(token, word("run.colourOf", { label })),
+    SIZED.includes(key) ? factor : nothing,
+    STAYING.includes(key) ? decayField(key, label) : nothing,
+    token === undefined ? nothing : colorField(token, word("run.colourOf", { label })),
   ];
 }
 
 /** Seconds for which a layer stays; empty for as long as usual. */
-function decayField(key: keyof Shown, label: string): HTMLElement {
+function decayField(key: keyof Shown, label: string): View {
   const name = word("run.decayOf", { label });
-  const field = el("input", {
-    type: "number",
-    min: 0,
-    max: LONGEST_DECAY,
-    step: "any",
-    value: decayOf(key) ?? "",
-    placeholder: key === "trails" ? word("run.decayNever") : "0 s",
-    title: name,
-    "aria-label": name,
-    oninput: () => {
-      if (field.checkValidity()) chooseDecay(key, field.value === "" ? null : Number(field.value));
-    },
-  });
-  return field;
+  const decay = ({ target }: Event): void => {
+    const field = target as HTMLInputElement;
+    if (field.checkValidity()) chooseDecay(key, field.value === "" ? null : Number(field.value));
+  };
+  return html`<input type="number" min="0" max=${LONGEST_DECAY} step="any" value=${decayOf(key) ?? ""}
+    placeholder=${key === "trails" ? word("run.decayNever") : "0 s"} title=${name} aria-label=${name} @input=${decay}>`;
 }
 
 /** A colour to choose; a double click takes that of the theme again. */
@@ -181,10 +161,4 @@ function namesIn(kept: string | null): string[] {
   } catch {
     return [];
   }
-}
-
-function box(label: string, on: boolean, set: (on: boolean) => void): HTMLElement {
-  const input = el("input", { type: "checkbox", onchange: () => set(input.checked) });
-  input.checked = on;
-  return el("label", {}, input, el("span", {}, label));
 }

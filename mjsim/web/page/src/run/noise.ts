@@ -1,155 +1,84 @@
 /** Sliders for the noise of a run while it goes on. */
 
-import { button, write } from "../ui/controls";
 import { el } from "../ui/dom";
-import { icon } from "../ui/icons";
+import { iconButton, sign } from "../ui/icons";
+import { draw, html, nothing, repeat, unheld, type View, withNumber } from "../ui/view";
 import { meaningOf, word, wordFor } from "../words/words";
+import { rounded, shareOf, spanOf, splitKey, valueAt } from "./noise_scale";
 import type { NoiseFigure } from "./protocol";
 
 /** The slider's way is cut into so many steps. */
 const STEPS = 1000;
-/** Where the slider ends when the world's own value is 0 and the model says nothing, by unit. */
-const MOST: Record<string, number> = { deg: 10, m: 0.3, "1/s": 2 };
-
-/** Values at the ends of a slider; `even` unless small values get more room. */
-interface Span {
-  low: number;
-  high: number;
-  even: boolean;
-}
-
-interface Row {
-  noise: NoiseFigure;
-  slider: HTMLInputElement;
-  field: HTMLInputElement;
-  reset: HTMLButtonElement;
-}
 
 /** A list of sliders, grouped by robot and sensor. */
 export class NoisePanel {
   readonly element = el("div", { class: "run-noise" });
-  private readonly rows = new Map<string, Row>();
-  private readonly empty = el("p", { class: "hint" }, word("run.startARunItsNoise"));
-  private readonly all: HTMLButtonElement;
+  private noise: NoiseFigure[] = [];
+  private enabled = false;
+  /** What is dragged, and where it is. */
+  private dragged: { key: string; value: number } | null = null;
 
   constructor(private readonly set: (key: string, value: number) => void) {
-    this.all = button({ class: "quiet" }, () => this.resetAll(), icon("restart"), word("run.resetAllToTheWorld"));
-    this.element.append(this.empty, this.all);
-    this.all.hidden = true;
+    this.draw();
   }
 
   show(noise: NoiseFigure[], enabled: boolean): void {
-    if (noise.map((each) => each.key).join() !== [...this.rows.keys()].join()) this.build(noise);
-    for (const each of noise) this.refresh(each, enabled);
-    this.empty.hidden = noise.length > 0;
-    write(this.empty, enabled ? word("run.nothingInThisRunHas") : this.hint());
-    this.all.hidden = noise.length === 0;
-    this.all.disabled = !enabled || noise.every((each) => each.value === each.initial);
+    Object.assign(this, { noise, enabled });
+    this.draw();
   }
 
-  private hint(): string {
-    return word("run.startARunItsNoise");
+  private draw(): void {
+    const { noise, enabled } = this;
+    const hint = html`<p class="hint">${word(enabled ? "run.nothingInThisRunHas" : "run.startARunItsNoise")}</p>`;
+    const isAsWritten = noise.every(({ value, initial }) => value === initial);
+    const all = html`<button type="button" class="quiet" ?disabled=${!enabled || isAsWritten} @click=${() => this.resetAll()}
+      >${sign("restart")}${word("run.resetAllToTheWorld")}</button>`;
+    let group = "";
+    const row = (each: NoiseFigure): View => {
+      const [head, tail] = splitKey(each.key);
+      const begins = head !== group;
+      group = head;
+      return [begins ? html`<h2>${head}</h2>` : nothing, this.row(each, wordFor("field", tail).toLowerCase())];
+    };
+    const rows = repeat(noise, ({ key }) => key, row);
+    draw(this.element, noise.length ? html`${rows}${all}` : hint);
   }
 
   private resetAll(): void {
-    for (const { noise } of this.rows.values())
-      if (noise.value !== noise.initial) this.set(noise.key, noise.initial ?? 0);
+    for (const { key, value, initial } of this.noise) if (value !== initial) this.set(key, initial ?? 0);
   }
 
-  private build(noise: NoiseFigure[]): void {
-    this.rows.clear();
-    this.element.replaceChildren(this.empty);
-    let group = "";
-    for (const each of noise) {
-      const [head, tail] = splitKey(each.key);
-      if (head !== group) this.element.append(el("h2", {}, head));
-      group = head;
-      this.element.append(this.row(each, tail));
-    }
-    this.element.append(this.all);
-  }
-
-  private row(noise: NoiseFigure, label: string): HTMLElement {
+  private row(noise: NoiseFigure, label: string): View {
+    const { key, value, initial, unit, description } = noise;
     const span = spanOf(noise);
-    const slider = el("input", {
-      type: "range",
-      min: 0,
-      max: STEPS,
-      step: 1,
-      "data-key": noise.key,
-      "aria-label": label,
-    });
-    const field = el("input", {
-      type: "number",
-      min: span.even ? null : 0,
-      step: "any",
-      "aria-label": `${label}, ${noise.unit ?? word("run.value")}`,
-    });
+    const isOff = !this.enabled;
+    const at = (place: number): number => valueAt(span, place / STEPS);
+    const slide = (place: number): void => {
+      this.dragged = { key, value: at(place) };
+      this.draw();
+    };
     // Each value that is set is an event: one, where the slider is let go, not one for each step of its way.
-    const shown = (): number => valueAt(span, Number(slider.value) / STEPS);
-    slider.addEventListener("input", () => (field.value = String(shown())));
-    slider.addEventListener("change", () => this.set(noise.key, shown()));
-    field.addEventListener("change", () => {
-      const value = Number(field.value);
-      if (field.value !== "" && Number.isFinite(value) && (span.even || value >= 0)) this.set(noise.key, value);
-      else field.value = String(rounded(this.rows.get(noise.key)?.noise.value ?? 0));
-    });
-    const reset = button(
-      { class: "quiet square", title: word("run.resetTo", { label, initial: noise.initial ?? 0 }) },
-      () => this.set(noise.key, noise.initial ?? 0),
-      icon("restart"),
-    );
-    this.rows.set(noise.key, { noise, slider, field, reset });
-    const unit = el("span", { class: "run-unit" }, unitShown(noise));
-    return el(
-      "div",
-      { class: "run-noise-row", title: noise.description ? meaningOf(noise.description) : undefined },
-      el("span", { class: "run-noise-label" }, label),
-      slider,
-      el("span", { class: "run-noise-value" }, field, unit, reset),
-    );
+    const end = (place: number): void => {
+      this.dragged = null;
+      this.set(key, at(place));
+    };
+    const text = String(this.dragged?.key === key ? this.dragged.value : rounded(value ?? 0));
+    const enter = ({ target }: Event): void => {
+      const field = target as HTMLInputElement;
+      const entered = field.valueAsNumber;
+      if (Number.isFinite(entered) && (span.even || entered >= 0)) this.set(key, entered);
+      else field.value = text;
+    };
+    const title = word("run.resetTo", { label, initial: initial ?? 0 });
+    const reset = iconButton("restart", title, () => this.set(key, initial ?? 0), isOff || value === initial);
+    return html`<div class="run-noise-row" title=${description ? meaningOf(description) : nothing}>
+      <span class="run-noise-label">${label}</span>
+      <input type="range" min="0" max=${STEPS} step="1" data-key=${key} aria-label=${label} ?disabled=${isOff}
+        .value=${unheld(String(Math.round(STEPS * shareOf(span, value ?? 0))))} @input=${withNumber(slide)} @change=${withNumber(end)}>
+      <span class="run-noise-value"><input type="number" min=${span.even ? nothing : 0} step="any" ?disabled=${isOff}
+        aria-label="${label}, ${unit ?? word("run.value")}" .value=${unheld(text)} @change=${enter}><span
+        class="run-unit">${unitShown(noise)}</span>${reset}</span></div>`;
   }
-
-  private refresh(noise: NoiseFigure, enabled: boolean): void {
-    const row = this.rows.get(noise.key);
-    if (!row) return;
-    row.noise = noise;
-    // What is being dragged or typed is left to the hand.
-    if (document.activeElement !== row.slider)
-      row.slider.value = String(STEPS * shareOf(spanOf(noise), noise.value ?? 0));
-    if (document.activeElement !== row.field) row.field.value = String(rounded(noise.value ?? 0));
-    for (const each of [row.slider, row.field]) each.disabled = !enabled;
-    row.reset.disabled = !enabled || noise.value === noise.initial;
-  }
-}
-
-function spanOf({ initial, unit, slider }: NoiseFigure): Span {
-  const [low, high] = [slider?.[0] ?? 0, slider?.[1] ?? MOST[unit ?? ""] ?? 0.2];
-  // An error to both sides of a value, or a probability.
-  if (low !== 0 || (slider && high === 1)) return { low, high, even: low !== 0 };
-  return { low, high: initial ? 8 * initial : high, even: false };
-}
-
-/** The value at a share of the slider's way; the square gives small values more room. */
-function valueAt({ low, high, even }: Span, share: number): number {
-  return rounded(low + (high - low) * (even ? share : share ** 2));
-}
-
-function shareOf({ low, high, even }: Span, value: number): number {
-  const share = Math.min(1, Math.max(0, (value - low) / (high - low)));
-  return even ? share : Math.sqrt(share);
-}
-
-function rounded(value: number): number {
-  return Number(value.toPrecision(3));
-}
-
-/** `robots.scout.odometry.noise.turn` -> `scout, odometry` and `turn`. */
-function splitKey(key: string): [string, string] {
-  const parts = key.split(".");
-  const last = wordFor("field", (parts.pop() ?? key).replace(/_deg$/, "")).toLowerCase();
-  const group = parts.filter((part, k) => part !== "noise" && part !== "sensors" && !(k === 0 && part === "robots"));
-  return [group.join(", "), last];
 }
 
 function unitShown({ unit }: NoiseFigure): string {

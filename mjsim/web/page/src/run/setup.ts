@@ -8,7 +8,8 @@ import { objectRows, type Sheet } from "../panel/rows";
 import { SchemaBook } from "../panel/schema";
 import { toolsFor } from "../panel/tools";
 import type { Studio } from "../shell/view";
-import { type Child, el, refill } from "../ui/dom";
+import { el } from "../ui/dom";
+import { draw, html, keyed, nothing, tickBox, type View, withValue } from "../ui/view";
 import { word } from "../words/words";
 
 /** What is set elsewhere: drivers have forms of their own, events are what the plan is touched for. */
@@ -16,10 +17,11 @@ const ELSEWHERE = ["view", "drivers", "events"];
 
 export class Setup {
   readonly element = el("div", { class: "run-setup" });
-  private readonly record = el("input", { type: "checkbox" });
-  private readonly file = el("input", { type: "text", "aria-label": word("run.fileToRecordTo"), spellcheck: "false" });
-  private readonly form = el("div", {});
+  /** Whether to record, and the file to record to; "" for the one that is proposed. */
+  private isRecording = false;
+  private file = "";
   private readonly open = new Map<string, boolean>();
+  private readonly refused = new Map<string, string>();
   private book: SchemaBook | null = null;
   private shelf: ModuleShelf | null = null;
   private loading: Promise<void> | null = null;
@@ -29,20 +31,12 @@ export class Setup {
   private asked = 0;
 
   constructor(private readonly studio: Studio) {
-    this.file.disabled = true;
-    this.record.addEventListener("change", () => (this.file.disabled = !this.record.checked));
-    this.element.append(
-      this.form,
-      el("h2", {}, word("run.recording")),
-      el("label", { class: "run-check" }, this.record, word("run.recordToAFile")),
-      el("label", { class: "run-field" }, el("span", {}, word("run.file")), this.file),
-    );
     studio.document.opened.on(() => this.discard());
+    this.draw();
   }
 
   /** Take up the world as it is now. */
   world(): void {
-    this.file.placeholder = `out/${this.studio.document.parsed.name || "world"}/run.mcap`;
     const { raw } = this.run(false);
     // What the world has by now is no change of it.
     this.changes = this.changes.filter((change) => !isSame(applied(raw, [within(change)]), raw));
@@ -51,7 +45,11 @@ export class Setup {
 
   /** The order to start says where to record. */
   recording(): { record?: string } {
-    return this.record.checked ? { record: this.file.value.trim() || this.file.placeholder } : {};
+    return this.isRecording ? { record: this.file.trim() || this.proposed } : {};
+  }
+
+  private get proposed(): string {
+    return `out/${this.studio.document.parsed.name || "world"}/run.mcap`;
   }
 
   /** A text of the world with these settings in it. */
@@ -75,55 +73,59 @@ export class Setup {
   }
 
   private draw(): void {
+    draw(this.element, html`<div>${keyed(this.studio.document.path, this.form())}</div>${this.recorder()}`);
+  }
+
+  private recorder(): View {
+    const record = (on: boolean): void => {
+      this.isRecording = on;
+      this.draw();
+    };
+    const name = withValue((file) => (this.file = file));
+    return html`<h2>${word("run.recording")}</h2>
+      ${tickBox("run-check", word("run.recordToAFile"), this.isRecording, record)}
+      <label class="run-field"><span>${word("run.file")}</span><input type="text" spellcheck="false" @input=${name}
+        aria-label=${word("run.fileToRecordTo")} placeholder=${this.proposed} ?disabled=${!this.isRecording}></label>`;
+  }
+
+  private form(): View {
     const { book, shelf } = this;
     const { document } = this.studio;
-    if (!book || !shelf || !document.isOpen) return;
+    if (!book || !shelf || !document.isOpen) return nothing;
     const run = this.run(true);
     const sheet: Sheet = {
       book,
       tools: toolsFor(this.studio, shelf),
       problems: this.problems ?? document.parsed.problems,
       open: this.open,
+      refused: this.refused,
+      redraw: () => this.draw(),
       change: (changes) => this.change(changes),
     };
     const robots = document.items.filter((item) => item.type === "Robot");
-    const parts = robots.flatMap((robot) => [
-      el("h2", {}, robot.name ?? robot.label),
-      suggestion(sheet, shelf, robot, run, document.items),
-      ...driverRows(sheet, robot, run),
-    ]);
-    refill(this.form, this.state(), ...this.settings(sheet, run), ...parts);
+    const parts = robots.map(
+      (robot) => html`<h2>${robot.name ?? robot.label}</h2>${suggestion(sheet, shelf, robot, run, document.items)}
+        ${driverRows(sheet, robot, run)}`,
+    );
+    return html`${this.state()}${this.settings(sheet, run)}${parts}`;
   }
 
-  private settings(sheet: Sheet, { values, raw }: RunValues): Child[] {
+  private settings(sheet: Sheet, { values, raw }: RunValues): View {
     const schema = sheet.book.definition("Run");
-    const subject = { path: ["run"], values, raw, fixed: false };
-    return schema ? objectRows(sheet, schema, subject, ELSEWHERE) : [];
+    return schema && objectRows(sheet, schema, { path: ["run"], values, raw, fixed: false }, ELSEWHERE);
   }
 
   /** Whether the world has all this, with buttons that make it so. */
-  private state(): HTMLElement {
+  private state(): View {
     const count = this.changes.length;
-    if (!count) return el("p", { class: "hint" }, word("run.changesTakeEffectWithThe"));
-    const keep = el(
-      "button",
-      { class: "primary", type: "button", "data-id": "keep", onclick: () => void this.keep() },
-      word("run.keepInTheWorld"),
-    );
-    const discard = el(
-      "button",
-      { type: "button", "data-id": "discard", onclick: () => (this.discard(), this.draw()) },
-      word("run.discardChanges"),
-    );
-    return el(
-      "div",
-      { class: "run-unkept", role: "status" },
-      el("p", {}, word("run.notInTheWorld", { count })),
-      el("div", {}, keep, discard),
-    );
+    if (!count) return html`<p class="hint">${word("run.changesTakeEffectWithThe")}</p>`;
+    return html`<div class="run-unkept" role="status"><p>${word("run.notInTheWorld", { count })}</p><div>
+      <button class="primary" type="button" @click=${() => this.keep()}>${word("run.keepInTheWorld")}</button>
+      <button type="button" @click=${() => (this.discard(), this.draw())}>${word("run.discardChanges")}</button></div></div>`;
   }
 
   private change(changes: Change[]): void {
+    this.refused.clear();
     const { raw } = this.run(false);
     const put = applied(applied(raw, this.inner()), changes.map(within));
     this.changes = differences(["run"], raw, put);
@@ -155,6 +157,7 @@ export class Setup {
 
   private discard(): void {
     [this.changes, this.problems] = [[], null];
+    this.refused.clear();
     this.asked++;
   }
 

@@ -2,8 +2,8 @@
 
 import type { Change, Values } from "../api";
 import type { Studio } from "../shell/view";
-import { button } from "../ui/controls";
-import { el, fill } from "../ui/dom";
+import { button, write } from "../ui/controls";
+import { el } from "../ui/dom";
 import { Leader } from "./leader";
 
 export type { TouchAnswer } from "./leader";
@@ -39,14 +39,8 @@ export class Keep {
     const fresh = this.fresh(touched).length;
     this.head.hidden = touched.length === 0 || this.studio.folder.mode === "live";
     this.keep.disabled = fresh === 0;
-    fill(
-      this.keep,
-      fresh === 0
-        ? word("run.keptAsEvents")
-        : fresh === 1
-          ? word("run.keepOneAsEvent")
-          : word("run.keepAsEvents", { fresh }),
-    );
+    const some = fresh === 1 ? word("run.keepOneAsEvent") : word("run.keepAsEvents", { fresh });
+    write(this.keep, fresh === 0 ? word("run.keptAsEvents") : some);
   }
 
   /** Those that do not stand in the text as they are now, each with what stands there. */

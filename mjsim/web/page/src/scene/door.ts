@@ -3,7 +3,7 @@
 import type { Item, Point } from "../api";
 import { ApiError } from "../api";
 import { keyOf } from "../plan/plan";
-import { type Child, el } from "../ui/dom";
+import { el } from "../ui/dom";
 import { newestWins, Signal } from "../ui/signal";
 import { themeChanged } from "../ui/theme";
 import { word } from "../words/words";
@@ -167,7 +167,7 @@ export class Door {
     this.wanted(this.asked);
   }
 
-  private say(...told: Child[]): void {
+  private say(...told: (Node | string)[]): void {
     if (this.view) this.view.say(...told);
     else this.element.replaceChildren(el("p", { class: "hint scene-none", role: "status" }, ...told));
   }

@@ -3,10 +3,11 @@
 import { Box3, Group, type Intersection, Line, LineBasicMaterial, type Material, type Mesh, Vector3 } from "three";
 import type { Item } from "../api";
 import { Grids } from "../run/grids";
-import { isPressed, remembered, toggle } from "../ui/controls";
-import { type Child, el, fill } from "../ui/dom";
+import { remembered, toggle } from "../ui/controls";
+import { el } from "../ui/dom";
 import { Signal } from "../ui/signal";
 import { color } from "../ui/theme";
+import { draw, options } from "../ui/view";
 import { Aim } from "./aim";
 import { takeAway } from "./away";
 import { Axes } from "./axes";
@@ -78,20 +79,13 @@ export class SceneView {
     this.note = el("p", { class: "hint scene-note", role: "status" }, word("scene.loading"));
     this.follow = el("select", { "aria-label": word("scene.follow") });
     this.eye = el("select", { "aria-label": word("scene.lookFrom") });
-    this.ruler = el(
-      "button",
-      { class: "quiet", type: "button", "aria-pressed": "false", onclick: () => this.setRuler(!this.measuring) },
-      word("scene.measure"),
-    );
+    const measure = { "aria-pressed": "false", onclick: () => this.setRuler(!this.measuring) };
+    this.ruler = el("button", { class: "quiet", type: "button", ...measure }, word("scene.measure"));
     const fit = (): void => this.stage.fit();
     const whole = el("button", { class: "quiet", type: "button", onclick: fit }, word("scene.showAll"));
-    const edges = toggle(
-      { class: "quiet" },
-      remembered("scene.edges") === "yes",
-      (on) => this.setEdges(on),
-      word("scene.edges"),
-    );
-    this.stage.setEdges(isPressed(edges));
+    const isEdged = remembered("scene.edges") === "yes";
+    const edges = toggle({ class: "quiet" }, isEdged, (on) => this.setEdges(on), word("scene.edges"));
+    this.stage.setEdges(isEdged);
     const bar = el("div", { class: "scene-bar", role: "group", "aria-label": word("scene.bar") });
     bar.append(this.eye, this.follow, whole, edges, this.ruler, this.said);
     const axes = new Axes();
@@ -128,9 +122,9 @@ export class SceneView {
   }
 
   /** Say why there is nothing to see. */
-  say(...told: Child[]): void {
+  say(...told: (Node | string)[]): void {
     this.note.hidden = false;
-    fill(this.note, ...told);
+    this.note.replaceChildren(...told);
   }
 
   /** Put what moves where it is. */
@@ -272,16 +266,18 @@ export class SceneView {
   private offer({ bodies, cameras }: Solids): void {
     const names = bodies.slice(1).map((body) => String(body.userData["name"]));
     const robots = names.filter((name) => name.endsWith("/base"));
-    refill(this.follow, [
-      ["", this.word("scene.followNothing")],
+    const followed = [
+      ["", this.word("scene.followNothing")] as const,
       ...robots.map((name) => [name, this.word("scene.followRobot", { name: name.split("/")[0] })] as const),
-    ]);
+    ];
     const aboard = [...cameras.keys()].filter((name) => name.includes("/") && !name.endsWith("/chase"));
-    refill(this.eye, [
-      ["", this.word("scene.fromAnywhere")],
+    const eyes = [
+      ["", this.word("scene.fromAnywhere")] as const,
       ...SIDES.map(([name]) => [name, this.word(name)] as const),
       ...aboard.map((name) => [name, this.word("scene.camera", { name })] as const),
-    ]);
+    ];
+    draw(this.follow, options(followed, this.follow.value));
+    draw(this.eye, options(eyes, this.eye.value));
     this.follow.hidden = robots.length === 0;
     this.setEye();
     this.followed = this.place();
@@ -325,10 +321,4 @@ export class SceneView {
     if (now && this.followed) this.stage.shift(now.clone().sub(this.followed));
     this.followed = now;
   }
-}
-
-function refill(list: HTMLSelectElement, options: (readonly [string, string])[]): void {
-  const kept = list.value;
-  fill(list, ...options.map(([value, label]) => el("option", { value }, label)));
-  list.value = options.some(([value]) => value === kept) ? kept : "";
 }

@@ -1,8 +1,9 @@
 /** The view in 3-D among the views of Run and Review: a switch, and a tile while it is on. */
 
-import { button, remembered, toggle } from "../ui/controls";
-import { el, fill } from "../ui/dom";
+import { remembered, toggle } from "../ui/controls";
+import { el } from "../ui/dom";
 import { makeTile, type Tile } from "../ui/tile";
+import { draw, html } from "../ui/view";
 import { word } from "../words/words";
 import { Door } from "./door";
 
@@ -36,16 +37,12 @@ export class SolidsTile {
     );
     this.on = remembered(kept) === "yes";
     this.show(this.on);
-    this.switch = toggle(
-      { class: "quiet run-small", title: word("scene.viewIn3d") },
-      this.on,
-      (now) => {
-        remembered(kept, now ? "yes" : "no");
-        this.show(now);
-        changed();
-      },
-      word("scene.bar"),
-    );
+    const set = (now: boolean): void => {
+      remembered(kept, now ? "yes" : "no");
+      this.show(now);
+      changed();
+    };
+    this.switch = toggle({ class: "quiet run-small", title: word("scene.viewIn3d") }, this.on, set, word("scene.bar"));
     if (yields) this.door.slow.on((rate) => this.yield(rate));
   }
 
@@ -64,7 +61,7 @@ export class SolidsTile {
   private show(on: boolean): void {
     this.on = on;
     const waits = on && this.key === null;
-    if (waits) fill(this.rest, el("p", { class: "hint" }, word("scene.comesWithARun")));
+    if (waits) draw(this.rest, html`<p class="hint">${word("scene.comesWithARun")}</p>`);
     this.rest.hidden = !waits;
     this.door.element.hidden = waits;
     this.door.set(on, this.key);
@@ -77,17 +74,14 @@ export class SolidsTile {
     remembered(this.kept, "no");
     this.door.set(false, null);
     this.door.element.hidden = true;
-    const nonetheless = button(
-      {},
-      () => {
-        remembered(wanted, "yes");
-        remembered(this.kept, "yes");
-        this.show(true);
-      },
-      word("scene.showItNonetheless"),
-    );
+    const nonetheless = (): void => {
+      remembered(wanted, "yes");
+      remembered(this.kept, "yes");
+      this.show(true);
+    };
     const said = word("scene.tooSlow", { rate: rate.toFixed(rate < 10 ? 1 : 0) });
-    fill(this.rest, el("p", { class: "hint" }, said), nonetheless);
+    const view = html`<p class="hint">${said}</p><button type="button" @click=${nonetheless}>${word("scene.showItNonetheless")}</button>`;
+    draw(this.rest, view);
     this.rest.hidden = false;
   }
 }

@@ -2,8 +2,9 @@
 
 import { ApiError, type Draft, type DraftKept, type DraftText } from "../api";
 import { askWith } from "../ui/dialog";
-import { el, fill } from "../ui/dom";
+import { el } from "../ui/dom";
 import { newestWins, throttled } from "../ui/signal";
+import { draw, html, repeat, type View } from "../ui/view";
 import { word } from "../words/words";
 import type { Notices } from "./notices";
 import type { TabLink } from "./tab";
@@ -138,28 +139,21 @@ export class Drafts {
   /** A list of drafts, each to be restored or discarded; `answer` gets null when all are discarded. */
   list(drafts: Draft[], answer: (chosen: Draft | null) => void): HTMLElement {
     const list = el("ul", { class: "drafts" });
-    fill(
-      list,
-      ...drafts.map((draft, index) => {
-        const drop = async (): Promise<void> => {
-          row.remove();
-          await this.discard(draft);
-          if (!list.firstChild) answer(null);
-        };
-        const row = el(
-          "li",
-          {},
-          el("span", {}, el("b", {}, named(draft)), el("span", { class: "hint" }, spoken(draft.when))),
-          el("button", { type: "button", class: "danger", onclick: () => void drop() }, word("shell.discard")),
-          el(
-            "button",
-            { type: "button", class: index ? "" : "primary", autofocus: index === 0, onclick: () => answer(draft) },
-            word("shell.restore"),
-          ),
-        );
-        return row;
-      }),
-    );
+    const show = (left: Draft[]): void => {
+      const drop = async (draft: Draft): Promise<void> => {
+        show(left.filter((each) => each !== draft));
+        await this.discard(draft);
+        if (!list.firstElementChild) answer(null);
+      };
+      const row = (draft: Draft): View =>
+        html`<li><span><b>${named(draft)}</b><span class="hint">${spoken(draft.when)}</span></span>
+          <button type="button" class="danger" @click=${() => drop(draft)}>${word("shell.discard")}</button>
+          <button type="button" class=${draft === drafts[0] ? "primary" : ""} ?autofocus=${draft === drafts[0]}
+            @click=${() => answer(draft)}>${word("shell.restore")}</button></li>`;
+      const rows = repeat(left, ({ id }) => id, row);
+      draw(list, rows);
+    };
+    show(drafts);
     return list;
   }
 

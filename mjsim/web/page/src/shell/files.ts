@@ -2,7 +2,8 @@
 
 import { ApiError, type Draft, type Opened } from "../api";
 import { ask, askWith } from "../ui/dialog";
-import { type Child, el } from "../ui/dom";
+import { el } from "../ui/dom";
+import { draw, html, nothing, type View, withValue } from "../ui/view";
 import { meaningOf, word } from "../words/words";
 import { Drafts } from "./drafts";
 import type { Notices } from "./notices";
@@ -39,8 +40,7 @@ export class Files {
   /** Let the person choose what a new world begins with. */
   async askNew(): Promise<void> {
     const wanted = await askWith<Wanted>(word("shell.newWorld"), (answer) => [
-      el("p", { class: "hint" }, word("shell.nothingIsWrittenTo")),
-      el("div", { class: "cards" }, ...this.templates(answer)),
+      html`<p class="hint">${word("shell.nothingIsWrittenTo")}</p><div class="cards">${this.templates(answer)}</div>`,
     ]);
     if (wanted) await this.take(wanted);
   }
@@ -226,86 +226,73 @@ export class Files {
     return `${names.find((name) => !folder.worlds.includes(`${name}.yaml`)) ?? base}.yaml`;
   }
 
-  private worldList(drafts: Draft[], answer: (wanted: Wanted) => void): Child[] {
-    const { folder } = this.studio;
-    const cards = (worlds: string[], prefix: string): HTMLElement[] =>
-      worlds.map((world) => {
-        const about = folder.abouts[prefix + world] ?? "";
-        const said = { class: "card", "aria-label": world, "aria-description": about || null };
-        return el(
-          "button",
-          { ...said, onclick: () => answer({ open: prefix + world }) },
-          called(world),
-          about && el("span", { class: "hint" }, about),
-        );
-      });
-    const own = folder.worlds.length
-      ? el("div", { class: "cards" }, ...cards(folder.worlds, ""))
-      : el("p", { class: "hint" }, word("shell.noWorldFileIn"));
-    const search = el("input", {
-      type: "search",
-      class: "search",
-      placeholder: word("shell.findAWorld"),
-      "aria-label": word("shell.findAWorld"),
-      autofocus: true,
-    });
+  private worldList(drafts: Draft[], answer: (wanted: Wanted) => void): View {
+    const list = el("div", {});
+    const restore = (draft: Draft | null): unknown => draft && answer({ restore: draft });
     const unsaved = drafts.length
-      ? [
-          el("p", { class: "list-title" }, word("shell.unsavedChanges")),
-          this.drafts.list(drafts, (draft) => draft && answer({ restore: draft })),
-        ]
-      : [];
-    const rest = el(
-      "div",
-      {},
-      ...unsaved,
-      el("p", { class: "list-title" }, folder.folder),
-      own,
-      el("p", { class: "list-title" }, word("shell.comeWithMjsimSaved")),
-      el("div", { class: "cards" }, ...cards(folder.shipped.worlds, "shipped:")),
-      el("p", { class: "list-title" }, word("shell.new")),
-      el("div", { class: "cards" }, ...this.templates(answer)),
-    );
-    search.addEventListener("input", () => filter(rest, search.value));
-    search.addEventListener("keydown", (event) => {
+      ? [heading(word("shell.unsavedChanges")), this.drafts.list(drafts, restore)]
+      : nothing;
+    const show = (wish: string): void => draw(list, [unsaved, this.worlds(answer, wish)]);
+    const take = (event: KeyboardEvent): void => {
       // While an input method is composing, Enter belongs to it.
       if (event.key !== "Enter") return;
       event.preventDefault();
-      const shown = [...rest.querySelectorAll<HTMLElement>(".card:not([hidden])")];
-      const named = shown.find((card) => card.querySelector("b")?.textContent === search.value.trim());
-      (named ?? shown[0])?.click();
-    });
-    return [search, rest];
+      const shown = [...list.querySelectorAll<HTMLElement>(".card:not([hidden])")];
+      const wanted = (event.target as HTMLInputElement).value.trim();
+      (shown.find((card) => card.querySelector("b")?.textContent === wanted) ?? shown[0])?.click();
+    };
+    show("");
+    const find = word("shell.findAWorld");
+    return html`<input type="search" class="search" placeholder=${find} aria-label=${find} autofocus @input=${withValue(show)}
+      @keydown=${take}>${list}`;
   }
 
-  private templates(answer: (wanted: Wanted) => void): HTMLElement[] {
-    const empty = el(
-      "button",
-      { class: "card", autofocus: true, onclick: () => answer({ make: undefined }) },
-      el("b", {}, word("shell.emptyRoom")),
-      el("span", { class: "hint" }, word("shell.nothingButAFloor")),
-    );
+  /** Worlds and templates; those without the words that are searched for are hidden. */
+  private worlds(answer: (wanted: Wanted) => void, wish: string): View {
+    const { folder } = this.studio;
+    const cards = (worlds: string[], prefix: string): View =>
+      worlds.map((world) => {
+        const about = folder.abouts[prefix + world] ?? "";
+        return card(called(world), about, () => answer({ open: prefix + world }), { wish, label: world });
+      });
+    const none = html`<p class="hint">${word("shell.noWorldFileIn")}</p>`;
+    return html`${heading(folder.folder)}
+      ${folder.worlds.length ? html`<div class="cards">${cards(folder.worlds, "")}</div>` : none}
+      ${heading(word("shell.comeWithMjsimSaved"))}<div class="cards">${cards(folder.shipped.worlds, "shipped:")}</div>
+      ${heading(word("shell.new"))}<div class="cards">${this.templates(answer, wish)}</div>`;
+  }
+
+  private templates(answer: (wanted: Wanted) => void, wish = ""): View {
     const { templates, about } = this.studio.folder.shipped;
-    const others = templates.map((name) =>
-      el(
-        "button",
-        { class: "card", onclick: () => answer({ make: name }) },
-        el("b", {}, name),
-        el("span", { class: "hint" }, meaningOf(about[name] ?? "")),
-      ),
-    );
-    return [empty, ...others];
+    const make = (name?: string) => (): void => answer({ make: name });
+    return [
+      card(word("shell.emptyRoom"), word("shell.nothingButAFloor"), make(), { wish, isFirst: true }),
+      ...templates.map((name) => card(name, meaningOf(about[name] ?? ""), make(name), { wish })),
+    ];
   }
 }
 
-function filter(list: HTMLElement, words: string): void {
-  for (const card of list.querySelectorAll<HTMLElement>(".card")) {
-    card.hidden = !(card.textContent ?? "").toLowerCase().includes(words.trim().toLowerCase());
-  }
+function heading(text: string): View {
+  return html`<p class="list-title">${text}</p>`;
+}
+
+interface Offered {
+  /** What is searched for. */
+  wish: string;
+  /** The name for those who do not see it. */
+  label?: string;
+  isFirst?: boolean;
+}
+
+function card(title: View, about: string, press: () => void, { wish, label, isFirst = false }: Offered): View {
+  const isShown = `${label ?? title}${about}`.toLowerCase().includes(wish.trim().toLowerCase());
+  return html`<button class="card" aria-label=${label ?? nothing} aria-description=${(label && about) || nothing}
+    ?autofocus=${isFirst} ?hidden=${!isShown} @click=${press}><b>${title}</b>${
+      about ? html`<span class="hint">${about}</span>` : nothing
+    }</button>`;
 }
 
 /** A name that is broken between folders, if it must be. */
-function called(path: string): HTMLElement {
-  const parts = path.split("/");
-  return el("b", {}, ...parts.flatMap((part, k) => (k ? ["/", el("wbr"), part] : [part])));
+function called(path: string): View {
+  return path.split("/").map((part, k) => (k ? html`/<wbr>${part}` : part));
 }

@@ -5,9 +5,10 @@ import { makeEditView } from "../edit/edit";
 import { tellUnhandled } from "../failures";
 import { makeReviewView } from "../review/index";
 import { makeRunView } from "../run/index";
-import { el, fill, isCommand, isPress, isSign, isTyping } from "../ui/dom";
-import { type IconName, icon } from "../ui/icons";
+import { el, isCommand, isHalfTyped, isPress, isSign, isTyping } from "../ui/dom";
+import { iconButton, sign } from "../ui/icons";
 import { switchTheme, theme, themeChanged } from "../ui/theme";
+import { type View as Drawn, draw, html, nothing } from "../ui/view";
 import { word } from "../words/words";
 import { type Place, placeAt } from "./address";
 import { Disk } from "./disk";
@@ -51,17 +52,7 @@ export class Shell implements Studio {
   private files!: Files;
   private readonly views = new Map<ViewName, View>();
   private readonly place = el("main", { class: "views" });
-  private readonly tabs = new Map<ViewName, HTMLButtonElement>();
-  private readonly name = el("span", { class: "name" });
-  private readonly changed = el(
-    "span",
-    { class: "dot", title: word("shell.notSavedYet"), role: "img", "aria-label": word("shell.notSavedYet") },
-    "•",
-  );
-  private readonly save = tool("save", word("shell.saveCtrlS"), () => void this.files.save());
-  private readonly undo = tool("undo", word("shell.undoCtrlZ"), () => void this.document.undo());
-  private readonly redo = tool("redo", word("shell.redoCtrlShiftZ"), () => void this.document.redo());
-  private readonly steps = stepsButton(this.document);
+  private readonly bar = el("header", { class: "bar" });
   view: ViewName | null = null;
   visits = 0;
 
@@ -71,11 +62,12 @@ export class Shell implements Studio {
   ) {
     const live = folder.mode === "live";
     if (!live) this.link();
-    fill(root, this.bar(live), this.notices.element, this.place, this.toasts.element);
+    root.replaceChildren(this.bar, this.notices.element, this.place, this.toasts.element);
     root.removeAttribute("aria-busy");
     const note = (): void => this.note();
     this.document.stateChanged.on(note);
     this.document.opened.on(note);
+    themeChanged.on(() => this.draw());
     this.document.textChanged.on((origin) => origin !== "draft" && this.toasts.worked());
     this.document.failed.on((error) => this.toasts.error(error));
     tellUnhandled(window, (error) => this.toasts.error(error));
@@ -124,7 +116,7 @@ export class Shell implements Studio {
 
   show(name: ViewName, recording?: string, time = 0): void {
     if (recording !== undefined) this.recording = this.looked = { path: recording, time };
-    if (this.folder.mode === "live" && name !== "run") return;
+    if (this.live && name !== "run") return;
     this.visits++;
     const again = this.view === name;
     if (this.view && !again) this.views.get(this.view)?.hidden();
@@ -134,18 +126,15 @@ export class Shell implements Studio {
       view.element.id = `view-${name}`;
       this.views.set(name, view);
     }
-    for (const [other, tab] of this.tabs) {
-      tab.setAttribute("aria-selected", String(other === name));
-      tab.tabIndex = other === name ? 0 : -1;
-    }
     this.view = name;
+    this.draw();
     this.place.replaceChildren(view.element);
     this.way.changed();
     if (!again || recording !== undefined) view.shown();
   }
 
   async settled(): Promise<void> {
-    if (this.folder.mode !== "live") await this.files.coming;
+    if (!this.live) await this.files.coming;
     await this.document.settled();
   }
 
@@ -165,58 +154,45 @@ export class Shell implements Studio {
     return askTrust(this, run);
   }
 
-  private bar(live: boolean): HTMLElement {
-    const light = tool("sun", word("shell.lightOrDark"), switchTheme);
-    const paint = (): void => {
-      fill(light, icon(theme() === "dark" ? "sun" : "moon"));
-      light.title = theme() === "dark" ? word("shell.lightColours") : word("shell.darkColours");
-      light.setAttribute("aria-label", light.title);
-    };
-    themeChanged.on(paint);
-    paint();
-    const invite = tool("share", word("shell.openInAnotherBrowser"), () => void askInvite(this.toasts));
-    const help = tool("help", word("shell.keysShortcut"), () => this.help());
-    help.classList.add("help");
-    const world = el("button", {
-      class: "quiet world",
-      title: word("shell.openAWorldCtrl"),
-      onclick: () => void this.files.ask(),
-    });
-    world.append(this.name, this.changed, icon("down"));
-    return el(
-      "header",
-      { class: "bar" },
-      el("h1", { class: "brand" }, "mjsim"),
-      ...(live ? [] : [world, tool("new", word("shell.newWorld"), () => void this.files.askNew()), this.save]),
-      ...(live ? [] : [el("span", { class: "divider" }), this.undo, this.redo, this.steps]),
-      el("span", { class: "space" }),
-      live ? null : this.tabList(),
-      el("span", { class: "space" }),
-      invite,
-      help,
-      languageButton(),
-      light,
-    );
+  private get live(): boolean {
+    return this.folder.mode === "live";
+  }
+
+  private draw(): void {
+    const isDark = theme() === "dark";
+    const colours = word(isDark ? "shell.lightColours" : "shell.darkColours");
+    const invite = (): void => void askInvite(this.toasts);
+    const view = html`<h1 class="brand">mjsim</h1>${this.live ? nothing : this.worldTools()}<span class="space"></span>
+        ${this.live ? nothing : this.tabs()}<span class="space"></span>
+        ${iconButton("share", word("shell.openInAnotherBrowser"), invite)}
+        <span class="helping">${iconButton("help", word("shell.keysShortcut"), () => this.help())}</span>
+        ${languageButton()}${iconButton(isDark ? "sun" : "moon", colours, switchTheme)}`;
+    draw(this.bar, view);
+  }
+
+  /** What opens and saves worlds, and undoes. */
+  private worldTools(): Drawn {
+    const { document: world, files } = this;
+    const unsaved = word("shell.notSavedYet");
+    return html`<button class="quiet world" title=${word("shell.openAWorldCtrl")} @click=${() => files.ask()}
+        ><span class="name">${world.isOpen ? this.called : word("shell.openAWorld")}</span><span class="dot" role="img"
+        title=${unsaved} aria-label=${unsaved} ?hidden=${!world.isChanged}>•</span>${sign("down")}</button>
+      ${iconButton("new", word("shell.newWorld"), () => void files.askNew())}
+      ${iconButton("save", word("shell.saveCtrlS"), () => void files.save(), !world.isOpen)}<span class="divider"></span>
+      ${iconButton("undo", word("shell.undoCtrlZ"), () => void world.undo(), !world.canUndo)}
+      ${iconButton("redo", word("shell.redoCtrlShiftZ"), () => void world.redo(), !world.canRedo)}${stepsButton(world)}`;
   }
 
   private help(): void {
-    void askHelp(this.folder.mode === "live" ? undefined : () => void takeTour(this));
+    void askHelp(this.live ? undefined : () => void takeTour(this));
   }
 
-  private tabList(): HTMLElement {
-    const list = el("div", { class: "tabs", role: "tablist", "aria-label": word("shell.views") });
-    NAMES.forEach((name, index) => {
-      const title = `${TITLES[name]} (Alt+${index + 1})`;
-      const tab = el(
-        "button",
-        { role: "tab", title, "aria-controls": `view-${name}`, onclick: () => this.show(name) },
-        TITLES[name],
-      );
-      tab.addEventListener("keydown", (event) => this.tabKey(event, index));
-      this.tabs.set(name, tab);
-      list.append(tab);
-    });
-    return list;
+  private tabs(): Drawn {
+    const tab = (name: ViewName, index: number): Drawn =>
+      html`<button role="tab" title="${TITLES[name]} (Alt+${index + 1})" aria-controls="view-${name}"
+        aria-selected=${name === this.view} tabindex=${name === this.view ? 0 : -1} @click=${() => this.show(name)}
+        @keydown=${(event: KeyboardEvent) => this.tabKey(event, index)}>${TITLES[name]}</button>`;
+    return html`<div class="tabs" role="tablist" aria-label=${word("shell.views")}>${NAMES.map(tab)}</div>`;
   }
 
   /** Arrows go through the tabs, as everywhere. */
@@ -226,20 +202,19 @@ export class Shell implements Studio {
     if (step === 0 || !next) return;
     event.stopPropagation();
     this.show(next);
-    this.tabs.get(next)?.focus();
+    this.bar.querySelector<HTMLElement>("[aria-selected=true]")?.focus();
+  }
+
+  /** The name of the world that is open. */
+  private get called(): string {
+    return this.document.path?.replace(/^shipped:/, "") || word("shell.newWorld");
   }
 
   private note(): void {
-    const { document: world } = this;
-    const called = world.path ? world.path.replace(/^shipped:/, "") : word("shell.newWorld");
-    this.name.textContent = world.isOpen ? called : word("shell.openAWorld");
-    this.changed.hidden = !world.isChanged;
-    this.save.disabled = !world.isOpen;
-    this.undo.disabled = !world.canUndo;
-    this.redo.disabled = !world.canRedo;
-    this.steps.disabled = !world.canUndo && !world.canRedo;
+    const { isOpen, isChanged } = this.document;
+    this.draw();
     this.way.changed();
-    document.title = world.isOpen ? `${world.isChanged ? "• " : ""}${called} – mjsim studio` : "mjsim studio";
+    document.title = isOpen ? `${isChanged ? "• " : ""}${this.called} – mjsim studio` : "mjsim studio";
   }
 
   private key(event: KeyboardEvent): void {
@@ -251,20 +226,19 @@ export class Shell implements Studio {
   }
 
   private globalKey(event: KeyboardEvent): boolean {
-    const live = this.folder.mode === "live";
-    if (event.altKey && !isCommand(event) && !isSign(event) && /^Digit[123]$/.test(event.code) && !live) {
+    if (event.altKey && !isCommand(event) && !isSign(event) && /^Digit[123]$/.test(event.code) && !this.live) {
       this.show(NAMES[Number(event.code.slice(5)) - 1] ?? "edit");
       return true;
     }
     if (event.key === "?" && !isTyping(event.target)) return (this.help(), true);
-    if (!isCommand(event) || event.altKey || live) return false;
+    if (!isCommand(event) || event.altKey || this.live) return false;
     return this.commandKey(event);
   }
 
   private commandKey(event: KeyboardEvent): boolean {
     const key = event.key.toLowerCase();
     // A field of the panel has its own undo until it is left.
-    const inField = event.target instanceof HTMLInputElement && "touched" in event.target.dataset;
+    const inField = isHalfTyped(event.target);
     if (key === "s") void (event.shiftKey ? this.files.saveAs() : this.files.save());
     else if (key === "o") void this.files.ask();
     else if (key === "z" && !inField) void (event.shiftKey ? this.document.redo() : this.document.undo());
@@ -272,8 +246,4 @@ export class Shell implements Studio {
     else return false;
     return true;
   }
-}
-
-function tool(name: IconName, title: string, onclick: () => void): HTMLButtonElement {
-  return el("button", { class: "quiet square", title, "aria-label": title, onclick }, icon(name));
 }

@@ -1,19 +1,19 @@
 /** The list of undo steps: what each did, the newest first; pressing one goes to the text after it. */
 
-import { el } from "../ui/dom";
-import { icon } from "../ui/icons";
+import { sign } from "../ui/icons";
 import { openMenu } from "../ui/menu";
+import { html, type View } from "../ui/view";
 import { word } from "../words/words";
 import type { WorldDocument } from "./document";
 
-export function stepsButton(world: WorldDocument): HTMLButtonElement {
+export function stepsButton(world: WorldDocument): View {
   const title = word("shell.undoSteps");
-  const attributes = { class: "quiet square", title, "aria-label": title, "aria-haspopup": "menu" };
-  const button = el("button", { ...attributes, onclick: () => open(world, button) }, icon("steps"));
-  return button;
+  return html`<button class="quiet square" title=${title} aria-label=${title} aria-haspopup="menu"
+    ?disabled=${!world.canUndo && !world.canRedo} @click=${(event: Event) => open(world, event.currentTarget as Element)}
+    >${sign("steps")}</button>`;
 }
 
-function open(world: WorldDocument, button: HTMLElement): void {
+function open(world: WorldDocument, button: Element): void {
   const { names, at } = world.steps;
   const entries = [word("shell.opened"), ...names].map((text, step) => ({
     text,

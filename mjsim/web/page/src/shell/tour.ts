@@ -2,6 +2,7 @@
 
 import { remembered } from "../ui/controls";
 import { el } from "../ui/dom";
+import { draw, html } from "../ui/view";
 import "./tour.css";
 import { word } from "../words/words";
 import type { Studio, ViewName } from "./view";
@@ -15,42 +16,17 @@ interface Step {
 }
 
 const STEPS: Step[] = [
-  {
-    view: "edit",
-    at: ".tools",
-    title: word("shell.build"),
-    text: word("shell.pickAToolThen"),
-  },
-  {
-    view: "edit",
-    at: ".side-column",
-    title: word("shell.findAndChange"),
-    text: word("shell.allThingsByKind"),
-  },
-  {
-    view: "edit",
-    at: ".dock",
-    title: word("shell.theTextIsThe"),
-    text: word("shell.planAndTextChange"),
-  },
-  {
-    view: "run",
-    at: "#view-run .run-bar",
-    title: word("shell.run"),
-    text: word("shell.startARunPause"),
-  },
+  { view: "edit", at: ".tools", title: word("shell.build"), text: word("shell.pickAToolThen") },
+  { view: "edit", at: ".side-column", title: word("shell.findAndChange"), text: word("shell.allThingsByKind") },
+  { view: "edit", at: ".dock", title: word("shell.theTextIsThe"), text: word("shell.planAndTextChange") },
+  { view: "run", at: "#view-run .run-bar", title: word("shell.run"), text: word("shell.startARunPause") },
   {
     view: "review",
     at: "#view-review .run-side",
     title: word("shell.reviewAndCompare"),
     text: word("shell.whatWasRecordedIs"),
   },
-  {
-    view: "edit",
-    at: ".bar .help",
-    title: word("shell.help"),
-    text: word("shell.hereStandAllKeys"),
-  },
+  { view: "edit", at: ".bar .helping", title: word("shell.help"), text: word("shell.hereStandAllKeys") },
 ];
 /** Between the card and what it tells of, and the edge of the page [px]. */
 const GAP = 12;
@@ -78,21 +54,10 @@ export async function takeTour(studio: Studio): Promise<void> {
 
 class Tour {
   private readonly spot = el("div", { class: "tour-spot" });
-  private readonly title = el("h2", { id: "tour-title" });
-  private readonly text = el("p", {});
-  private readonly count = el("span", { class: "hint" });
-  private readonly back = el("button", { type: "button", onclick: () => this.go(this.now - 1) }, word("shell.back"));
-  private readonly next = el("button", { type: "button", class: "primary", onclick: () => this.go(this.now + 1) });
-  private readonly dialog: HTMLDialogElement;
+  private readonly dialog = el("dialog", { class: "tour", "aria-labelledby": "tour-title" });
   private now = 0;
 
   constructor(private readonly studio: Studio) {
-    const close = (): void => this.dialog.close();
-    const leave = el("button", { type: "button", class: "quiet", onclick: close }, word("shell.leaveTheTour"));
-    // Heading and text are read anew at each step.
-    const told = el("div", { "aria-live": "polite" }, this.title, this.text);
-    const choices = el("div", { class: "choices" }, this.count, leave, this.back, this.next);
-    this.dialog = el("dialog", { class: "tour", "aria-labelledby": "tour-title" }, this.spot, told, choices);
     this.dialog.addEventListener("keydown", (event) => this.key(event));
     const place = (): void => this.place();
     window.addEventListener("resize", place);
@@ -110,13 +75,22 @@ class Tour {
     if (!step) return this.dialog.close();
     this.now = to;
     this.studio.show(step.view);
-    this.title.textContent = step.title;
-    this.text.textContent = step.text;
-    this.count.textContent = word("shell.of", { number: to + 1, count: STEPS.length });
-    this.back.disabled = to === 0;
-    this.next.textContent = to === STEPS.length - 1 ? word("shell.done") : word("shell.next");
-    this.next.focus();
+    this.draw(step);
+    this.dialog.querySelector<HTMLElement>(".primary")?.focus();
     this.place();
+  }
+
+  /** Heading and text are read anew at each step. */
+  private draw({ title, text }: Step): void {
+    const { now } = this;
+    const count = STEPS.length;
+    const view = html`${this.spot}<div aria-live="polite"><h2 id="tour-title">${title}</h2><p>${text}</p></div>
+        <div class="choices"><span class="hint">${word("shell.of", { number: now + 1, count })}</span>
+          <button type="button" class="quiet" @click=${() => this.dialog.close()}>${word("shell.leaveTheTour")}</button>
+          <button type="button" ?disabled=${now === 0} @click=${() => this.go(now - 1)}>${word("shell.back")}</button>
+          <button type="button" class="primary" @click=${() => this.go(now + 1)}
+            >${word(now + 1 === count ? "shell.done" : "shell.next")}</button></div>`;
+    draw(this.dialog, view);
   }
 
   private key(event: KeyboardEvent): void {
@@ -133,12 +107,7 @@ class Tour {
     const [mostX, mostY] = [window.innerWidth - width - GAP, window.innerHeight - height - GAP];
     let [x, y] = [mostX / 2, mostY / 2];
     if (shown) {
-      Object.assign(this.spot.style, {
-        left: `${box.left}px`,
-        top: `${box.top}px`,
-        width: `${box.width}px`,
-        height: `${box.height}px`,
-      });
+      for (const side of ["left", "top", "width", "height"] as const) this.spot.style[side] = `${box[side]}px`;
       const places: [number, number][] = [
         [box.right + GAP, box.top],
         [box.left - width - GAP, box.top],

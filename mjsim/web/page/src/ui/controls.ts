@@ -35,19 +35,6 @@ export function setPressed(element: HTMLElement, on: boolean): void {
   element.setAttribute("aria-pressed", String(on));
 }
 
-/** A list to choose from. */
-export function choice<T extends string>(
-  attributes: Attributes,
-  options: readonly (readonly [value: T, label: string])[],
-  value: T,
-  changed: (value: T) => void,
-): HTMLSelectElement {
-  const items = options.map(([key, label]) => el("option", { value: key }, label));
-  const element = el("select", { ...attributes, onchange: () => changed(element.value as T) }, ...items);
-  element.value = value;
-  return element;
-}
-
 /** Set a text only where it is another, so that nothing is laid out again for nothing. */
 export function write(element: HTMLElement, text: string): void {
   if (element.textContent !== text) element.textContent = text;

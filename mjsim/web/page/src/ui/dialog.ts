@@ -1,7 +1,8 @@
 /** Questions: a dialog over the page that keeps the keyboard until it is answered. */
 
 import { word } from "../words/words";
-import { type Child, el } from "./dom";
+import { el } from "./dom";
+import { draw, html, type View } from "./view";
 
 export interface Choice<T> {
   text: string;
@@ -10,30 +11,28 @@ export interface Choice<T> {
 }
 
 /** Ask with a title, something to read or fill in, and buttons. Escape gives null. */
-export function ask<T>(title: string, body: Child[], choices: Choice<T>[]): Promise<T | null> {
+export function ask<T>(title: string, body: View, choices: Choice<T>[]): Promise<T | null> {
   return new Promise((resolve) => {
     let given: T | null = null;
     // Enter in a field presses the first button that submits: that is the main answer.
-    const buttons = choices.map(({ text, value, kind }) => {
+    const button = ({ text, value, kind }: Choice<T>): View => {
       const give = (): void => {
         given = value;
         dialog.close();
       };
-      return el("button", { type: kind === "primary" ? "submit" : "button", class: kind ?? "", onclick: give }, text);
-    });
-    const form = el("form", { method: "dialog" }, el("h2", { id: "dialog-title" }, title), ...body);
-    form.append(el("div", { class: "choices" }, ...buttons));
-    const dialog = el("dialog", { "aria-labelledby": "dialog-title" }, form);
+      return html`<button type=${kind === "primary" ? "submit" : "button"} class=${kind ?? ""} @click=${give}>${text}</button>`;
+    };
+    const dialog = el("dialog", { "aria-labelledby": "dialog-title" });
+    const view = html`<form method="dialog"><h2 id="dialog-title">${title}</h2>${body}<div class="choices">${choices.map(button)}</div></form>`;
+    draw(dialog, view);
     dialog.addEventListener("close", () => {
       dialog.remove();
       resolve(given);
     });
     document.body.append(dialog);
     dialog.showModal();
-    (
-      dialog.querySelector<HTMLElement>("[autofocus], input, [role=option]") ??
-      buttons.find((button) => button.className === "primary")
-    )?.focus();
+    const first = dialog.querySelector<HTMLElement>("[autofocus], input, [role=option]");
+    (first ?? dialog.querySelector<HTMLElement>(".choices .primary"))?.focus();
   });
 }
 
@@ -44,20 +43,17 @@ function isOver(element: HTMLElement, { clientX, clientY }: MouseEvent): boolean
 }
 
 /** Ask with a dialog that closes itself: `make` gets how to give the answer. */
-export function askWith<T>(title: string, make: (answer: (value: T | null) => void) => Child[]): Promise<T | null> {
+export function askWith<T>(title: string, make: (answer: (value: T | null) => void) => View): Promise<T | null> {
   return new Promise((resolve) => {
     let given: T | null = null;
     const answer = (value: T | null): void => {
       given = value;
       dialog.close();
     };
-    const close = el(
-      "button",
-      { type: "button", class: "quiet square", "aria-label": word("shell.close"), onclick: () => answer(null) },
-      "✕",
-    );
-    const head = el("div", { class: "dialog-head" }, el("h2", { id: "dialog-title" }, title), close);
-    const dialog = el("dialog", { "aria-labelledby": "dialog-title" }, head, ...make(answer));
+    const dialog = el("dialog", { "aria-labelledby": "dialog-title" });
+    const view = html`<div class="dialog-head"><h2 id="dialog-title">${title}</h2><button type="button" class="quiet square"
+        aria-label=${word("shell.close")} @click=${() => answer(null)}>✕</button></div>${make(answer)}`;
+    draw(dialog, view);
     dialog.addEventListener("close", () => {
       dialog.remove();
       resolve(given);
@@ -70,6 +66,6 @@ export function askWith<T>(title: string, make: (answer: (value: T | null) => vo
     });
     document.body.append(dialog);
     dialog.showModal();
-    (dialog.querySelector<HTMLElement>("[autofocus]") ?? close).focus();
+    dialog.querySelector<HTMLElement>(dialog.querySelector("[autofocus]") ? "[autofocus]" : "button")?.focus();
   });
 }

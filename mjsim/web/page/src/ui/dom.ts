@@ -1,6 +1,4 @@
-/** Building the page: elements with attributes, listeners and children; text is always text, never markup. */
-
-import { unpressed } from "./press";
+/** Elements that are made once, with attributes, listeners and children; what changes is a view (view.ts). */
 
 type Listener = (event: never) => void;
 export type Attributes = Record<string, string | number | boolean | Listener | null | undefined>;
@@ -18,11 +16,6 @@ export function el<K extends keyof HTMLElementTagNameMap>(
   return element;
 }
 
-/** Put these in the place of an element's children, once none of them is pressed. */
-export function fill(element: Element, ...children: Child[]): void {
-  unpressed(element, () => element.replaceChildren(...present(children)));
-}
-
 /** Set the children, touching only what is elsewhere: a view that is moved loses its focus and its scroll. */
 export function put(parent: HTMLElement, children: HTMLElement[]): void {
   for (const child of [...parent.children]) if (!children.includes(child as HTMLElement)) child.remove();
@@ -31,35 +24,15 @@ export function put(parent: HTMLElement, children: HTMLElement[]): void {
   });
 }
 
-/** Controls that can have the focus. */
-const CONTROLS = ":is(button, input, select, summary):not(:disabled)";
-
-/** Replace an element's children; the focus stays on the control of the same name or, for keyboard users, near it. */
-export function refill(element: Element, ...children: Child[]): void {
-  unpressed(element, () => refillNow(element, children));
-}
-
-function refillNow(element: Element, children: Child[]): void {
-  const before = [...element.querySelectorAll<HTMLElement>(CONTROLS)];
-  const index = before.indexOf(document.activeElement as HTMLElement);
-  const active = before[index];
-  const byKeys = active?.matches(":focus-visible") ?? false;
-  element.replaceChildren(...present(children));
-  if (!active) return;
-  const after = [...element.querySelectorAll<HTMLElement>(CONTROLS)];
-  const again = after.find((control) => nameOf(control) === nameOf(active));
-  (again ?? (byKeys ? after[Math.min(index, after.length - 1)] : null))?.focus({ preventScroll: true });
-}
-
-/** What it is known by: the words of a file's entry change when its facts come. */
-function nameOf(control: HTMLElement): string {
-  return `${control.tagName} ${control.dataset["path"] ?? control.getAttribute("aria-label") ?? control.textContent}`;
-}
-
 /** Tell whether keys belong to what is being typed, so that they are no shortcuts. */
 export function isTyping(target: EventTarget | null): boolean {
   if (!(target instanceof HTMLElement)) return false;
   return target.isContentEditable || ["INPUT", "TEXTAREA", "SELECT"].includes(target.tagName);
+}
+
+/** Tell whether keys belong to a field of a form whose text is not given on yet. */
+export function isHalfTyped(target: EventTarget | null): boolean {
+  return target instanceof HTMLInputElement && "typed" in target.dataset && target.value !== target.defaultValue;
 }
 
 /** Tell whether Space presses a button that was focused by keyboard, so that it is no shortcut. */

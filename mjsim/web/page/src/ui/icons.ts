@@ -1,6 +1,6 @@
 /** Icons of the studio: lines in a square of 20. */
 
-import { setAttributes } from "./dom";
+import { draw, html, type View } from "./view";
 
 const ICONS = {
   select: "M5 3l10.5 7-5 1.2L8.2 16z",
@@ -73,13 +73,20 @@ const ICONS = {
 
 export type IconName = keyof typeof ICONS;
 
-/** Draw an icon, in lines of the text's colour. */
+/** An icon, in lines of the text's colour. */
+export function sign(name: IconName): View {
+  return html`<svg viewBox="0 0 20 20" class="icon" aria-hidden="true"><path d=${ICONS[name]}></path></svg>`;
+}
+
+/** A button that shows an icon, and has its title as its name. */
+export function iconButton(name: IconName, title: string, press: () => void, disabled = false, kind = "quiet"): View {
+  return html`<button type="button" class="${kind} square" title=${title} aria-label=${title} ?disabled=${disabled}
+    @click=${press}>${sign(name)}</button>`;
+}
+
+/** The same as an element, for what is made once. */
 export function icon(name: IconName): SVGSVGElement {
-  const space = "http://www.w3.org/2000/svg";
-  const svg = document.createElementNS(space, "svg");
-  setAttributes(svg, { viewBox: "0 0 20 20", class: "icon", "aria-hidden": "true" });
-  const line = document.createElementNS(space, "path");
-  line.setAttribute("d", ICONS[name]);
-  svg.append(line);
-  return svg;
+  const place = document.createElement("span");
+  draw(place, sign(name));
+  return place.firstElementChild as SVGSVGElement;
 }
