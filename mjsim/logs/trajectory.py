@@ -87,7 +87,7 @@ def _rows_of_text(path: Path, period: float | None) -> Iterator[tuple[float, flo
     of_kitti: list[list[float]] = []
     for number, line in enumerate(lines_of(path, {}), start=1):
         # Where semicolons part the numbers, as in tables of half of Europe, commas are decimal.
-        words = line.translate(str.maketrans({";": " ", ",": "."} if ";" in line else {",": " "})).split()
+        words = (line.replace(",", ".").replace(";", " ") if ";" in line else line.replace(",", " ")).split()
         if not words or line.lstrip().startswith(("#", "%")):
             earliest_ns = 0.0 if "[ns]" in line else earliest_ns
             continue
