@@ -38,6 +38,8 @@ ROOM, AHEAD, UNHURRIED = 0.1, 0.15, 0.32
 the third [m, s, s]."""
 SHOW = 0.2
 """Time between two changes of the shown items [s]."""
+RARELY = 1.0
+"""Minimum time between two ticks in which it plans and chooses no motion [s]."""
 SOON = 1.5
 """With less time to the goal than this, motions are chosen with each scan [s]."""
 BACKWARDS = 0.4
@@ -101,11 +103,8 @@ class GoToGoal:
     def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
         """Take the map; the first path is planned later."""
         self._robot = robot
-        self._views, self._memory, self._touched = (
-            Views(robot),
-            ObstacleMemory(FINE, seconds=FORGET),
-            ObstacleMemory(FINE, seconds=FORGET),
-        )
+        self._views = Views(robot)
+        self._memory, self._touched = (ObstacleMemory(FINE, seconds=FORGET) for _ in range(2))
         top = min(robot.max_speed, math.inf if self._speed is None else self._speed)
         self._slow_pause = min(max(SPACING / top, LOOK), SLOW_LOOK)
         self._local = PathIntegral(robot, rng, top=top)
@@ -118,7 +117,8 @@ class GoToGoal:
         self._lay_out(self._place)
         self._left, self._is_there, self._is_new = list(self._goals), False, False
         self._approach = None if math.isinf(robot.max_curvature) else PoseApproach(robot, self._local.body, top=top)
-        self._recovery, self._slip, self._looked = Recovery(), WheelSlip(), -math.inf
+        self._recovery, self._slip = Recovery(), WheelSlip()
+        self._looked = self._begun = -math.inf
         self._moving = MovingThings()
         self._alignment: ScanAlignment | None = ScanAlignment(robot.prior)
         self._reckoned = self.pose = robot.prior
@@ -153,7 +153,9 @@ class GoToGoal:
         if (command := self._approached(pose, seen)) is not None:
             return command
         way, stuck = self._way, self._recovery.stuck
-        is_first = way.field is None
+        # The first plan takes the time of this tick, but not of each where goals keep coming.
+        is_first = way.field is None and seen.time > self._begun + RARELY
+        self._begun = seen.time if is_first else self._begun
         field = way.to(self._left[0][:2], place, seen.time, points=self._obstacles, stuck=stuck, busy=bool(views))
         self._slip.update(pose, seen.odometry, views, seen.time)
         # Wheels that slip are no progress.
@@ -167,7 +169,6 @@ class GoToGoal:
         is_lost |= self._slip.lasts(seen.time) > SLIPPING or self._recovery.silent(seen.time)
         self._reason = self._why() if is_lost else None
         self._local.shift(self._robot.dt)
-        # The first plan takes the time of this tick.
         if views and not is_first and self._is_hurried(seen.time):
             self._choose(seen, pose, field)
         elif self._twist.any():
@@ -199,14 +200,17 @@ class GoToGoal:
         return not self._left
 
     def take_goal(self, x: float, y: float, heading: float | None = None) -> None:
-        """Drive to another goal in place of all others.
+        """Drive to another goal in place of all others; the same again changes nothing.
 
         Args:
             x: x in the frame of the estimate [m].
             y: y in the frame of the estimate [m].
             heading: Heading at the goal [rad]; None for any.
         """
-        self._goals = np.array([[x, y, math.nan if heading is None else heading]])
+        goal = np.array([[x, y, math.nan if heading is None else heading]])
+        if np.array_equal(self._left, goal, equal_nan=True):
+            return
+        self._goals = goal
         self._left, self._is_there, self._is_new = list(self._goals), False, True
         self._lay_out(self._place)
 
@@ -225,7 +229,9 @@ class GoToGoal:
         if is_near and self._approach is None and not self._is_there:
             self._recovery.restart(now)
             self._is_there = True
-        return (is_near or self._is_there) and abs(_apart(heading, pose.heading)) < self._tolerance_turn
+        return (is_near or self._is_there) and abs(
+            math.remainder(heading - pose.heading, math.tau)
+        ) < self._tolerance_turn
 
     def _approached(self, pose: Pose, seen: Observation) -> Command | None:
         """Return the command that leads a car to the heading of its goal; None while it drives as usual."""
@@ -244,7 +250,7 @@ class GoToGoal:
 
     def _face(self, pose: Pose, now: float) -> Command:
         """Return the command that turns the robot to the heading of its goal, on the side where there is room."""
-        apart = _apart(float(self._left[0][2]), pose.heading)
+        apart = math.remainder(float(self._left[0][2]) - pose.heading, math.tau)
         near = np.concatenate([self._near, self._obstacles])
         obstacles = ObstacleMap(self._place, near, cell=FINE, half=self._local.body.reach + 0.2)
         ways = (apart, apart - math.copysign(2.0 * math.pi, apart))
@@ -393,8 +399,3 @@ class GoToGoal:
         if self._way.is_barred:
             return f"no way to [{x:g}, {y:g}] between the obstacles seen so far; looking for one"
         return f"no progress towards [{x:g}, {y:g}]; trying other ways"
-
-
-def _apart(heading: float, other: float) -> float:
-    """Return the smallest turn from another heading to a heading [rad]."""
-    return math.remainder(heading - other, 2.0 * math.pi)

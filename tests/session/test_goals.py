@@ -66,6 +66,16 @@ def test_a_goal_from_python_replaces_the_others():
         assert tick.truth["scout"].x > 2.1
 
 
+@pytest.mark.parametrize("step", [0.0, 0.002], ids=["the same", "one that moves"])
+def test_a_goal_that_comes_at_every_tick_does_not_hold_the_robot(step):
+    with mjsim.Simulation(mjsim.parse_world(WORLD), seed=1) as sim:
+        for tick in mjsim.ticks(sim, {"scout": mjsim.Driver(navigator=GoToGoal([5.0, 2.0]))}):
+            if tick.time > 3.0:
+                break
+            sim.set_goal("scout", (5.0, 2.0 + step * tick.time / sim.dt))
+        assert tick.truth["scout"].x > 3.0
+
+
 def test_a_goal_by_hand_reaches_the_navigator_and_can_be_kept_in_the_world_file():
     navigator = Heard()
     with mjsim.Session(mjsim.parse_world(WORLD), drivers={"scout": mjsim.Driver(navigator=navigator)}) as session:
