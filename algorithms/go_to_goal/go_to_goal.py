@@ -117,8 +117,7 @@ class GoToGoal:
         self._lay_out(self._place)
         self._left, self._is_there, self._is_new = list(self._goals), False, False
         self._approach = None if math.isinf(robot.max_curvature) else PoseApproach(robot, self._local.body, top=top)
-        self._recovery, self._slip = Recovery(), WheelSlip()
-        self._looked = self._begun = -math.inf
+        self._recovery, self._slip, self._looked, self._begun = Recovery(), WheelSlip(), -math.inf, -math.inf
         self._moving = MovingThings()
         self._alignment: ScanAlignment | None = ScanAlignment(robot.prior)
         self._reckoned = self.pose = robot.prior
