@@ -17,6 +17,7 @@ from .robots import robot_from_carrier as robot_from_carrier
 from .robots import robot_from_sensor as robot_from_sensor
 from .robots import robot_from_view as robot_from_view
 from .room import DRAWN_MERGED as DRAWN_MERGED
+from .room import WALL_DETAILS as WALL_DETAILS
 from .room import Triangles as Triangles
 from .room import coarser as coarser
 from .room import joined as joined

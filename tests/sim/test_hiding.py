@@ -1,5 +1,8 @@
 """What walls hide is not drawn, and no pixel changes for it."""
 
+from ctypes import byref, c_int, c_uint, c_void_p
+
+import mujoco
 import numpy as np
 import pytest
 
@@ -112,3 +115,34 @@ def test_what_is_drawn_first_changes_no_pixel(monkeypatch):
                 seen += [renderer.render(sim.data, "scout/front"), renderer.depth(sim.data, "scout/front")]
             np.testing.assert_array_equal(seen[0], seen[2])
             np.testing.assert_array_equal(seen[1], seen[3])
+
+
+SAMPLES_PASSED, QUERY_RESULT = 0x8914, 0x8866
+
+
+def fragments(renderer, data, camera, monkeypatch):
+    """Return how many pixels of surfaces pass the depth test in a picture, as OpenGL counts them."""
+    render, count, query = mujoco.mjr_render, c_uint(), c_uint()
+
+    def counted(*arguments):
+        call = renderer._canvas.gl.function
+        call(b"glGenQueries", None, c_int, c_void_p)(1, byref(query))
+        call(b"glBeginQuery", None, c_uint, c_uint)(SAMPLES_PASSED, query)
+        render(*arguments)
+        call(b"glEndQuery", None, c_uint)(SAMPLES_PASSED)
+        call(b"glGetQueryObjectuiv", None, c_uint, c_uint, c_void_p)(query, QUERY_RESULT, byref(count))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(mujoco, "mjr_render", counted)
+        renderer.render(data, camera)
+    return count.value
+
+
+def test_what_stands_in_a_room_is_drawn_before_its_walls(monkeypatch):
+    text = two_rooms(wall=3.0).replace("height: 3.0}", "height: 3.0, color: '#ccd4cf'}")
+    with Simulation(parse_world(text)) as sim, Renderer(sim.model, width=160, height=120) as renderer:
+        pixels = np.isfinite(renderer.depth(sim.data, "scout/eye")).sum()
+        # On edges between surfaces a pixel may be drawn twice.
+        assert pixels <= fragments(renderer, sim.data, "scout/eye", monkeypatch) < 1.02 * pixels
+        monkeypatch.setattr(in_view.InView, "sort", lambda self, scene, view: None)
+        assert fragments(renderer, sim.data, "scout/eye", monkeypatch) > 1.2 * pixels

@@ -5,6 +5,7 @@ from .ceiling import add_ceiling as add_ceiling
 from .ceiling import ceiling_height as ceiling_height
 from .covers import Covers as Covers
 from .covers import surface_of as surface_of
+from .decor import WALL_DETAILS as WALL_DETAILS
 from .decor import Decor as Decor
 from .doors import add_doors as add_doors
 from .floor import add_floor as add_floor

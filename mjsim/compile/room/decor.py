@@ -16,6 +16,8 @@ from mjsim.world import THICKNESS, World, item_names, leaves
 
 ATLAS, LAMPS = "style/atlas", "style/lamps"
 """Materials of small things, and of lamps."""
+WALL_DETAILS = "wall/style:"
+"""First part of the names of meshes of what is on walls."""
 LAMP_EMISSION = 1.0
 """Light that a lamp emits, added to what falls on it."""
 
@@ -47,7 +49,7 @@ class Decor:
         """Add what is on walls and doors, and lamps under a ceiling of a height [m]."""
         for room, faces in wall_faces(self._world, self._style, self._atlas).items():
             if faces:
-                self._add(self._spec.worldbody, f"wall/style:{room + 1}", faces)
+                self._add(self._spec.worldbody, f"{WALL_DETAILS}{room + 1}", faces)
         for leaf in leaves(self._world):
             faces = leaf_faces(leaf, THICKNESS, self._style)
             self._add(self._spec.body(f"door/{leaf.name}"), f"door/{leaf.name}/style", faces)

@@ -5,7 +5,7 @@ behind it is visible unless it is higher. A plan is therefore sufficient: one de
 the nearest wall; whatever is farther in all its columns is hidden. A level camera sees along each column in one
 direction of the plan, so no pixel changes.
 
-What is left is sorted: where near things are rendered first, the surfaces behind them are not textured.
+What is left is sorted: where near things are rendered first, the surfaces behind them are neither lit nor textured.
 
 References:
     Teller, Sequin, Visibility preprocessing for interactive walkthroughs, SIGGRAPH 1991: walls of buildings as
@@ -19,7 +19,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.compile import rgba_of, wall_lines
+from mjsim.compile import WALL_DETAILS, rgba_of, wall_lines
 from mjsim.geometry import Array
 from mjsim.sim.rendering.geom_boxes import GeomBoxes
 from mjsim.sim.rendering.scene_geoms import as_bytes, geoms_of, same_layout
@@ -95,12 +95,13 @@ class InView:
         flat = np.where(sizes[:, :2].min(axis=1, initial=np.inf) > 0.0, np.hypot(sizes[:, 0], sizes[:, 1]), np.inf)
         self._radii = np.where(self._planes, flat, model.geom_rbound[drawn])
         self._boxes = GeomBoxes(model, drawn)
-        self._far = np.zeros(model.ngeom)
+        self._on_walls = np.array([str(model.geom(geom).name).startswith(WALL_DETAILS) for geom in drawn], dtype=bool)
+        self._order = np.zeros(model.ngeom)
         self._sortable: bool | None = None
         self._hiding = Hiding(model)
 
     def sort(self, scene: mujoco.MjvScene, view: Frustum) -> None:
-        """Sort the geoms of a scene by distance, with level ones such as floors and ceilings last.
+        """Sort the geoms of a scene: what is in front of others first, level ones such as floors and ceilings last.
 
         Args:
             scene: Scene in the state of the last call of `unseen`.
@@ -110,15 +111,30 @@ class InView:
             self._sortable = same_layout(scene)
         if not self._sortable:
             return
-        low, high = self._boxes.last
-        far = np.square(np.clip(view.eye, low, high) - view.eye).sum(axis=1)
-        far[high[:, 2] - low[:, 2] < LEVEL_HEIGHT] += FAR
-        self._far[self._drawn] = far
+        self._order[self._drawn] = self._from_front(view.eye)
         geoms = geoms_of(scene)[: scene.ngeom]
         own = geoms["objtype"] == mujoco.mjtObj.mjOBJ_GEOM
-        order = np.argsort(np.where(own, self._far[np.where(own, geoms["objid"], 0)], 0.0), kind="stable")
+        order = np.argsort(np.where(own, self._order[np.where(own, geoms["objid"], 0)], 0.0), kind="stable")
         rows = as_bytes(geoms)
         rows[:] = rows[order]
+
+    def _from_front(self, eye: Array) -> Array:
+        """Return a number for each drawn geom, smaller for what is in front of others, shape (n,).
+
+        That is its distance. Where the eye is within the box around a geom, as with the walls of a room, what lies
+        within that box is in front of it, and everything else behind it.
+        """
+        low, high = self._boxes.last
+        order = np.linalg.norm(np.clip(eye, low, high) - eye, axis=1)
+        level = ((high - low < LEVEL_HEIGHT) == (False, False, True)).all(axis=1)
+        around = (order == 0.0) & ~level
+        rooms = np.flatnonzero(around & ~self._on_walls)
+        within = (low >= low[rooms, None] - WALL_DEPTH) & (high <= high[rooms, None] + WALL_DEPTH)
+        order += FAR * np.count_nonzero(~within.all(axis=2), axis=0)
+        order[rooms] += FAR / 2
+        order[around & self._on_walls] = 0.0
+        order[level] += LAST
+        return np.asarray(order)
 
     def unseen(self, data: mujoco.MjData, view: Frustum) -> NDArray[np.intp]:
         """Return the drawn geoms that lie wholly beside or behind the view or behind walls, or show a bare back."""
@@ -144,8 +160,10 @@ HEIGHT_TOLERANCE = 1e-4
 WALL_EXTENSION = 1e-9
 """Extension of a wall beyond its ends in the picture, so that no column falls between two adjoining walls [m at 1 m].
 """
-LEVEL_HEIGHT, FAR = 0.4, 1e6
-"""Height below which a geom is level [m], and what is added to the square of its distance [m^2]."""
+LEVEL_HEIGHT, LAST = 0.4, 1e12
+"""Height of a level geom, which is longer and wider [m], and what is added to its distance [m]."""
+FAR, WALL_DEPTH = 1e6, 0.3
+"""What is added to the distance of geoms behind a room, and how far what hangs on its walls reaches out of it [m]."""
 
 
 class Hiding:
