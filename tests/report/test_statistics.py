@@ -1,6 +1,8 @@
 """Figures of a recording against counting by hand, and coverage against a raster."""
 
 import json
+from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,14 +10,24 @@ from scipy import ndimage
 
 import mjsim
 from mjsim.geometry import Pose, Pose3
-from mjsim.record import Landmarks, RobotEvent, Track
+from mjsim.record import JointTrack, Landmarks, RobotEvent, Track
 from mjsim.report import key_table, write_report
 from mjsim.report.consistency import nees_figures
-from mjsim.report.coverage import coverage
+from mjsim.report.coverage import coverage, reachable_region
+from mjsim.report.statistics import (
+    ESTIMATE_FIGURES,
+    ODOMETRY_FIGURES,
+    lifts,
+    recoveries,
+    robot_statistics,
+    swept_share,
+    transient_errors,
+)
+from mjsim.report.statistics import _arms as arms_of
+from mjsim.report.statistics import _module_times as module_times
 from mjsim.report.statistics import _pose_figures as pose_figures
-from mjsim.report.statistics import recoveries, robot_statistics, swept_share, transient_errors
 from mjsim.report.tables import latex_text
-from mjsim.world import solid
+from mjsim.world import MoveEvent, OpenEvent, solid
 
 ROOM = """
 mjsim: 1
@@ -60,6 +72,98 @@ def test_errors_are_those_of_a_constant_offset():
     assert figures["ate_m"]["rmse"] == pytest.approx(0.0, abs=1e-9)
     assert figures["distance_m"] == pytest.approx(2.0)
     assert figures["nees"]["mean"] == pytest.approx(1.0 + np.radians(2.0) ** 2)
+
+
+def test_ticks_without_an_estimate_have_no_error_but_a_distance():
+    torn = track().estimate
+    torn[:10] = np.nan
+    figures = robot_statistics(mjsim.parse_world(ROOM), "scout", track(estimate=torn))
+    assert (figures["ticks"], figures["distance_m"]) == (41, pytest.approx(2.0))
+    assert figures["position_error_m"]["mean"] == pytest.approx(0.1)
+
+
+def test_only_the_robot_whose_base_is_fixed_has_no_errors():
+    two = ROOM.replace("robots: [", "robots: [{name: crane, at: [3, 3.2], base: fixed}, ")
+    figures = {name: robot_statistics(mjsim.parse_world(two), name, track()) for name in ("scout", "crane")}
+    assert [figures[name]["position_error_m"] is None for name in ("scout", "crane")] == [False, True]
+
+
+def test_times_of_modules_are_in_milliseconds_and_a_tick_is_the_sum_of_its_parts():
+    rows = np.arange(101.0) / 1e3
+    seconds = {"r/estimator": rows, "loop/step": np.where(rows < 0.05, np.nan, 2.0 * rows), "r/idle": np.nan * rows}
+    figures = module_times(SimpleNamespace(module_seconds=seconds))
+    assert figures["r/estimator"] == pytest.approx({"mean": 50.0, "p99": 99.0})
+    assert figures["loop/step"]["mean"] == pytest.approx(150.0)
+    assert figures["tick"] == pytest.approx({"mean": 50.0 + 150.0 * 51 / 101, "p99": 297.0})
+    assert set(figures) == {"r/estimator", "loop/step", "tick"}
+
+
+def test_a_lift_is_no_driven_distance_and_the_step_after_it_is():
+    carried = track().truth
+    carried[25:] += [1.5, 0.0, 0.0]
+    world, moved = mjsim.parse_world(ROOM), track(truth=carried, estimate=carried + np.array([0.0, 0.1, 0.0]))
+    assert robot_statistics(world, "scout", moved)["distance_m"] == pytest.approx(3.5)
+    figures = robot_statistics(world, "scout", moved, lifted=[25 * 0.04])
+    assert figures["distance_m"] == pytest.approx(2.0 - 0.04)
+    assert figures["recovery"] == [{"time_s": 1.0, "after_s": 0.0}]
+
+
+def test_lifts_are_the_moves_of_a_robot_from_the_first_tick_on():
+    moves = [MoveEvent(time=at, move=name, to=(1.0, 1.0)) for at in (1.0, 2.0, 3.0) for name in ("scout", "post")]
+    events = (*moves, OpenEvent(time=4.0, open="scout"))
+    assert lifts(SimpleNamespace(time=np.array([2.0, 5.0]), events=events), "scout") == [2.0, 3.0]
+
+
+def test_an_estimate_that_turns_too_far_has_the_excess_over_a_metre_as_its_relative_error():
+    truth = track().truth
+    bent = truth + np.array([0.0, 0.0, 0.1]) * (truth[:, :1] - 0.8)
+    figures = robot_statistics(mjsim.parse_world(ROOM), "scout", track(estimate=bent))
+    assert figures["rpe_deg"]["mean"] == pytest.approx(np.degrees(0.1), rel=0.05)
+    assert figures["heading_error_deg"]["final"] == pytest.approx(np.degrees(0.2))
+
+
+def test_figures_of_odometry_need_all_of_it_and_no_others_do():
+    torn = track().odometry
+    torn[7, 2] = np.nan
+    whole, figures = (
+        robot_statistics(mjsim.parse_world(ROOM), "scout", each) for each in (track(), track(odometry=torn))
+    )
+    assert {key for key in ESTIMATE_FIGURES if figures[key] is None and whole[key] is not None} == set(ODOMETRY_FIGURES)
+
+
+def test_a_final_path_is_compared_with_the_truth_of_its_own_times():
+    # The ticks are 0.03 s after the poses; the path is right at the times of its poses.
+    moment = track().time - 0.03
+    path = np.column_stack([moment[5:20] + 0.01, track().truth[5:20] + np.array([0.01, 0.0, 0.0])])
+    figures = robot_statistics(mjsim.parse_world(ROOM), "scout", track(moment=moment, path=path))
+    assert figures["path_error_m"]["max"] == pytest.approx(0.0, abs=1e-12)
+    assert figures["path_heading_error_deg"]["max"] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_beacons_that_move_have_no_place_in_a_map_and_are_not_false():
+    world = mjsim.parse_world(ROOM.replace("beacons:", "beacons:\n  - {name: cap, at: [0, 0], on: scout, center: 0.6}"))
+    mean = np.tile([[3.9, 2.3], [1.0, 2.5]], (51, 1, 1))
+    marks = Landmarks(names=("east", "cap"), mean=mean, covariance=np.zeros((51, 2, 2, 2)))
+    figures = robot_statistics(world, "scout", track(landmarks=marks))["landmark_error_m"]
+    assert (figures["count"], figures["false"], figures["rms"]) == (1, 0, pytest.approx(0.3))
+
+
+def test_arms_are_those_of_their_robot_without_the_wheels_of_a_base():
+    rows = np.zeros((3, 1))
+    one = JointTrack(
+        names=("j",),
+        positions=rows,
+        velocities=rows,
+        accelerations=rows,
+        torques=rows - 2.0,
+        goal=rows + 0.1,
+        tool=np.zeros((3, 7)),
+    )
+    joints = {"scout/left": one, "scout/drive": one, "other/right": one, "gate": one}
+    figures = arms_of(SimpleNamespace(joints=joints), "scout")["arms"]
+    assert list(figures) == ["left"]
+    assert figures["left"]["torque_max"] == {"j": 2.0}
+    assert arms_of(SimpleNamespace(joints=joints), "idle") == {}
 
 
 def test_bumps_are_counted_and_other_events_are_not():
@@ -165,6 +269,32 @@ def test_swept_area_is_that_of_the_footprint_along_its_way(body, path, width):
     swept = width * 4 + (np.ptp(ahead) * width if "box" in body else np.pi * 0.25**2)
     inside = width * (6 - 2 * margin)
     assert swept_share(world, robot, poses) == pytest.approx(min(swept, inside) / reachable, rel=0.02)
+
+
+def test_swept_area_is_that_of_every_pose_on_the_way():
+    from shapely import MultiPoint, Polygon, affinity, union_all
+
+    text = BOX_ROOM.replace("BODY", "{box: [0.6, 0.3, 0.3]}").replace(
+        "6, 0], [6, 4], [0, 4", "3, 0], [3, 2.6], [0, 2.6"
+    )
+    world = mjsim.parse_world(text + "obstacles: [{box: [0.2, 0.2, 1.0], at: [2.0, 1.7]}]\n")
+    (robot,) = world.robots
+
+    def placed(x, y, heading):
+        there = affinity.rotate(Polygon(robot.body.outline()), heading, origin=(0, 0), use_radians=True)
+        return affinity.translate(there, x, y)
+
+    for start, end in [((0.8, 1.0, 0.0), (0.8, 1.0, 2.0)), ((0.7, 0.8, 0.6), (1.1, 0.8 + 0.4 * np.tan(0.6), 0.6))]:
+        path = np.linspace(start, end, 60)
+        corners = [list(placed(*pose).exterior.coords) for pose in path]
+        swept = union_all([MultiPoint(a + b).convex_hull for a, b in pairwise(corners)])
+        region = reachable_region(world, path[:, :2], radius=robot.body.radius)
+        expected = swept.intersection(region).area / region.area
+        assert swept_share(world, robot, path) == pytest.approx(expected, rel=0.015)
+    start, end = np.array([0.8, 1.0, 0.0]), np.array([0.819, 1.0, 0.0])
+    added = swept_share(world, robot, np.array([start, end])) - swept_share(world, robot, start[None])
+    region = reachable_region(world, start[None, :2], radius=robot.body.radius)
+    assert added == pytest.approx(0.019 * 0.3 / region.area, rel=0.3)
 
 
 def test_a_world_without_walls_has_no_coverage():

@@ -190,7 +190,7 @@ def test_encoders_count_whole_steps_and_lose_none():
         told += WHEELS.wheels_from_twist(seen.forward / np.sinc(seen.turn / math.pi), 0.0, seen.turn)
         turned += rotations
         np.testing.assert_allclose(told / step, np.round(told / step), atol=1e-6)
-        assert (np.abs(turned - told) < step).all()
+        assert ((turned - told > -1e-9) & (turned - told < step)).all()
 
 
 def test_the_pitch_of_a_body_that_balances_is_added_to_what_its_wheels_turn_against_it():
@@ -291,6 +291,14 @@ def test_noise_of_a_drive_that_goes_sideways_has_the_variance_of_each_distance()
         errors = told[:, column] - twist[column]
         ratio = np.sum(errors**2) / (0.01**2 * abs(twist[column]))
         assert chi2.ppf(0.001, n) < ratio < chi2.ppf(0.999, n)
+    assert abs(np.corrcoef(told.T)[0, 1]) < 4.0 / math.sqrt(n)
+
+
+def test_the_scale_of_a_drive_that_goes_sideways_is_that_of_both_distances():
+    meter = sideways()
+    meter.retune(WheelOdometry(noise=OdometryNoise(), scale=1.1, track_error=0.25))
+    seen = meter.increment((0.3, 0.2, 0.9))
+    np.testing.assert_allclose([seen.forward, seen.left, seen.turn], spiral(0.33, 0.22, 0.72), atol=1e-12)
 
 
 NOISY = "drive: {noise: {speed: 0.02, turn: 0.02}}, odometry: {noise: {distance: 0.01, turn: 0.02}}"
