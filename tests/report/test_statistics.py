@@ -275,7 +275,7 @@ def test_swept_area_is_that_of_every_pose_on_the_way():
     from shapely import MultiPoint, Polygon, affinity, union_all
 
     text = BOX_ROOM.replace("BODY", "{box: [0.6, 0.3, 0.3]}").replace(
-        "6, 0], [6, 4], [0, 4", "3, 0], [3, 2.6], [0, 2.6"
+        "6, 0], [6, 4], [0, 4", "4, 0], [4, 3.4], [0, 3.4"
     )
     world = mjsim.parse_world(text + "obstacles: [{box: [0.2, 0.2, 1.0], at: [2.0, 1.7]}]\n")
     (robot,) = world.robots
