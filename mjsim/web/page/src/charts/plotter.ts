@@ -233,12 +233,8 @@ export class Plotter {
     };
     const keyOf = (chart: PlotChart): PlotChart => chart;
     draw(this.head, this.layoutControls());
-    const view = html`${repeat(charts, keyOf, (chart, k) => this.card(chart, k))}${small(
-      word("charts.addChart"),
-      add,
-      charts.length >= MOST.charts,
-    )}`;
-    draw(this.cards, view);
+    const more = small(word("charts.addChart"), add, charts.length >= MOST.charts);
+    draw(this.cards, [repeat(charts, keyOf, (chart, k) => this.card(chart, k)), more]);
   }
 
   private layoutControls(): View {

@@ -14,7 +14,6 @@ const FEW = 60;
 export class TopicTree {
   readonly element = el("div", { class: "plotter-found", "aria-label": word("charts.topics"), role: "group" });
   private readonly branches = new Map<string, Branch>();
-  private topics: Record<string, Topic> = {};
 
   constructor(
     private readonly ask: (topic: string) => Promise<Message | null>,
@@ -23,12 +22,10 @@ export class TopicTree {
 
   /** Show fields of topics, opened where they were looked for. */
   show(fields: Field[], topics: Record<string, Topic>, isSearched: boolean): void {
-    this.topics = topics;
     const byTopic = new Map<string, Field[]>(isSearched ? [] : Object.keys(topics).map((topic) => [topic, []]));
     for (const field of fields) byTopic.set(field[0], [...(byTopic.get(field[0]) ?? []), field]);
     const isOpen = isSearched && fields.length <= FEW;
-    const branch = ([topic, some]: [string, Field[]]): View =>
-      this.branch(topic).show(some, this.topics[topic], isOpen);
+    const branch = ([topic, some]: [string, Field[]]): View => this.branch(topic).show(some, topics[topic], isOpen);
     const rows = repeat([...byTopic].sort(), ([topic]) => topic, branch);
     draw(this.element, rows);
   }

@@ -51,7 +51,6 @@ export class Compare {
   );
   private charts: Chart[] = [];
   private comparison: Comparison | null = null;
-  private seconds = 0;
 
   constructor(
     private readonly studio: Studio,
@@ -108,7 +107,7 @@ export class Compare {
       ArrowRight: () => this.player.seek(this.player.time + 1),
       ArrowLeft: () => this.player.seek(this.player.time - 1),
       Home: () => this.player.seek(0),
-      End: () => this.player.seek(this.seconds),
+      End: () => this.player.seek(this.player.end),
       Escape: () => this.close(),
     };
     const act = keys[event.key];
@@ -135,9 +134,9 @@ export class Compare {
     // The control that had the focus is hidden now.
     this.element.focus({ preventScroll: true });
     const ends = groups.flatMap(({ errors, nees }) => [...errors, nees].map(({ time }) => time[time.length - 1] ?? 0));
-    this.seconds = Math.max(0, ...ends);
-    this.scrub.load(this.seconds, STEP, []);
-    this.player.load(this.seconds, STEP);
+    const seconds = Math.max(0, ...ends);
+    this.scrub.load(seconds, STEP, []);
+    this.player.load(seconds, STEP);
   }
 
   private draw({ groups, nees }: Comparison): void {
@@ -176,7 +175,7 @@ export class Compare {
   }
 
   private show(time: number): void {
-    write(this.time, word("review.timeOf", { time: clock(time), whole: clock(this.seconds) }));
+    write(this.time, word("review.timeOf", { time: clock(time), whole: clock(this.player.end) }));
     this.scrub.show(time);
     this.plan.show(time);
     for (const chart of this.charts) chart.mark({ ...NO_MARKS, now: time });

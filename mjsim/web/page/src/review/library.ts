@@ -15,7 +15,7 @@ const FEW = 6;
 export class Library {
   readonly element = el("div", { class: "run-library" });
   /** Paths that are ticked. */
-  private readonly ticked = new Set<string>();
+  private ticked = new Set<string>();
   /** What recordings are of, the newest first. */
   private cards: RecordingCard[] = [];
   /** What is searched for. */
@@ -107,8 +107,7 @@ export class Library {
 
   /** Tick these, and no others. */
   private tick(paths: string[]): void {
-    this.ticked.clear();
-    for (const path of paths) this.ticked.add(path);
+    this.ticked = new Set(paths);
     this.draw();
   }
 

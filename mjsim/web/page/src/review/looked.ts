@@ -18,6 +18,8 @@ export class Looked {
   /** Its last tick that came: it may be of a time that was looked at before. */
   tick: TickNews | null = null;
   part = UNMARKED;
+  /** The robot whose charts are shown. */
+  robot = "";
 
   get time(): number {
     return this.player.time;

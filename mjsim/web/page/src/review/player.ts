@@ -7,7 +7,8 @@ export class Player {
   readonly playingChanged = new Signal<boolean>();
   speed = 1;
   private now = 0;
-  private end = 0;
+  /** Where it ends [s]; `load` says. */
+  end = 0;
   private dt = 0.04;
   private frame = 0;
   private last = 0;

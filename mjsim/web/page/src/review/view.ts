@@ -87,7 +87,6 @@ export class ReviewView implements View {
   );
   private readonly empty = el("div", { class: "state" });
   private readonly content: HTMLElement;
-  private chosen = "";
   /** Whether the figures of the part are there. */
   private figured = false;
   /** How many recordings have been asked for. */
@@ -247,13 +246,6 @@ export class ReviewView implements View {
     this.solids.door.show(recording.scene.items, []);
     this.arrange();
     this.floor.scene(recording.scene.items, recording.scene.bounds);
-    draw(
-      this.robot,
-      namesToChoose(
-        recording.robots.map(({ name }) => name),
-        "",
-      ),
-    );
     this.robot.hidden = recording.robots.length < 2;
     this.library.draw();
     this.element.toggleAttribute("data-open", true);
@@ -270,16 +262,23 @@ export class ReviewView implements View {
   }
 
   private choose(robot: string): void {
-    this.chosen = robot;
-    this.robot.value = robot;
-    this.floor.run(this.looked.recording?.robots ?? [], robot);
-    this.sheet.offer(kindsOf(this.looked.recording?.robots.find(({ name }) => name === robot) ?? null));
-    this.plotter.suggest(!this.looked.recording?.robots.some((each) => each.can_drive));
+    this.looked.robot = robot;
+    const robots = this.looked.recording?.robots ?? [];
+    draw(
+      this.robot,
+      namesToChoose(
+        robots.map(({ name }) => name),
+        robot,
+      ),
+    );
+    this.floor.run(robots, robot);
+    this.sheet.offer(kindsOf(robots.find(({ name }) => name === robot) ?? null));
+    this.plotter.suggest(!robots.some((each) => each.can_drive));
     this.drawCharts();
   }
 
   private drawCharts(): void {
-    this.sheet.show(this.whole.of(this.chosen).history);
+    this.sheet.show(this.whole.of(this.looked.robot).history);
     this.markCharts();
   }
 

@@ -42,8 +42,9 @@ export class ArmPanel {
   show(robot: RobotFacts | null, enabled: boolean, others: boolean): void {
     const name = robot?.name ?? "";
     const arms = robot?.arms ?? [];
-    const same = name === this.robot && arms.map((arm) => arm.name).join() === this.names();
-    if (!same) this.parts = arms.map((facts) => ({ facts, goal: [], tool: [], wanted: null }));
+    const namesOf = (all: ArmFacts[]): string => all.map((arm) => arm.name).join();
+    if (name !== this.robot || namesOf(arms) !== namesOf(this.parts.map(({ facts }) => facts)))
+      this.parts = arms.map((facts) => ({ facts, goal: [], tool: [], wanted: null }));
     [this.robot, this.enabled, this.others] = [name, enabled, others];
     this.draw();
   }
@@ -55,10 +56,6 @@ export class ArmPanel {
       Object.assign(part, { goal, tool });
     }
     this.draw();
-  }
-
-  private names(): string {
-    return this.parts.map((part) => part.facts.name).join();
   }
 
   private draw(): void {

@@ -366,7 +366,6 @@ export class RunView implements View {
     this.plotter.suggest(!news.robots.some((robot) => robot.can_drive));
     const names = news.robots.map((robot) => robot.name);
     if (!names.includes(this.chosen)) this.chosen = names[0] ?? "";
-    draw(this.robot, namesToChoose(names, this.chosen));
     this.robot.hidden = names.length < 2;
     this.chooseRobot(this.chosen);
     this.floor.showRobots(news.state === "idle");
@@ -374,7 +373,14 @@ export class RunView implements View {
 
   private chooseRobot(name: string): void {
     this.wheel.releaseAll();
-    this.chosen = this.robot.value = name;
+    this.chosen = name;
+    draw(
+      this.robot,
+      namesToChoose(
+        (this.run?.robots ?? []).map((each) => each.name),
+        name,
+      ),
+    );
     const robot = this.run?.robots.find((each) => each.name === name);
     this.pad.canStrafe(robot?.can_strafe ?? false);
     this.sheet.offer(kindsOf(robot ?? null));
