@@ -59,7 +59,7 @@ class Lqr:
     def start(self, robot: RobotInfo, part: str, rng: Generator) -> None:
         """Take the data sheet; the feedback is designed at the first call, which gives the rate."""
         if robot.balancing is None:
-            raise ValueError(f"robot '{robot.name}' does not balance; this controller is for one that does")
+            raise ValueError(f"robot '{robot.name}' does not balance; this controller is for balancing bases")
         self._robot, self._masses = robot, robot.balancing
         self._lean = Lean(robot)
         self.feedback = ()

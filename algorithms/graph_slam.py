@@ -169,7 +169,7 @@ class GraphSlam:
             named = self._relocate(seen.time)
         step = self._mended_step()
         far = np.hypot(*step[:2]) > self._distance or abs(step[2]) > self._turn
-        # In a turn, the look in which a landmark appears may be the only one that connects it with those before it.
+        # In a turn, the sighting in which a landmark appears may be the only one that connects it with those before it.
         used = named if far or any(each.name not in self._names for each in named) else []
         self._picture_errors.move(moved, used)
         if used:
@@ -268,7 +268,7 @@ class GraphSlam:
         self._forget_step()
 
     def _believed(self, sightings: list[Sighting], time: float) -> Iterator[PosedSighting]:
-        """Yield the accepted looks: those from the newest pose, and earlier ones that have been waiting."""
+        """Yield the accepted sightings: those from the newest pose, and earlier ones that have been waiting."""
         for sighting in sightings:
             name = sighting.name or ""
             if name not in self._names:
@@ -278,14 +278,14 @@ class GraphSlam:
                 yield self._number, sighting
             elif agreeing := self._checks.wait(self._number, sighting, self._recent, time):
                 if self._checks.is_young(name):
-                    # Its first look was wrong: that stays with a landmark of which nobody hears any more.
+                    # Its first sighting was wrong: that stays with a landmark that is never seen again.
                     self._checks.begin(name)
                     del self._names[name]
                     self._sightings = [posed for posed in self._sightings if posed[1].name != name]
                 yield from agreeing
 
     def _place_key(self, posed: PosedSighting, values: Any) -> int:
-        """Return the key of the landmark of a look; a new landmark is added to the values."""
+        """Return the key of the landmark of a sighting; a new landmark is added to the values."""
         gtsam, (number, sighting) = self._gtsam, posed
         name = sighting.name or ""
         if name not in self._names:
@@ -304,7 +304,7 @@ class GraphSlam:
         leg: tuple[Array, Array, Array],
         placed: list[tuple[int, int, Sighting]],
     ) -> None:
-        """Add the factors of odometry to the newest pose and of looks.
+        """Add the factors of odometry to the newest pose and of sightings.
 
         Args:
             graph: Graph to which they are added.

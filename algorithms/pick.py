@@ -19,7 +19,7 @@ from mjsim.mechanics import placed
 from .joint_path import between
 
 RECENT = 1.5
-"""Maximum age of a look at the box [s]."""
+"""Maximum age of a sighting of the box [s]."""
 AWAY, CLOSE = 0.95, 0.72
 """Distances in front of the box to which it drives, one after the other [m]."""
 REACH, BEFORE = 0.36, 0.13

@@ -29,9 +29,9 @@ SMOOTH = 0.2
 class PictureErrors:
     """The covariance of simultaneous sightings, for filters that assume independence between ticks.
 
-    If the part q of a picture's variance s^2 repeats over a distance L, the mean of n looks from there has the variance
-    (1 - q) s^2 / n + q s^2. Independent looks with the variance s^2 (1 + q n) have nearly the same mean, and n is L
-    divided by the distance between two looks. So only the product q L must be known.
+    If the part q of a picture's variance s^2 repeats over a distance L, the mean of n sightings there has the variance
+    (1 - q) s^2 / n + q s^2. Independent sightings with the variance s^2 (1 + q n) have nearly the same mean, and n is L
+    divided by the distance between two sightings. So only the product q L must be known.
 
     References:
         Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), section 8.1:

@@ -23,7 +23,7 @@ YAWS_DEG = -25.0, 5.0
 FOCAL = 554.0
 """Focal length of the views [px]."""
 MARGIN = 20
-"""Wall around the picture in a view [px]."""
+"""Width of the wall shown around the picture in a view [px]."""
 WALL = 200
 """Gray of the wall."""
 NOISE = 2.0
@@ -31,7 +31,7 @@ NOISE = 2.0
 FINER = 2
 """Pixels of the picture that are averaged to one of a view, in each direction."""
 TOO_LIKE = 0.9
-"""Share of a picture that another may explain; of two that are more alike, neither is recognised at every distance."""
+"""Maximum share of a picture's features that another may explain; more similar ones are confused at some distance."""
 FAINT, CONTRAST_SIDE = 1.0, 64
 """Contrast below which a picture counts as plain [gray values per pixel], and the long side at which it is measured
 [px]; the shipped posters have 21 and more."""

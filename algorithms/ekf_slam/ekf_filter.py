@@ -28,8 +28,8 @@ from .ekf_state import SlamState
 
 Jacobians = Literal["standard", "first-estimates"]
 YOUNG, STRAYED = 3, 0.2
-"""Up to this many looks, a first estimate is replaced if the newest one differs by more than this ratio to the distance
-of the landmark. Later both move together as loops close, and Jacobians should not follow."""
+"""Up to this many sightings, a first estimate is replaced if the newest one differs by more than this ratio to the
+distance of the landmark. Later both move together as loops close, and Jacobians should not follow."""
 ITERATIONS, STILL = 10, 1e-3
 """Maximum number of iterations, and change of the pose at convergence [m, rad]."""
 
@@ -310,10 +310,10 @@ class EkfSlamFilter(SlamState):
             self._reanchor(strayed)
 
     def _reanchor(self, rows: NDArray[np.intp]) -> None:
-        """Take the newest estimates of points (n, 2) for the first ones.
+        """Set the first estimates of points (n, 2) to the newest ones.
 
         A rotation of everything by the heading's error moves a point about the origin, from its first estimate. From
-        another one it moves it elsewhere; without this change of P the filter would gain information about its heading.
+        another one it moves it elsewhere: without this change of P the filter would gain information about its heading.
         """
         size, moved = self._size, turned_left(self._mean[rows] - self._anchor[rows])
         shear(self._P[:size, :size], moved, rows, np.zeros((0, size)), self._spare)

@@ -30,7 +30,7 @@ KINDS = ((DISTANCE,), (VEER,), (TURN,), (DRIFT,), (OFFSET, SCALE), (BEARING,), t
 NEGLIGIBLE = 1e-6
 """Minimum variance of an error that is not large, in proportion to a large one."""
 CAPPED = 1.0
-"""Maximum evidence that one look adds: constant errors show in every look, but spinning wheels only in a few."""
+"""Maximum evidence from one update: constant errors show in every update, spinning wheels only in a few."""
 
 
 class LargeErrors:
@@ -40,7 +40,7 @@ class LargeErrors:
         """Begin with a filter that has parameters for `LARGE_MOTION` and `LARGE_SENSOR`, and no landmarks."""
         self.slam = slam
         self.evidence = np.zeros(len(KINDS))
-        """Logarithm of the Bayes factor of each of `KINDS` against a filter with usual errors, at most 1 a look."""
+        """Logarithm of the Bayes factor of each of `KINDS` against a filter with usual errors; at most 1 per update."""
         self._usual = np.zeros(len(LARGE))
         self._likelihood, self._before, self._begun = 0.0, np.zeros(len(KINDS)), False
         slam.assume(np.array(LARGE_SENSOR) ** 2)
@@ -59,7 +59,7 @@ class LargeErrors:
         self._usual[OFFSET : OFFSET + RANGE_ERRORS] = variances
 
     def compare(self, likelihood: float, usual: float) -> None:
-        """Take the log-likelihoods of a look by this filter and by one with usual errors."""
+        """Take the log-likelihoods of an update by this filter and by one with usual errors."""
         self._likelihood += likelihood - usual
         _, ratios = self._conditions()
         explained = self._likelihood + ratios
@@ -79,11 +79,11 @@ class LargeErrors:
         return slam._mean[:size] + step, P + (apart * shares) @ apart.T
 
     def _conditions(self) -> tuple[Array, Array]:
-        """Return the measurement that errors are usual, for each of `KINDS`.
+        """Return the pseudo-measurement that the other errors are of usual size, for each of `KINDS`.
 
         Returns:
-            A: The mean changes by -P_e A e and the covariance by -P_e A P_e^T, with P_e that of all by the errors e;
-                shape (kinds, 8, 8).
+            A: The mean changes by -P_e A e and the covariance by -P_e A P_e^T, with P_e the covariance of
+                everything with the errors e; shape (kinds, 8, 8).
             ratios: Logarithm of the density of the measurement after the sightings over that before, shape (kinds,).
         """
         errors = slice(3, self.slam._base)

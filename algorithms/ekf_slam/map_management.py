@@ -14,9 +14,9 @@ class _Case:
     """Evidence for and against a landmark on probation."""
 
     agreeing: list[float] = field(default_factory=list)
-    """Times of the looks that agree, including the first [s]."""
+    """Times of the sightings that agree, including the first [s]."""
     against: int = 0
-    """Number of looks that disagreed."""
+    """Number of sightings that disagreed."""
 
 
 class Probation:
@@ -30,7 +30,7 @@ class Probation:
         """Set the rules.
 
         Args:
-            confirmations: Number of looks that must agree.
+            confirmations: Number of sightings that must agree.
             patience: Time within which they must agree [s].
         """
         self._confirmations, self._patience = confirmations, patience
@@ -46,7 +46,7 @@ class Probation:
             self._cases[name] = _Case([time])
 
     def agrees(self, name: Hashable, time: float) -> None:
-        """Count a look that agrees with its landmark; enough of them end the probation."""
+        """Count a sighting that agrees with its landmark; enough of them end the probation."""
         if (case := self._cases.get(name)) is None:
             return
         case.agreeing = [*(stamp for stamp in case.agreeing if time - stamp < self._patience), time]
@@ -54,7 +54,7 @@ class Probation:
             del self._cases[name]
 
     def fails(self, name: Hashable) -> bool:
-        """Count a look that disagrees; return whether the landmark fails, with more looks against it than for it."""
+        """Count a sighting that disagrees; return whether the landmark fails, with more against it than for it."""
         if (case := self._cases.get(name)) is None:
             return False
         case.against += 1

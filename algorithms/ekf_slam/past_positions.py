@@ -1,7 +1,7 @@
 """Positions where the robot has been, kept in the state of a filter: they show how corrections move its map as a whole.
 
-A filter does not keep past poses. When it learns late how everything mapped after a dark minute is turned, robot and
-landmarks move, and nothing tells whether that was the map or the robot. Marks along the path move with them.
+A filter does not keep past poses. When it learns late how everything mapped after a minute without sightings is
+rotated, robot and landmarks move, and it is unknown which of them was wrong. Marks along the path move with them.
 """
 
 import math

@@ -217,7 +217,7 @@ def sighting_scales(drive: MeasuredGraph, poses: Array, landmarks: Mapping[str, 
 
 
 def _graph(gtsam: Any, drive: MeasuredGraph, errors: Array, scales: Array) -> Any:
-    """Return the factors of a drive: the first pose, legs corrected for systematic errors, robust looks."""
+    """Return the factors of a drive: the first pose, legs corrected for systematic errors, robust sightings."""
     graph, noise, symbol = gtsam.NonlinearFactorGraph(), gtsam.noiseModel, gtsam.symbol
     graph.add(prior_factor(gtsam, symbol("x", 0), drive.poses[0], drive.first_covariance))
     for row, leg in enumerate(drive.legs):

@@ -34,10 +34,10 @@ ROW, ROW_SECONDS = 5, 1.0
 CARRIED = 1e-4
 """Prior odds, whenever landmarks are expected, that the robot is elsewhere."""
 WRONG = 1, 100
-"""Prior number of looks at the map that fail although the pose is correct, and of all. The sightings of one
-look fail together: all share the tilt of the robot."""
+"""Prior number of ticks whose sightings fail although the pose is correct, and of all with sightings. Those of one tick
+fail together: all share the tilt of the robot."""
 FAR = 4.0
-"""One look that misses by less than this times the gate is not evidence: errors may be twice as large as stated."""
+"""A tick that misses by less than this times the gate is not evidence: errors may be twice as large as stated."""
 RARE = 0.02
 """Proportion of innocent times without an expected sighting that is not evidence: longer ones are evidence."""
 TRIAL = 3
@@ -142,7 +142,7 @@ class Relocation:
             self._lost = False
 
     def _failed_looks(self) -> int:
-        """Return the number of looks that failed since one agreed."""
+        """Return the number of ticks whose sightings failed since one agreed."""
         return len({*self._row} - {self._agreed})
 
     def _clear_row(self) -> None:

@@ -43,7 +43,7 @@ RARELY = 1.0
 SOON = 1.5
 """With less time to the goal than this, motions are chosen with each scan [s]."""
 BACKWARDS = 0.4
-"""Maximum speed while it backs out or looks round [m/s]."""
+"""Maximum speed while it backs out or looks around [m/s]."""
 SETTLED = 0.6
 """Time after which an obstacle counts as static [s]."""
 MOSTLY = 0.5
@@ -59,7 +59,7 @@ class GoToGoal:
 
     Obstacles come from the map, if there is one, and from lidars, proximity rays, depth cameras and 3-D lidars. The
     time to the goal is planned on a grid, where unseen space counts as free but doubtful; sampled motions of the
-    robot's true shape and limits lead down this time. Without progress the robot backs out, looks round, forgets
+    robot's true shape and limits lead down this time. Without progress the robot backs out, looks around, forgets
     obstacles that it does not see, and tries other ways; after 5 s it also says why. Dead reckoning is corrected by
     scans. It takes goals while it runs, and arrives at the heading of a goal.
 
@@ -388,13 +388,13 @@ class GoToGoal:
         """Return why the robot does not get nearer to its goal."""
         x, y, heading = self._left[0].tolist()
         if self._is_there:
-            return f"no room to turn to {math.degrees(heading):g} degrees at [{x:g}, {y:g}]; waiting for some"
+            return f"no room to turn to {math.degrees(heading):g} degrees at [{x:g}, {y:g}]; waiting for space"
         if self._approach is not None and self._approach.since(self._now) > SILENT:
-            return f"no way to {math.degrees(heading):g} degrees at [{x:g}, {y:g}] found yet; still searching"
+            return f"no path to [{x:g}, {y:g}] at {math.degrees(heading):g} degrees found yet; still searching"
         if self._slip.held is not None:
             return f"the wheels turn, but the sensors see no motion; still trying to get to [{x:g}, {y:g}]"
         if self._jammed:
             return f"every motion would touch something; still trying to get to [{x:g}, {y:g}]"
         if self._way.is_barred:
-            return f"no way to [{x:g}, {y:g}] between the obstacles seen so far; looking for one"
+            return f"no path to [{x:g}, {y:g}] between the obstacles seen so far; still searching"
         return f"no progress towards [{x:g}, {y:g}]; trying other ways"

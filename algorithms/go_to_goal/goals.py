@@ -1,4 +1,4 @@
-"""Goals as they are given."""
+"""Checks the goals of a navigator."""
 
 import math
 from collections.abc import Sequence

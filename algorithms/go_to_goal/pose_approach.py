@@ -26,7 +26,7 @@ STANDING = 0.03
 SPACING = 0.02
 """Distance between points on the curve [m]."""
 OFF = 0.12
-"""Distance from the curve at which it plans anew [m]."""
+"""Distance from the curve at which it replans [m]."""
 STEP = 0.15
 """Length of a piece of the search [radii]."""
 PLACES, HEADINGS = 8.0, 60

@@ -22,7 +22,7 @@ SILENT = 5.0
 BACK, BACKING = 0.7, 3.0
 """Maximum distance and duration of backing out [m, s]."""
 LOOKING = 4.0
-"""Duration of a look round [s]."""
+"""Time for which it looks around [s]."""
 SPACING = 0.1
 """Distance between the remembered places on its own path [m]."""
 REMEMBERED = 200
@@ -73,7 +73,7 @@ class Around:
 class Recovery:
     """Follows the progress of a robot, and chooses what it tries.
 
-    Without progress the robot backs out along its own path, then looks round; places where it got stuck cost more
+    Without progress the robot backs out along its own path, then looks around; places where it got stuck cost more
     afterwards, so that it tries other ways.
     """
 
@@ -132,7 +132,7 @@ class Recovery:
             self._trail = [*self._trail[-REMEMBERED:], pose]
 
     def _begin(self, pose: Pose, now: float) -> bool:
-        """Begin to back out or to look round."""
+        """Begin to back out or to look around."""
         self._tries += 1
         self.stuck = [*self.stuck[-20:], (pose.x + 0.3 * math.cos(pose.heading), pose.y + 0.3 * math.sin(pose.heading))]
         away = [place for place in self._trail if _apart(place, pose) > BACK]

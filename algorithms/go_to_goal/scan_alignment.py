@@ -26,7 +26,7 @@ SURE = 16.3
 """Larger corrections, squared and by their covariance, are wrong, as among things that move: 99.9 % of right ones are
 smaller (chi-square, three degrees of freedom). With 10, skids were not corrected in BARN worlds."""
 FITTING, BETTER, MANY = 0.95, 0.25, 120
-"""A robot that is pushed or skids sideways moves farther than its wheels tell. A larger correction is right, too, if
+"""A robot that is pushed or skids sideways moves farther than its wheels measure. A larger correction is right, too, if
 after it at least this share of the points count in full, if it leaves less than this share of their misfit, and if at
 least so many points count."""
 

@@ -107,7 +107,7 @@ class WayPlan:
         self._doubt &= ~self._planner.drawn(at)
 
     def begin(self) -> None:
-        """Plan anew at the next call, since something unknown to the plan has changed."""
+        """Replan at the next call, since something unknown to the plan has changed."""
         self._planned = -math.inf
 
     def to(
@@ -176,7 +176,7 @@ class WayPlan:
         return np.clip(cells, 0.0, 1.0), self._planner.lower + self._planner.cell * np.array([left, top])
 
     def _is_due(self, field: CostToGo, place: Array, now: float, points: Array) -> bool:
-        """Return whether to plan anew: something has changed on the way, or somewhere for a longer time."""
+        """Return whether to replan: something has changed on the path, or elsewhere for a longer time."""
         if self._planned == -math.inf:
             return True
         if now < self._checked + REPLAN - 1e-6:

@@ -187,7 +187,7 @@ def _advised(error: typer.TyperException, text: str) -> str:
     outputs = [option for option in context.command.params if "-o" in option.opts]
     names_a_file = text.startswith("Got unexpected") and "." in text.rpartition("(")[2]
     if outputs and (names_a_file or text.startswith("Missing option '-o'")):
-        return f"{text.rstrip('.')}; what it writes is named with -o {outputs[0].metavar}"
+        return f"{text.rstrip('.')}; name the output with -o {outputs[0].metavar}"
     if text.startswith(("Got unexpected", "Missing")):
         return f"{text.rstrip('.')}; {context.command_path} --help shows how to type it"
     return text

@@ -34,7 +34,7 @@ def video(
     at: Annotated[
         float | None, typer.Option(metavar="SECONDS", help="Write this instant only, as a picture, SVG or PDF.")
     ] = None,
-    theme: Annotated[Literal["light", "dark"], typer.Option(help="Paper of SVG and PDF.")] = "light",
+    theme: Annotated[Literal["light", "dark"], typer.Option(help="Colours of SVG and PDF.")] = "light",
     begin: Begin = None,
     end: End = None,
     overwrite: Overwrite = False,

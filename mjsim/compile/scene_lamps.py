@@ -20,12 +20,12 @@ of full light, the floor 0.93; faces perpendicular to the line of sight get 0.08
 PICTURES = "beacon/"
 """Prefixes of the names of materials with pictures."""
 LEVEL = "light"
-"""Name of the custom number in the scene for the general light."""
+"""Name of the custom number in the scene for the ambient light."""
 GIVEN_BACK = 0.25
 """Reflectance of a picture; it is emissive, so that its colours are the same at any angle and only a little brighter
 where a lamp of high quality adds to them."""
 MEAN_LIGHT = 0.92
-"""Light averaged over faces of all directions, in full general light."""
+"""Light averaged over faces of all directions, in full ambient light."""
 LAMP_OFFSET = 0.2
 """A lamp lights in proportion to 1 / (0.2 + 0.2 d^2) at d metres: once at 2 m, never more than five times."""
 AMBIENT_SHARE = 0.2
@@ -69,7 +69,7 @@ def lamp_names(world: World) -> list[str]:
 
 
 def general_light(model: mujoco.MjModel) -> float:
-    """Return the general light of a compiled scene; 1 in a scene not from mjsim."""
+    """Return the ambient light of a compiled scene; 1 in a scene not from mjsim."""
     index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, LEVEL)
     return float(model.numeric_data[model.numeric_adr[index]]) if index >= 0 else 1.0
 
@@ -90,7 +90,7 @@ def lamp_brightness(model: mujoco.MjModel, lamps: NDArray[np.intp]) -> Array:
 
 
 def lamps_drawn(model: mujoco.MjModel) -> int:
-    """Return how many lamps can be drawn besides the general light."""
+    """Return how many lamps can be drawn besides the ambient light."""
     directed = (model.light_type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL) & (model.light_active != 0)
     return MAX_LIGHTS - 1 - int(directed.sum())
 
@@ -134,14 +134,14 @@ def picture_glow(level: float, share: float) -> float:
     In full light its colours are exact; in less, emission and reflected light together make up that level.
 
     Args:
-        level: General light.
+        level: Ambient light.
         share: Reflectance of the picture.
     """
     return (level if level >= 1.0 else level * (1.0 - MEAN_LIGHT * share)) / share
 
 
 def light_pictures(spec: mujoco.MjSpec, world: World) -> None:
-    """Set the emission of the pictures on beacons for the general light."""
+    """Set the emission of the pictures on beacons for the ambient light."""
     share = given_back(world)
     for material in spec.materials:
         if material.name.startswith(PICTURES):
@@ -150,7 +150,7 @@ def light_pictures(spec: mujoco.MjSpec, world: World) -> None:
 
 
 def dim_light(model: mujoco.MjModel, level: float) -> None:
-    """Change the general light of a compiled scene, and with it the emission of pictures on beacons."""
+    """Change the ambient light of a compiled scene, and with it the emission of pictures on beacons."""
     index = model.numeric(LEVEL).id
     model.numeric_data[model.numeric_adr[index]] = level
     model.vis.headlight.ambient[:] = [level * value for value in EVEN]

@@ -81,7 +81,7 @@ def _write(recorded: RecordedRobots, robot: str, camera: str, folder: Path) -> N
                     depths.append(_file(folder, "depth", depth_time(frame), png, "png"))
     _list(folder / "rgb.txt", "color images\n# timestamp filename", pictures)
     if depth:
-        _list(folder / "depth.txt", f"depth maps, {DEPTH_SCALE:g} a metre\n# timestamp filename", depths)
+        _list(folder / "depth.txt", f"depth maps, {DEPTH_SCALE:g} per metre\n# timestamp filename", depths)
     truth = [_row(time, pose.as_array()) for time, pose in _poses(recorded, robot, camera, stamps).items()]
     # A log without any has no such file, as programs that read the format expect.
     if truth:

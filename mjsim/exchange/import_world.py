@@ -55,7 +55,7 @@ def bring_map(path: Path, *, robot: Newcomer | None, resolution: float | None = 
         items.append(FileItem(Fate.GUESSED, closing, why="no occupied cell is nearby"))
     if noise:
         cells = "1 occupied cell" if noise == 1 else f"{noise} occupied cells"
-        items.append(FileItem(Fate.LEFT_OUT, cells, why="noise, smaller than a thing"))
+        items.append(FileItem(Fate.LEFT_OUT, cells, why="noise, smaller than any object"))
     notes = [
         f"From the map {path.name}: {columns} x {rows} cells of {grid.resolution:g} m.",
         "A map has no heights or colours; these are guesses.",
@@ -117,7 +117,7 @@ def bring_landmarks(path: Path, *, robot: Newcomer | None, reading: Reading) -> 
     wide, high = np.ptp(map.points, axis=0)
     counted = f"; {_counted(world)}" if world.walls else ""
     way = (
-        f"the way is {map.length():.1f} m long, {map.length() / WAYPOINT_SPEED:.0f} s at {WAYPOINT_SPEED} m/s; "
+        f"the path is {map.length():.1f} m long, {map.length() / WAYPOINT_SPEED:.0f} s at {WAYPOINT_SPEED} m/s; "
         if map.length()
         else ""
     )

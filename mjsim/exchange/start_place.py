@@ -299,7 +299,7 @@ def _connected(away: Array, grid: Grid, need: float, wanted: Sequence[Array]) ->
     more = ", and others" if len(others) > MAX_ROOMS else ""
     listed = ", ".join(f"{place} ({areas[k - 1]:.0f} m2)" for place, k in zip(places, others, strict=False))
     noun = "area has" if len(others) == 1 else "areas have"
-    lines = [f"{len(others)} free {noun} no way to the robot that is wide enough: around {listed}{more}"]
+    lines = [f"{len(others)} free {noun} no path to the robot that is wide enough: around {listed}{more}"]
     return np.where(parts == order[0], away, 0.0), lines if others else []
 
 

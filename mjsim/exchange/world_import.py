@@ -20,7 +20,7 @@ class Brought:
     text: str
     """Text of the world file."""
     report: Sequence[str] = ()
-    """Lines that tell the user what was done and what was left out."""
+    """Lines for the user: what was done and what was left out."""
     files: Mapping[str, bytes] = field(default_factory=dict)
     """Files that the world names, by their paths beside it."""
 

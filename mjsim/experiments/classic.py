@@ -153,7 +153,7 @@ def slam(recording: Recording) -> Result:
             at_most("error of the map, aligned [m]", figures["landmark_error_m"]["aligned_rms"], 0.05),
         ),
         pictures=(
-            plots.path_plot("slam", "Whole view: path and map, with 95 % ellipses", recording),
+            plots.path_plot("slam", "Overview: path and map, with 95 % ellipses", recording),
             plots.enlarged("slam", "Enlarged view: the robot and what it sees", recording),
             plots.transient("slam", "Transient localization error, with 3-sigma bounds", track),
         ),

@@ -63,7 +63,7 @@ def trail(name: str, caption: str, recording: Recording) -> Plot:
     path = Path.make_compound_path(
         *(Path(shapely.get_coordinates(ring)) for ring in (swept.exterior, *swept.interiors))
     )
-    axes.add_patch(PathPatch(path, facecolor=MAP, alpha=0.15, lw=0, label="floor that it has been over"))
+    axes.add_patch(PathPatch(path, facecolor=MAP, alpha=0.15, lw=0, label="floor covered"))
     axes.plot(*track.truth[:, :2].T, color=TRUTH, lw=0.8, label="truth")
     _draw_ends(axes, track)
     return _picture(f"{name}_path", caption, figure)

@@ -92,7 +92,7 @@ class Scan:
 
     stamp: Stamp
     """When it was taken; for a rotating lidar, the time of its last beam [s]."""
-    ranges: Annotated[Array, Form("one a beam [m]; infinite as ROS REP 117 has it", packed="<f8")]
+    ranges: Annotated[Array, Form("one per beam [m]; infinite as in ROS REP 117", packed="<f8")]
     """Ranges along the beams, shape (beams,) [m]."""
     angle_min: Annotated[float, Form("Of the first beam, left positive [rad]")]
     """Angle of the first beam in the sensor frame, left positive [rad]."""
@@ -102,9 +102,11 @@ class Scan:
     """[m]"""
     range_max: Annotated[float, Form("[m]")]
     """[m]"""
-    intensities: Annotated[Array | None, Form("one a beam; left out unless the lidar tells", packed="<f8")] = None
+    intensities: Annotated[Array | None, Form("one per beam; omitted unless the lidar measures them", packed="<f8")] = (
+        None
+    )
     """Intensity of each return, relative to a white wall at normal incidence, shape (beams,); None if not measured."""
-    time_increment: Annotated[float | None, Form("From beam to beam [s]; left out if all have one time")] = None
+    time_increment: Annotated[float | None, Form("From beam to beam [s]; omitted if all have the same time")] = None
     """Time between neighbouring beams of a lidar that rotates; each is in the sensor frame at its time. None if all
     beams have one time [s]."""
 
@@ -146,7 +148,7 @@ class PointCloud:
     """Time of each point relative to the stamp, not above zero, shape (n,) [s]."""
     intensities: Annotated[NDArray[np.float32], Form("strength of each return", packed="<f4")]
     """Intensity of each return, relative to a white wall at normal incidence, shape (n,)."""
-    rings: Annotated[NDArray[np.uint16], Form("which beam of the stack, the lowest is 0", packed="<u2")]
+    rings: Annotated[NDArray[np.uint16], Form("which beam, from 0 for the lowest", packed="<u2")]
     """Ring of each point, 0 for the lowest; 0 for a rosette, shape (n,)."""
 
     def __post_init__(self) -> None:
@@ -214,7 +216,7 @@ class Sighting:
 
     stamp: Annotated[float, Form("[s]"), CLOCK_TIME]
     """[s]"""
-    name: Annotated[str | None, Form("Left out when the sensor cannot tell")]
+    name: Annotated[str | None, Form("Omitted if the sensor does not identify it")]
     """Name of the beacon; None if the sensor does not identify it."""
     range: Annotated[float, Form("Horizontal, from the robot's origin [m]")]
     """Horizontal distance from the robot's origin [m]."""
@@ -231,7 +233,10 @@ class Sighting:
     """
     corners: Annotated[
         Array | None,
-        Form("u, v of 4 corners from the picture's own top left clockwise [px]; left out without", shape=(-1, 2)),
+        Form(
+            "u, v of 4 corners, clockwise from the top left of the beacon's picture [px]; omitted if none",
+            shape=(-1, 2),
+        ),
     ] = None
     """Outline in the image, shape (4, 2) [px], clockwise from the picture's own top left."""
 
@@ -259,7 +264,7 @@ class WheelTicks:
     """When they were read [s]."""
     counts: Annotated[tuple[int, ...], Form("Steps of each driven wheel since the start")]
     """Counts of the wheels, in the order of `RobotInfo.wheels`, from -2^(bits - 1) to 2^(bits - 1) - 1."""
-    resolution: Annotated[int, Form("Steps in one turn of a wheel", is_fixed=True)]
+    resolution: Annotated[int, Form("Steps per turn of a wheel", is_fixed=True)]
     """Counts per revolution of a wheel."""
     bits: Annotated[int, Form("Width of the counters, which wrap around", is_fixed=True)] = 32
     """Width of the counters, which wrap around."""
@@ -347,7 +352,7 @@ class Observation:
     """Motion since the last tick, as measured by the wheels."""
     sightings: Annotated[tuple[Sighting, ...], Form("Beacons seen")] = ()
     """Sightings of the beacon sensor, and of the observer once it has run."""
-    cameras: Annotated[Mapping[str, CameraFrame], Form("Pictures given")] = field(default_factory=dict)
+    cameras: Annotated[Mapping[str, CameraFrame], Form("Pictures")] = field(default_factory=dict)
     """By camera name, only those due at this tick."""
     scans: Annotated[Mapping[str, Scan], Form("Of lidars, where due")] = field(default_factory=dict)
     """By lidar name, only those due at this tick."""
@@ -363,7 +368,7 @@ class Observation:
     """Ring of 16 ranges from the robot's rim, from straight ahead counter-clockwise [m]; +inf for no object."""
     bump: Annotated[tuple[float, ...], Form("Bearings of contacts, left positive [rad]")] = ()
     """Bearings of contacts since the last tick, left positive [rad]; empty without contact."""
-    messages: Annotated[tuple[Message, ...], Form("What the radio brought")] = ()
+    messages: Annotated[tuple[Message, ...], Form("Received by radio")] = ()
     """Messages from other robots received since the last tick."""
     joints: Annotated[Mapping[str, JointState], Form("Encoders of arms")] = field(default_factory=dict)
     """Joint states by the name of the arm."""

@@ -95,7 +95,7 @@ class Study:
 
     @property
     def is_stable_closed(self) -> bool:
-        """Whether the loop of gain 1 is stable; for an unstable one the margins tell how far it is from stability."""
+        """Whether the loop of gain 1 is stable; for an unstable one the margins say how far it is from stability."""
         if self.plant.delay and self.is_stable:
             # Its poles reach the axis first at the least of these gains, which are exact.
             return all(crossing.gain > 1.0 for crossing in self.locus.crossings)

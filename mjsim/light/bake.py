@@ -41,7 +41,7 @@ maximum number of reflections."""
 MAX_SHARE = 0.95
 """Largest share of light that a reflection keeps, for rooms that are almost white."""
 MEAN_LIGHT, MIN_GAIN, MAX_GAIN = 0.75, 0.3, 4.0
-"""Mean general light of floor and walls within rooms, and bounds of the factor that makes it so."""
+"""Mean ambient light of floor and walls within rooms, and bounds of the factor that makes it so."""
 FULL_LIGHT_SHARE, WHITE = 0.95, 1.0
 """Share of texels within rooms that are at most full light at the start, if lamps would make them brighter."""
 SHARES = ("sky", "behind")
@@ -241,7 +241,7 @@ class _Bake:
         general = names.index(GENERAL)
         mean = float(rooms[:, general].mean()) if inside.any() else MEAN_LIGHT
         gain[general] = np.clip(MEAN_LIGHT / max(mean, 1e-6), MIN_GAIN, MAX_GAIN)
-        # A door changes general light and lamps together; what it changes mostly is the first.
+        # A door changes ambient light and lamps together; what it changes mostly is the first.
         gain[len(self._sources.names) :] = gain[general]
         whole, points = whole * gain[:, None], points * gain[:, None]
         bright = np.einsum("ngc,gc->n", rooms * gain[:, None], start) / 3.0
@@ -317,7 +317,7 @@ def _color(names: Sequence[str], name: str, color: Array) -> Light:
 
 
 def _as_general(sources: Sources) -> Light:
-    """Return a row that adds white light to the general light, shape (3 groups,)."""
+    """Return a row that adds white light to the ambient light, shape (3 groups,)."""
     return _color(sources.names, GENERAL, np.ones(3))
 
 

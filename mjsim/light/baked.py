@@ -16,7 +16,7 @@ from mjsim.geometry import Array
 GAMMA = 2.2
 """Exponent from the value of a picture in [0, 1] to linear light."""
 ALWAYS, GENERAL, LAMP, DOOR = "", "light", "lamp/", "door/"
-"""Names of groups: what never changes, the general light, and the prefixes of a lamp and of a door."""
+"""Names of groups: what never changes, the ambient light, and the prefixes of a lamp and of a door."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,7 +42,7 @@ class LightGroup:
     """Light that is switched, dimmed or coloured together."""
 
     name: str
-    """`""` for what never changes, `light` for the general light, `lamp/NAME`, or `door/NAME`: the difference between
+    """`""` for what never changes, `light` for the ambient light, `lamp/NAME`, or `door/NAME`: the difference between
     the door open as events open it and closed, which may be negative; its weight is how far it is open, in [0, 1]."""
     texels: NDArray[np.float16]
     """Irradiance of each texel for weight (1, 1, 1), relative to full light, red, green, blue, shape (h, w, 3)."""

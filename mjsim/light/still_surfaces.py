@@ -41,7 +41,7 @@ class StillGeom:
     shades: bool
     """Whether it casts shadows and reflects light; flat pictures on walls do neither."""
     is_ceiling: bool
-    """Whether it is the ceiling, which has the general light."""
+    """Whether it is the ceiling, which has the ambient light."""
     moves: bool
     """Whether it can move, or is a person: then it casts shadows at its place at the start, but has no light map."""
 
@@ -69,7 +69,7 @@ def solid_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> StillGeom
         shape.places if textured else None,
         shape.corners.astype(np.int32),
         albedo_of(model, geom),
-        # The emission of pictures cancels the general light on them; it is not light of their own.
+        # The emission of pictures cancels the ambient light on them; it is not light of their own.
         0.0 if material < 0 or name.startswith(PICTURE_PREFIX) else float(model.mat_emission[material]),
         not name.startswith(PICTURE_PREFIX) and BACK_SUFFIX not in name and rgba_of(model, geom)[3] >= MIN_OPAQUE_ALPHA,
         name == CEILING,

@@ -116,7 +116,7 @@ def noise_text(calibrations: Mapping[str, Calibration]) -> str:
         bias["bearing_deg"] = math.degrees(float(np.mean([s.bearing_bias for s in sightings])))
     lines = [f"# Measured by mjsim calibrate; means over {', '.join(calibrations)}.", "noise:"]
     lines += [f"  {key}: {value:.5g}" for key, value in noise.items()]
-    lines += ["bias:  # scale of odometry's way; its delay [s] and turn [deg/s]; of range [m] and bearing"]
+    lines += ["bias:  # scale of odometry's distance; its delay [s] and turn [deg/s]; of range [m] and bearing"]
     lines += [f"  {key}: {value:.5g}" for key, value in bias.items()]
     return "\n".join(lines) + "\n"
 

@@ -32,7 +32,7 @@ MAX_ROWS = 5_000_000
 MAX_LATE_SECONDS = 5.0
 """Maximum time by which a trajectory may begin after a run [s]."""
 MAX_SILENT_SECONDS, MAX_STEPS = 1.0, 5.0
-"""A time without poses is told beyond these: absolute [s], and as a multiple of the usual time between two."""
+"""A gap without poses is reported beyond these: absolute [s], and as a multiple of the usual time between two."""
 
 
 def read_trajectory(

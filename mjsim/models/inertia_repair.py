@@ -133,7 +133,7 @@ def mend_impossible(root: Element, path: str, model: Any) -> Iterator[str]:
                 tensor.set(key, " ".join(format(factor * (value or 0.0), DIGITS) for value in numbers))
         yield (
             f"{path}: the inertia of {item.tag} '{item.get('name')}' is as if all its mass were {gyration:.2f} m away,"
-            f" but it reaches {reach:.2f} m; made that of its size"
+            f" but it reaches {reach:.2f} m; scaled to its size"
         )
 
 
@@ -186,7 +186,7 @@ def _mend_urdf(root: Element, path: str, feather: float) -> Iterator[str]:
         if name in carried:
             below = _stated(link)
             if below != 0.0:
-                yield f"{path}: link '{name}' has a mass of {below:g} kg; it weighs nothing instead"
+                yield f"{path}: link '{name}' has a mass of {below:g} kg; it gets a negligible mass instead"
             _lighten(link, feather)
             continue
         has = link.find("collision") is not None

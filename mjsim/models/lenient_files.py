@@ -72,7 +72,7 @@ class LenientGatherer(Gatherer):
     def items(self) -> Iterator[FileItem]:
         """Yield what was left out or simplified."""
         for name in sorted(self._meshes.coarser):
-            yield FileItem(Fate.MENDED, "mesh", posixpath.basename(name), "made coarser, it has too many corners")
+            yield FileItem(Fate.MENDED, "mesh", posixpath.basename(name), "simplified, as it has too many corners")
         for name in sorted(self._meshes.bare):
             yield FileItem(
                 Fate.LEFT_OUT, "look of mesh", posixpath.basename(name), "an arm shows no pictures of meshes"

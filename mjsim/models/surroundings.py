@@ -140,7 +140,7 @@ def read_mjcf_scene(path: Path) -> MjcfScene:
             model = spec.compile()
         except ValueError:
             # Damage that shows only when a picture is decoded; other errors come again.
-            no_textures |= {texture.name: "MuJoCo cannot read it, or another one" for texture in spec.textures}
+            no_textures |= {texture.name: "MuJoCo cannot read this texture or another one" for texture in spec.textures}
             _drop(spec, no_textures)
             model = spec.compile()
     data = mujoco.MjData(model)

@@ -28,7 +28,7 @@ def mend_scales(root: Element) -> Iterator[str]:
             mesh.set("scale", " ".join(numbers * AXES if len(numbers) == 1 else numbers[:AXES]))
             count += 1
     if count:
-        yield f"the scale of {count} mesh{'es' * (count != 1)}, which had other than three numbers"
+        yield f"the scale of {count} mesh{'es' * (count != 1)}, which did not have three numbers"
 
 
 def firsts(root: Element, path: str) -> Iterator[str]:
@@ -44,7 +44,7 @@ def firsts(root: Element, path: str) -> Iterator[str]:
         if repeated:
             tags = ", ".join(sorted({f"<{extra.tag}>" for extra in repeated}))
             called = f"{owner.tag} '{owner.get('name', '?')}'"
-            yield f"left out: {path}: what repeats {tags} in {called}; ROS, too, reads the first"
+            yield f"left out: {path}: repeated {tags} in {called}; the first is used, as in ROS"
 
 
 def mend_sizes(root: Element, path: str) -> Iterator[str]:

@@ -30,7 +30,7 @@ _FRAME = {"timestamp": STAMP, "frame_id": text("Frame of the poses")}
 _NUMBERED: Schema = boolean("Whether the name is a whole number")
 _COMMAND = keyed(
     {
-        "messages": listed({"type": "string"}, "Sent to other robots, as JSON; left out without"),
+        "messages": listed({"type": "string"}, "Sent to other robots, as JSON; omitted if none"),
         "forward": number("[m/s]"),
         "left": number("[m/s]"),
         "turn": number("Counter-clockwise [rad/s]"),
@@ -46,7 +46,7 @@ _COMMAND = keyed(
                 },
                 optional=("velocities", "accelerations", "torques"),
             ),
-            "Goals of arms; left out without",
+            "Goals of arms; omitted if none",
         ),
     },
     optional=("messages", "forward", "left", "turn", "wheels", "joints"),
@@ -59,13 +59,13 @@ POSE = topic(
     | {
         "pose": _POSE,
         "heading": number("Counter-clockwise from x [rad]"),
-        "covariance": numbers("Of (x, y, heading), 3 x 3; left out for the truth", count=9),
+        "covariance": numbers("Of (x, y, heading), 3 x 3; omitted for the truth", count=9),
     },
     optional=("covariance",),
 )
 PATH = topic(
     "mjsim.Path",
-    "The final trajectory, by all that was seen until the end; one message, after the last tick.",
+    "The final trajectory, estimated from the complete run; one message, after the last tick.",
     {
         "times": numbers("[s]"),
         "x": numbers("World frame [m]"),
@@ -75,7 +75,7 @@ PATH = topic(
 )
 LANDMARKS = topic(
     "foxglove.PosesInFrame",
-    "The estimated map, whole, whenever it has changed.",
+    "The complete estimated map, whenever it has changed.",
     _FRAME
     | {
         "poses": listed(_POSE, "Position of each landmark"),
@@ -95,7 +95,7 @@ SIGHTINGS = topic(
 )
 INNOVATIONS = topic(
     "mjsim.Innovations",
-    "What the estimator was surprised by.",
+    "Innovations of the estimator.",
     {
         "innovations": listed(
             keyed(
@@ -106,7 +106,7 @@ INNOVATIONS = topic(
                     "S": numbers("Covariance of nu, 2 x 2", count=4),
                 }
             ),
-            "One a sighting used",
+            "One per sighting used",
         )
     },
 )
@@ -122,19 +122,19 @@ COVARIANCE = topic(
 )
 JOINTS = topic(
     "mjsim.Joints",
-    "How the joints of an arm or a mechanism move; in m and N where they slide.",
+    "Joints of an arm or a mechanism; m and N for sliding joints.",
     {
         "names": listed({"type": "string"}, "Of the joints"),
         "positions": numbers("[rad]"),
         "velocities": numbers("[rad/s]"),
         "accelerations": numbers("In the last step of the physics [rad/s^2]"),
         "torques": numbers("Of the motors, at the joints [N m]"),
-        "goal": numbers("Where they should be [rad]"),
+        "goal": numbers("Goals of the positions [rad]"),
     },
 )
 JOINT_STATES = topic(
     "foxglove.JointStates",
-    "How all joints of a robot, or of a mechanism, truly move; in m and N where they slide.",
+    "True state of all joints of a robot or a mechanism; m and N for sliding joints.",
     {
         "timestamp": STAMP,
         "joints": listed(
@@ -153,7 +153,7 @@ JOINT_STATES = topic(
 )
 READINGS = topic(
     "mjsim.MechanismSensors",
-    "What the sensors of a mechanism read.",
+    "Readings of the sensors of a mechanism.",
     {
         "names": listed({"type": "string"}, "Sensor and quantity, such as q4.velocity"),
         "units": listed({"type": "string"}, "Of each number"),
@@ -161,11 +161,13 @@ READINGS = topic(
     },
 )
 COMMAND = topic(
-    "mjsim.Command", "What the drive is told, and what the navigator wanted.", {"command": _COMMAND, "wanted": _COMMAND}
+    "mjsim.Command",
+    "Command to the drive, and that of the navigator before avoidance.",
+    {"command": _COMMAND, "wanted": _COMMAND},
 )
 EVENT = topic(
     "foxglove.Log",
-    "Something that happened to a robot.",
+    "An event of a robot.",
     {
         "timestamp": STAMP,
         "level": integer("2 information, 3 warning, 4 error"),
@@ -174,13 +176,13 @@ EVENT = topic(
         "file": text("Empty"),
         "line": integer("0"),
         "kind": one_of(get_args(EventKind), "What happened"),
-        "bearing": number("Where it was touched, left positive [rad]; left out otherwise"),
+        "bearing": number("Where it was touched, left positive [rad]; omitted for other events"),
     },
     optional=("bearing",),
 )
 WORLD_EVENT = topic(
     "foxglove.Log",
-    "Something that happened to the world.",
+    "An event of the world.",
     {
         "timestamp": STAMP,
         "level": integer("2, information"),
@@ -191,36 +193,36 @@ WORLD_EVENT = topic(
         "event": keyed(
             {
                 "time": number("First tick not before it [s]"),
-                "move": text("What was put down elsewhere"),
+                "move": text("What is moved"),
                 "to": numbers("x, y, and z of a hand [m]"),
-                "heading_deg": number("Left out when it stayed as it was"),
+                "heading_deg": number("Omitted if unchanged"),
                 "open": text("Door"),
-                "angle_deg": number("Positive to the left side of the wall"),
+                "angle_deg": number("Positive towards the left side of the wall"),
                 "close": text("Door"),
-                "light": number("General light"),
+                "light": number("Ambient light"),
                 "lamp": text("Name"),
                 "brightness": number("Of the lamp"),
-                "noise": text("Which figure of noise, as `--set` names it"),
-                "value": number("Of that noise, in its unit"),
-                "remove": text("What was taken away"),
+                "noise": text("Noise parameter, as `--set` names it"),
+                "value": number("Its new value, in its unit"),
+                "remove": text("What is removed"),
                 "shove": text("Robot or obstacle"),
                 "impulse": numbers("x, y, z [N s]"),
-                "seconds": number("How long the push takes [s]"),
-                "push": text("Robot or obstacle that a force pushes"),
-                "along": numbers("x, y, z, the direction of that force"),
-                "signal": text("JSON: that force over time, as in the world file [N]"),
+                "seconds": number("Duration of the push [s]"),
+                "push": text("Robot or obstacle that is pushed"),
+                "along": numbers("Direction of the force, x, y, z"),
+                "signal": text("JSON: the force over time, as in the world file [N]"),
                 "restore": text("What is restored"),
                 "reach": text("Robot whose arm is moved, or person"),
                 "hand": text("Which hand of a person: left or right"),
                 "goal": text("Robot that got a new goal"),
                 "release": text("Robot whose arm its navigator moves again, or person"),
                 "arm": text("Which of its arms"),
-                "joints_deg": numbers("Where its joints go [deg, m]"),
-                "tool": numbers("x, y, z where its tool goes, in the robot's frame [m]"),
-                "lead": text("Mechanism of which a joint is led"),
+                "joints_deg": numbers("Goals of its joints [deg, m]"),
+                "tool": numbers("Goal of its tool, x, y, z in the robot's frame [m]"),
+                "lead": text("Mechanism whose joint is moved"),
                 "joint": text("Which of its joints"),
-                "to_deg": number("Where that joint goes [deg, m]"),
-                "rotation_deg": numbers("The rotation vector to which that joint goes, if it is a ball [deg]"),
+                "to_deg": number("Goal of that joint [deg, m]"),
+                "rotation_deg": numbers("Goal of a ball joint, as a rotation vector [deg]"),
                 "rpy_deg": numbers("Roll, pitch, yaw of its tool in the robot's frame"),
             },
             "With the keys of `run: events:` in a world file",
@@ -244,13 +246,13 @@ WORLD_EVENT = topic(
                 *("lead", "joint", "to_deg", "rotation_deg", "goal"),
             ),
         ),
-        "short": number("Of a hand, how far it stays away from where it was led [m]; left out when it gets there"),
+        "short": number("Distance by which a hand misses its target [m]; omitted if it reaches it"),
     },
     optional=("short",),
 )
 THINGS = topic(
     "mjsim.Things",
-    "Where everything is that can move but robots; of a door its hinge, and the heading of its leaf.",
+    "Poses of everything that can move, except robots; of a door, its hinge and the heading of its leaf.",
     {
         "things": listed(
             keyed(
@@ -261,7 +263,7 @@ THINGS = topic(
                     "heading": number("Counter-clockwise from x [rad]"),
                 }
             ),
-            "Without what was taken away",
+            "Without removed ones",
         )
     },
 )

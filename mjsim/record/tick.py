@@ -17,7 +17,7 @@ changed."""
 
 @dataclass(frozen=True, slots=True)
 class RobotEvent:
-    """Something that happened to a robot."""
+    """An event of a robot."""
 
     time: float
     """[s]"""

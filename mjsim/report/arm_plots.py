@@ -41,7 +41,7 @@ def drive_plots(time: Array, track: JointTrack) -> dict[str, Figure]:
         return {}
     part, times = track.at(np.flatnonzero(known)), time[known]
     rows = (
-        (np.degrees(part.goal - part.positions), "behind its goal [deg]"),
+        (np.degrees(part.goal - part.positions), "tracking error [deg]"),
         (np.degrees(part.velocities), "rate [deg/s]"),
         (part.torques, "torque [N m]"),
     )

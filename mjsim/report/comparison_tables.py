@@ -148,7 +148,7 @@ def cell_legend(groups: Sequence[Group]) -> str:
     sure = any(summary.low is not None for summary in summaries)
     few = any(summary.low is None and summary.count > 1 for summary in summaries)
     if few:
-        return "mean [95 % interval] (least to largest)" if sure else "mean (least to largest)"
+        return "mean [95 % interval] (min to max)" if sure else "mean (min to max)"
     return "mean [95 % interval]" if sure else "mean"
 
 

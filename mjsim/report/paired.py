@@ -139,4 +139,4 @@ def _reason(
         )
     if interval[0] <= 0.0 <= interval[1]:
         return "the interval contains 0: undecided"
-    return "the interval excludes 0" if better else "they differ; neither way is better"
+    return "the interval excludes 0" if better else "they differ; neither direction is better"

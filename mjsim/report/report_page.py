@@ -136,8 +136,8 @@ def _times(run: dict[str, Any]) -> Iterator[Block]:
     """Yield the table of the computing times of modules and parts of the loop."""
     costs = sorted(run["milliseconds"].items(), key=lambda item: -item[1]["mean"])
     if rows := [(part, f"{cost['mean']:.3f}", f"{cost['p99']:.3f}") for part, cost in costs]:
-        yield Heading("Time on the clock, each tick")
-        yield HtmlTable(("", "mean [ms]", "99 % below [ms]"), rows)
+        yield Heading("Wall-clock time per tick")
+        yield HtmlTable(("", "mean [ms]", "99th percentile [ms]"), rows)
 
 
 def _events(recording: Recording, title: str, *kinds: str) -> tuple[Block, ...]:
@@ -149,9 +149,9 @@ def _events(recording: Recording, title: str, *kinds: str) -> tuple[Block, ...]:
 def _page(recording: Recording, run: dict[str, Any], blocks: Iterable[Block]) -> str:
     factor = "" if run["real_time_factor"] is None else f", {run['real_time_factor']:.1f} times real time"
     happened = [(event_text(event), f"{event.time:.2f} s") for event in as_motions(recording.events)]
-    story = (Heading("What happened to the world"), HtmlTable((), happened)) if happened else ()
-    stops = _events(recording, "Where robots could not go on", "blocked")
-    stops += _events(recording, "When robots were lost", "lost", "found")
+    story = (Heading("Events of the world"), HtmlTable((), happened)) if happened else ()
+    stops = _events(recording, "Blocked robots", "blocked")
+    stops += _events(recording, "Lost robots", "lost", "found")
     cut = "" if run["whole"] else f"; {INCOMPLETE}"
     about = Paragraph(f"{run['sim_seconds']:.1f} s simulated{factor}, seed {run['seed']}{cut}", "run")
     notes = (Paragraph(f"{note.message}.") for note in world_notes(recording.world))

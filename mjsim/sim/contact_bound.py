@@ -18,8 +18,8 @@ PAUSE = 25
 class ContactBound:
     """Bounds when robots can touch anything except the floor.
 
-    What moves is taken for the sphere about its root that contains it in every state of its joints, what is static for
-    the boxes of its geoms. In a world with slides nothing is known.
+    Each moving body is replaced by the sphere about its root that contains it in every state of its joints, what is
+    static by the boxes of its geoms. In a world with slides nothing is known.
     """
 
     def __init__(

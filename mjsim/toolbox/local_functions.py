@@ -1,4 +1,4 @@
-"""Functions that a script defines: Octave must have read them before the first call, MATLAB has them at the end."""
+"""Separates the functions that a script defines: Octave needs them before the first call, MATLAB at the end."""
 
 import re
 
@@ -27,7 +27,7 @@ def apart(text: str) -> tuple[str, dict[str, str]]:
         own.append("" if name else line)
         depth += sum(1 if word in OPENS else -1 for word in words)
         name = name if depth > 0 else ""
-    # Without an end of each function nobody knows where the commands go on.
+    # Without an end of each function it is unknown where the commands continue.
     return ("\n".join(own), {key: "\n".join(lines) for key, lines in functions.items()}) if not depth else (text, {})
 
 

@@ -6,6 +6,7 @@ python scripts/make/world_page.py
 """
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -74,8 +75,9 @@ def _kind(value: dict[str, Any]) -> str:
     if "const" in value:
         return f"`{value['const']}`"
     if value.get("type") == "array":
-        count = f"{value['maxItems']} of " if value.get("maxItems") == value.get("minItems", -1) else ""
-        return f"list of {count}{_kind(value['items'])}"
+        count = f"{value['maxItems']} " if value.get("maxItems") == value.get("minItems", -1) else ""
+        items = re.sub(r"(^| or )(number|integer|string|boolean|list)\b", r"\1\2s", _kind(value["items"]))
+        return f"list of {count}{items}"
     if "patternProperties" in value or isinstance(value.get("additionalProperties"), dict):
         held = value.get("additionalProperties") or next(iter(value["patternProperties"].values()))
         return f"by name: {_kind(held)}"

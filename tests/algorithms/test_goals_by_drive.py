@@ -160,7 +160,7 @@ def test_shut_in_it_says_why_after_5_s():
             if told:
                 break
             assert tick.time < 6.0
-    assert told[0].startswith("r is blocked: no way to [5, 0.5]")
+    assert told[0].startswith("r is blocked: no path to [5, 0.5]")
     assert tick.time == pytest.approx(5.0, abs=0.2)
 
 
@@ -218,7 +218,7 @@ BLOCKED_WAYS = {
     "a cart that stands in the door": ("{time: 2, move: cart, to: [4, 1.3]}", None),
     "all doors, until one opens": (
         "{time: 2, close: near}, {time: 2, close: far}, {time: 14, open: far, angle_deg: 85}",
-        "no way to [7, 1.3]",
+        "no path to [7, 1.3]",
     ),
 }
 

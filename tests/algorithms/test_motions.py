@@ -355,7 +355,7 @@ def test_all_of_a_plan_is_shown_in_the_frame_of_the_estimate():
     ("half", "goal", "reason"),
     [
         ((0.4, 0.15), [0.0, 0.0, 90.0], "no room to turn to 90 degrees at [0, 0]"),
-        ((1.0, 1.0), [3.0, 0.5], "no way to [3, 0.5] between the obstacles seen so far"),
+        ((1.0, 1.0), [3.0, 0.5], "no path to [3, 0.5] between the obstacles seen so far"),
         ((9.0, 9.0), [3.0, 0.5], "no progress towards [3, 0.5]"),
     ],
 )

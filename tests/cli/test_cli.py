@@ -98,9 +98,9 @@ def test_an_invalid_choice_is_a_plain_error(room, capsys):
     [
         (
             ("new", "room.yaml"),
-            "Got unexpected extra argument(s) (room.yaml); what it writes is named with -o WORLD.yaml",
+            "Got unexpected extra argument(s) (room.yaml); name the output with -o WORLD.yaml",
         ),
-        (("compile", "gallery"), "Missing option '-o'; what it writes is named with -o DIR"),
+        (("compile", "gallery"), "Missing option '-o'; name the output with -o DIR"),
         (("doctor", "x"), "Got unexpected extra argument(s) (x); mjsim doctor --help shows how to type it"),
         (("check",), "Missing argument 'WORLD...'; mjsim check --help shows how to type it"),
         (("exprot",), "No such command 'exprot'. Did you mean 'export'?"),

@@ -244,9 +244,9 @@ def test_servos_that_one_step_overshoots_are_named(armature, mass, servo, said):
     assert found.startswith(said) if said else found == ""
     inertia = mass * (0.2**2 + 0.2**2) / 12 + armature
     if "kv=90" in found:
-        assert f"an inertia of {inertia:.2g} kg m^2 and no armature: {2 * inertia / 0.01:.2g} at most" in found
+        assert f"an inertia of {inertia:.2g} kg m^2 and no armature; reduce kv to {2 * inertia / 0.01:.2g} or" in found
     if "kp=" in found:
-        assert f"{4 * inertia / 0.01**2:.2g} at most" in found
+        assert f"{4 * inertia / 0.01**2:.2g} or add an armature" in found
 
 
 CAR = """<mujoco><worldbody><body pos="0 0 1"><freejoint/><geom size=".1" contype="0"/>
@@ -319,7 +319,7 @@ def own(light: float) -> tuple[mujoco.MjModel, mujoco.MjData]:
 
 
 def lit(model: mujoco.MjModel, normal: list[float]) -> float:
-    """Return the light of the scene's general light on a face, without what comes from the viewer."""
+    """Return the light of the scene's ambient light on a face, without what comes from the viewer."""
     light = float(np.mean(model.vis.headlight.ambient))
     for number in range(model.nlight):
         if model.light_type[number] == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL and model.light_active[number]:

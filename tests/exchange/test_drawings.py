@@ -224,7 +224,9 @@ def test_lines_that_are_neither_walls_nor_doors_are_told(tmp_path):
     space.add_line((1, 2), (4, 3))
     document.saveas(tmp_path / "plan.dxf")
     told = inventory(read_plan(read_dxf(tmp_path / "plan.dxf")).items)
-    assert told[1].startswith("guessed: 2 lines on layers without a known role: doors or furniture at most; --layer")
+    assert told[1].startswith(
+        "guessed: 2 lines on layers without a known role: doors or furniture, never walls; --layer"
+    )
     assert "left out: 1 door swing beside no gap of a wall" in told
 
 

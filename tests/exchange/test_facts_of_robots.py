@@ -250,13 +250,13 @@ LOOKS = '<camera pos="0 0 .2" xyaxes="0 {0} 0 0 0 1"/>'
 @pytest.mark.parametrize(
     ("text", "way", "note"),
     [
-        (MARKED.format("a", 0, "b", 0.01, ""), 1.0, "its front is along x of its file, as usual"),
-        (MARKED.format("front", -0.3, "rear", 0.3, ""), -1.0, "by names of its parts"),
-        (MARKED.format("front", 0.3, "rear", -0.3, ""), 1.0, "by names of its parts"),
+        (MARKED.format("a", 0, "b", 0.01, ""), 1.0, "its front is +x in its file, as usual"),
+        (MARKED.format("front", -0.3, "rear", 0.3, ""), -1.0, "by the names of its parts"),
+        (MARKED.format("front", 0.3, "rear", -0.3, ""), 1.0, "by the names of its parts"),
         (MARKED.format("front", -0.3, "b", 0.3, ""), 1.0, "as usual"),  # one end alone says nothing
         (MARKED.format("front_of_back", -0.3, "rear", 0.3, ""), 1.0, "as usual"),
-        (MARKED.format("a", 0, "b", 0.01, LOOKS.format(1)), -1.0, "by its cameras"),
-        (MARKED.format("a", 0, "b", 0.01, LOOKS.format(-1)), 1.0, "by its cameras"),
+        (MARKED.format("a", 0, "b", 0.01, LOOKS.format(1)), -1.0, "and its cameras"),
+        (MARKED.format("a", 0, "b", 0.01, LOOKS.format(-1)), 1.0, "and its cameras"),
     ],
 )
 def test_names_and_cameras_of_mjcf_tell_its_front(text, way, note):

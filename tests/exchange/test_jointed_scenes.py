@@ -110,7 +110,9 @@ def test_static_models_of_gazebo_hold_their_joints_and_odd_ones_are_told(tmp_pat
     lost = DOOR.replace("'door'", "'lost'").replace("<parent>frame", "<parent>other::frame").replace("2 1 0", "2 13 0")
     world, found = brought(scene(tmp_path, still + odd + lost, version="1.9"))
     assert not [joint for joint in compile_world(world).joints if "leaf" in joint.name]
-    assert "guessed: ball joint 'odd::h': held: mjsim brings in revolute, continuous, prismatic joints" in found.report
+    assert (
+        "guessed: ball joint 'odd::h': held: mjsim imports only revolute, continuous, prismatic joints" in found.report
+    )
     assert "guessed: joint 'lost::h': held: it joins nested models" in found.report
 
 
@@ -119,7 +121,7 @@ def test_static_models_of_gazebo_hold_their_joints_and_odd_ones_are_told(tmp_pat
     [
         ("-1.5708 1.5708", 1, None),
         ("0 0", 0, None),
-        ("1 -1", 1, "guessed: limits of joint 'door::h': the lower one is above the upper one; it has none"),
+        ("1 -1", 1, "guessed: limits of joint 'door::h': the lower one is above the upper one; it gets no limits"),
     ],
 )
 def test_equal_limits_hold_a_joint_and_inverted_ones_are_told(limits, count, told, tmp_path):

@@ -93,7 +93,7 @@ def test_a_mat_file_of_version_7_3_is_refused_with_how_to_save_it(tmp_path, caps
     (tmp_path / "map.mat").write_bytes(before + b"\x89HDF\r\n\x1a\n" + bytes(800))
     assert new(tmp_path) == 2
     said = capsys.readouterr().err
-    assert "is a MAT-file of version 7.3 (HDF5), which is not read; write one of version 5 to 7" in said
+    assert "is a MAT-file of version 7.3 (HDF5), which mjsim cannot read; write one of version 5 to 7" in said
     assert said.count("\n") == 1
 
 

@@ -209,7 +209,7 @@ def test_textures_of_mjcf_are_on_boxes_and_walls_and_others_are_told(tmp_path):
 @pytest.mark.parametrize(
     ("data", "why"),
     [
-        (RED[:44] + bytes(6) + RED[50:], "MuJoCo cannot read it, or another one"),
+        (RED[:44] + bytes(6) + RED[50:], "MuJoCo cannot read this texture or another one"),
         (b"GIF89a" + bytes(40), "is not a PNG or JPEG picture; convert it"),
         (b"", "is not a PNG or JPEG picture; convert it"),
     ],

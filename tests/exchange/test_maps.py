@@ -272,7 +272,7 @@ def test_a_robot_starts_in_the_largest_area_and_closed_rooms_are_told(tmp_path):
     world, told = with_newcomer(world_from_grid(grid), Newcomer("turtlebot3_burger"), grid=grid)
     x, y = world.robots[0].at
     assert not (2.0 < x < 6.0 and 2.0 < y < 6.0)
-    assert told == ["1 free area has no way to the robot that is wide enough: around [4.0, 4.0] (10 m2)"]
+    assert told == ["1 free area has no path to the robot that is wide enough: around [4.0, 4.0] (10 m2)"]
 
 
 @pytest.mark.parametrize("start", [(100.0, 10.0), (-100.0, 10.0), (10.0, 1e300)])

@@ -185,7 +185,7 @@ def test_what_stands_around_a_robot_and_slides_it_in_a_scene_is_left_out(tmp_pat
     assert [found.model.joint(k).name for k in range(found.model.njnt)] == ["l", "r"]
     assert found.model.ngeom == 3
     assert found.model.nu == 2
-    assert "left out: what is beside the robot in scene.xml, 2 of them: 'table', 'ball'" in found.notes
+    assert "left out: 2 bodies beside the robot in scene.xml: 'table', 'ball'" in found.notes
     assert sum("moves the whole robot; locked" in note for note in found.notes) == 2
 
 

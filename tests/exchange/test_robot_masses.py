@@ -54,7 +54,7 @@ def test_a_mass_below_zero_is_named(tmp_path):
     heavy = '<inertial><mass value="7"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial>'
     links = {"base": light, "inertial_link": heavy, "l": tyre(0.08, 0.03), "r": tyre(0.08, 0.03)}
     said, _ = weighed(links, [fixed("base", "inertial_link")], tmp_path)
-    assert "link 'base' has a mass of -2.3 kg; it weighs nothing instead" in said
+    assert "link 'base' has a mass of -2.3 kg; it gets a negligible mass instead" in said
 
 
 def test_the_shipped_waffle_weighs_what_its_file_says():

@@ -124,7 +124,7 @@ def test_what_is_missing_is_counted(presets):
 def test_the_front_is_found_from_names_if_it_is_not_x(presets):
     _, said = presets["car"]
     # Its front_bumper lies at -y, its back_bumper at +y.
-    assert "it looks along [0, -1] of its file" in said
+    assert "its front is [0, -1] in its file" in said
     assert load_world(presets["car"][0]).robots[0].body.forward_deg == pytest.approx(-90.0)
 
 
@@ -279,7 +279,7 @@ def test_meshes_in_text_and_of_too_many_triangles_are_read(tmp_path, count, text
     (tmp_path / "robot.urdf").write_text(rover([0.0]).replace("</link>", mesh, 1))
     (tmp_path / "ball.stl").write_bytes(sphere_stl(count, text=text))
     brought = bring_robot(tmp_path / "robot.urdf", name="r", options=RobotOptions(), packages={}, arguments={})
-    assert (any("made coarser, it has too many corners" in line for line in brought.report)) == said
+    assert (any("simplified, as it has too many corners" in line for line in brought.report)) == said
     (data,) = (data for name, data in brought.files.items() if name.endswith(".stl"))
     corners = np.frombuffer(data[84:], dtype=[("n", "<f4", 3), ("v", "<f4", (3, 3)), ("a", "<u2")])["v"]
     assert len(corners) <= 60_000

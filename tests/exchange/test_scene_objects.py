@@ -20,7 +20,7 @@ def test_a_model_of_gazebo_is_an_object_of_a_world(tmp_path):
     assert outline.bounds == pytest.approx((1.8, 1.3, 2.2, 2.6), abs=0.01)
     (tmp_path / "desk.sdf").write_text("<sdf><model name='a'/><model name='b'/></sdf>")
     with pytest.raises(
-        WorldError, match="has 2 models beside its worlds; an object has one, else bring it in as a world"
+        WorldError, match="has 2 models beside its worlds; an object has one, else import it as a world"
     ):
         parse_world(text, source=Source(folder=tmp_path))
 

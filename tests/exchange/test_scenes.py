@@ -164,7 +164,7 @@ def test_a_robot_in_the_scene_is_where_the_new_one_starts_and_lamps_shine(tmp_pa
     assert world.robots[0].at == (1.5, 3.0)
     assert world.robots[0].heading_deg == pytest.approx(90.0, abs=0.1)
     assert [(each.at, each.height, each.color) for each in world.lamps] == [((2.0, 1.0), 2.2, "#ff8000")]
-    assert "left out: robot 'bot': its start is kept; bring it in by mjsim new --robot-from" in found.report
+    assert "left out: robot 'bot': its start is kept; import it with mjsim new --robot-from" in found.report
     assert "left out: directional light 'far': a world has ambient light and lamps" in found.report
 
 
@@ -286,7 +286,7 @@ def test_a_scene_of_mujoco_is_the_surroundings_of_a_world(tmp_path):
     assert things["table"].elevation == pytest.approx(0.7)
     assert world.robots[0].at == (1.0, 1.0)
     assert "kept: jointed thing 'hatch'" in found.report
-    assert "left out: robot 'bot': its start is kept; bring it in by mjsim new --robot-from" in found.report
+    assert "left out: robot 'bot': its start is kept; import it with mjsim new --robot-from" in found.report
 
 
 @pytest.mark.parametrize(

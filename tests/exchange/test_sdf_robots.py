@@ -176,7 +176,7 @@ def test_models_in_a_model_are_parts_of_the_robot():
         (
             "<link name='x'><visual name='v'><geometry><mesh><uri>a.dae</uri><submesh><name>s</name></submesh></mesh>"
             "</geometry></visual></link>" + hinge("j", "x", "", kind="fixed"),
-            "mesh part 's': a mesh is taken as a whole",
+            "mesh part 's': mjsim uses only whole meshes",
         ),
     ],
 )

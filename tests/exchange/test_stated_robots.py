@@ -260,7 +260,7 @@ def test_a_frame_with_the_mass_of_rounding_weighs_nothing():
     links = {"base": BASE, "l": tyre(0.1, 0.03), "r": tyre(0.1, 0.03), "mark": speck}
     text = robot(links, [*held, joint("mark", "base", "mark", 'xyz="0 0 0.2"', kind="fixed")]).encode()
     files = gather_robot("r.urdf", lambda _: text)
-    assert "r.urdf: link 'mark' has a mass of 4e-15 kg; it weighs nothing instead" in files.notes
+    assert "r.urdf: link 'mark' has a mass of 4e-15 kg; it gets a negligible mass instead" in files.notes
 
 
 @pytest.mark.parametrize(("moment", "told"), [(0.5, 0), (40.0, 1)])
@@ -294,7 +294,10 @@ def test_a_frame_called_like_a_lidar_has_usual_keys_and_a_line_says_so():
     plan, items = planned(cart(more))
     assert [mount.name for mount in plan.mounts] == ["laser"]
     (line,) = inventory(items)
-    assert line == "guessed: lidar 'laser': range, field of view, rate and noise as usual: the file has its place only"
+    assert (
+        line
+        == "guessed: lidar 'laser': range, field of view, rate and noise as usual: the file gives only its position"
+    )
     assert inventory(planned(cart(fan("main", pose="0 0 0.5 0 0 0")))[1]) == []
 
 

@@ -180,7 +180,7 @@ def test_avoidance_is_judged_by_time_bumps_corners_and_coverage(drawn, monkeypat
     labels = {line.get_label(): line for line in axes.lines}
     assert np.ravel(labels["start"].get_data()).tolist() == [0.68, 0.68]
     assert np.ravel(labels["end"].get_data()).tolist() == [0.68, 3.32]
-    swept = next(patch for patch in axes.patches if patch.get_label() == "floor that it has been over")
+    swept = next(patch for patch in axes.patches if patch.get_label() == "floor covered")
     box = swept.get_path().get_extents()
     assert box.extents == pytest.approx([0.68 - RADIUS, 0.68 - RADIUS, 5.32 + RADIUS, 3.32 + RADIUS], abs=0.01)
 

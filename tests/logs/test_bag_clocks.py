@@ -126,7 +126,9 @@ def test_parts_do_not_mix_where_the_clock_of_the_recorder_was_set_back(form, bac
     with new_bag(path, form) as bag:
         _put_drive(bag, [at - (back if k >= 125 else 0.0) for k, at in enumerate(true)], is_own=is_own)
     run = imported(path)
-    assert run.metadata["clock of the recorder"] == f"mended: set back 1 times (-{back:.2f} s); times go on from there"
+    assert (
+        run.metadata["clock of the recorder"] == f"mended: set back 1 times (-{back:.2f} s); times continue from there"
+    )
     seen = list(run.observations("robot"))
     assert [each.scans["scan"].ranges[0] for each in seen if each.scans] == [1.0 + k for k in range(60)]
     times = [each.scans["scan"].stamp for each in seen if each.scans]
@@ -148,7 +150,7 @@ def test_files_of_a_split_bag_stay_in_order_where_the_clock_was_set_back_before_
                 bag.put("/scan", at, bag.scan(bag.header(at, "laser"), np.full(5, 1.0 + k), 0.0, 0.1, (0.1, 900.0)))
         next((tmp_path / f"part{part}").glob("*.mcap")).rename(tmp_path / "run" / f"run_{part}.mcap")
     run = imported(tmp_path / "run")
-    assert run.metadata["clock of the recorder"] == "mended: set back 1 times (-3.00 s); times go on from there"
+    assert run.metadata["clock of the recorder"] == "mended: set back 1 times (-3.00 s); times continue from there"
     scans = [seen.scans["scan"].ranges[0] for seen in run.observations("robot") if seen.scans]
     assert scans == [1.0 + k for k in range(60)]
 

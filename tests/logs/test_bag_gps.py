@@ -107,7 +107,7 @@ def test_the_truth_of_a_bag_with_fixes_is_where_the_robot_was_in_metres_from_the
     off = track.truth[known] - expected[known]
     assert np.hypot(off[:, 0], off[:, 1]).max() < 0.12
     assert np.abs(wrap_angles(off[:, 2])).max() < 0.02
-    assert run.metadata["fixes that had jumped left out"] == "1"
+    assert run.metadata["outlier fixes left out"] == "1"
     assert run.metadata["/gps/fix messages left out"] == "4"
     told = run.metadata["truth"]
     assert told.startswith("75 fixes of topic /gps/fix; x is east and y is north of latitude 48.1")

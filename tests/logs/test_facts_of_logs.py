@@ -139,7 +139,7 @@ def test_stamps_of_messages_without_headers_are_interpolated():
 
 def test_a_recorder_that_was_set_back_is_noted():
     assert Clocks([(5.0, 2.0), (7.0, 0.5)]).settle() == {
-        "clock of the recorder": "mended: set back 2 times (-2.00 s, -0.50 s); times go on from there"
+        "clock of the recorder": "mended: set back 2 times (-2.00 s, -0.50 s); times continue from there"
     }
     assert Clocks().settle() == {}
 

@@ -47,7 +47,7 @@ def test_readings_in_units_that_no_robot_reaches_are_in_those_that_it_does(tmp_p
     assert {round(float(each.turn[2]), 4) for each in readings} == {1.5708, 1.5}
     told = "\n".join(listed(run))
     assert "guessed: range limits of scan: 0.15 to 12 m; the bag gives 150 to 1.2e+04, which can only be in mm" in told
-    assert "guessed: acceleration of imu: in g, not m/s^2: it is 1.01 as a rule" in told
+    assert "guessed: acceleration of imu: in g, not m/s^2: its median is 1.01" in told
     assert "guessed: turn rate of imu: in deg/s, not rad/s: it reaches 90" in told
-    assert "guessed: speed of odometry: 500 m/s as a rule" in told
+    assert "guessed: speed of odometry: 500 m/s (median)" in told
     assert "of good" not in told

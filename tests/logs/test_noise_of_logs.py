@@ -99,7 +99,7 @@ def test_the_noise_is_written_in_the_units_of_a_world(tmp_path):
         "  turn: 0.05",
         "  range: 0.3",
         "  bearing_deg: 4",
-        "bias:  # scale of odometry's way; its delay [s] and turn [deg/s]; of range [m] and bearing",
+        "bias:  # scale of odometry's distance; its delay [s] and turn [deg/s]; of range [m] and bearing",
         "  scale: 1.2",
         "  delay: 0.1",
         "  turn_deg: 2",

@@ -144,7 +144,7 @@ def test_observations_come_at_any_rate_of_whole_milliseconds(rate, tmp_path):
             "observation 19: its odometry holds a number that",
         ),
         (drive(odometry=mjsim.Odometry(0.0, 0.0, 0.0, np.eye(2))), "has shape (2, 2); it must be (3, 3)"),
-        (drive(scans={"my scan": mjsim.Scan(1.9, np.ones(3), 0.0, 0.1, 0.1, 8.0)}), "recording: lidar is 'my scan'"),
+        (drive(scans={"my scan": mjsim.Scan(1.9, np.ones(3), 0.0, 0.1, 0.1, 8.0)}), "recorded: lidar is 'my scan'"),
         (
             drive(scans={"scan": mjsim.Scan(1.9, np.ones(3), 0.0, 0.1, 0.1, np.inf)}),
             "limits of scan 'scan' are not finite",

@@ -216,14 +216,14 @@ def test_the_lidars_and_the_kinds_of_what_is_left_out_are_bounded(tmp_path):
         (scan(8, START, [1.0] * 5, pose=b"\x00" * 30), "it has 1 broken CObservation2DRangeScan"),
         (scan(8, START, [1.0] * 5, pose=pose3(3, math.nan, 0, 0, 0)), "it has 1 broken CObservation2DRangeScan"),
         (scan(8, START, [1.0], pose=pose3(3, 0, 0, 0, 0)), "it has 1 broken CObservation2DRangeScan"),
-        (scan(8, START, [1.0] * 5, pose=pose3(3, 0, 0, 0, 0), reach=math.inf), "(its numbers make no scan)"),
+        (scan(8, START, [1.0] * 5, pose=pose3(3, 0, 0, 0, 0), reach=math.inf), "(its numbers are not a valid scan)"),
         (scan(8, START, [1.0] * 5, pose=pose3(3, 0, 0, 0, 0), claims=200), "CObservation2DRangeScan of version 200"),
         (scan(8, None, [1.0] * 5, pose=pose3(3, 0, 0, 0, 0)), "CObservation2DRangeScan (it has no time)"),
         (odometry(None), "it has 1 broken CObservationOdometry (it has no time)"),
-        (landmarks(spread=math.nan), "CObservationBearingRange (its numbers make no landmarks)"),
-        (landmarks(claims=5000), "CObservationBearingRange (its numbers make no landmarks)"),
+        (landmarks(spread=math.nan), "CObservationBearingRange (its numbers are not valid landmarks)"),
+        (landmarks(claims=5000), "CObservationBearingRange (its numbers are not valid landmarks)"),
         (landmarks(elevation=math.inf), "it has 3 landmarks without a range"),
-        (landmarks(pose=obj("CPose3D", 3, struct.pack("<12d", *[0.0] * 3, *[9.0] * 9))), "a pose is no rotation"),
+        (landmarks(pose=obj("CPose3D", 3, struct.pack("<12d", *[0.0] * 3, *[9.0] * 9))), "a pose is not a rotation"),
     ],
 )
 def test_a_rawlog_without_anything_to_read_is_one_line(data, says, tmp_path):

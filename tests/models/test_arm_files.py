@@ -237,7 +237,7 @@ def test_an_inertia_far_beyond_the_size_of_a_link_is_reduced_and_told(tmp_path, 
     )
     with pytest.raises(SystemExit, match=r"^0$"):
         main(["arm", str(tmp_path / "a.urdf")])
-    said = "the inertia of link 'arm' is as if all its mass were 20.00 m away, but it reaches 0.10 m; made that of its"
+    said = "the inertia of link 'arm' is as if all its mass were 20.00 m away, but it reaches 0.10 m; scaled to its"
     assert said in capsys.readouterr().out
     inertia = mjsim.arm(tmp_path / "a.urdf").links[0].inertia
     np.testing.assert_allclose(inertia, 0.005 * 0.05**2 * np.array([1, 1, 1, 0, 0, 0]), rtol=1e-6)

@@ -141,7 +141,7 @@ def test_a_link_held_to_one_with_mass_weighs_nothing():
     )
     notes = mend_inertias(root, "r.urdf", feather=1e-3)
     assert [note.split("'")[1] for note in notes] == ["c", "d"]
-    assert "has a mass of -1 kg; it weighs nothing instead" in notes[0]
+    assert "has a mass of -1 kg; it gets a negligible mass instead" in notes[0]
     for found in root.findall("link")[1:3]:
         (inertial,) = found.findall("inertial")
         assert float(inertial.find("mass").get("value")) == 1e-3

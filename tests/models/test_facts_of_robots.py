@@ -94,14 +94,14 @@ BOX = '<body name="box"><geom size=".1"/><joint name="lid" type="slide"/></body>
 def test_a_scene_of_mjcf_is_left_with_its_robot_and_what_refers_to_it():
     root = ET.fromstring(BOT.format(BOX, ""))
     (note,) = without_scenery(root, "m.xml")
-    assert note == "left out: what is beside the robot in m.xml, 1 of them: 'box'"
+    assert note == "left out: 1 body beside the robot in m.xml: 'box'"
     assert [item.get("name") for item in root.find("worldbody")] == ["robot"]
     assert [item.get("body1") for item in root.find("contact")] == ["l"]
     assert len(root.find("tendon")) == 0
     assert [item.get("name") for item in root.find("actuator")] == ["wheel"]
     many = ET.fromstring(BOT.format("".join(BOX.replace("box", f"b{k}") for k in range(5)), ""))
     (note,) = without_scenery(many, "m.xml")
-    assert note.endswith("5 of them: 'b0', 'b1', 'b2', 'b3' and more")
+    assert note.endswith("5 bodies beside the robot in m.xml: 'b0', 'b1', 'b2', 'b3' and more")
     second = '<body name="second"><joint/><body><joint/></body></body>'
     two = ET.fromstring(BOT.format(BOX + second, ""))
     assert list(without_scenery(two, "m.xml")) == []

@@ -37,9 +37,7 @@ def test_an_inertia_far_beyond_the_size_of_a_body_is_made_that_of_its_size():
     files = gather_robot("r.urdf", lambda _: text)
     # Half of the reach of 0.2 m is the radius of gyration.
     assert files.model.body_inertia[1] == pytest.approx([2.0 * 0.1**2] * 3)
-    note = (
-        "the inertia of link 'b' is as if all its mass were 2.00 m away, but it reaches 0.20 m; made that of its size"
-    )
+    note = "the inertia of link 'b' is as if all its mass were 2.00 m away, but it reaches 0.20 m; scaled to its size"
     assert f"r.urdf: {note}" in files.notes
 
 

@@ -49,8 +49,8 @@ def test_of_what_a_robot_has_once_the_first_counts():
         mujoco.MjModel.from_xml_string(TWICE)
     root = fromstring(TWICE)
     assert list(firsts(root, "r.urdf")) == [
-        "left out: r.urdf: what repeats <mesh> in link 'base'; ROS, too, reads the first",
-        "left out: r.urdf: what repeats <origin> in joint 'j'; ROS, too, reads the first",
+        "left out: r.urdf: repeated <mesh> in link 'base'; the first is used, as in ROS",
+        "left out: r.urdf: repeated <origin> in joint 'j'; the first is used, as in ROS",
     ]
     assert list(firsts(root, "r.urdf")) == []
     assert [shape.get("size") for shape in root.iter("box")] == ["1 1 1", "0.3 0.2 0"]

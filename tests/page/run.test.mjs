@@ -60,7 +60,7 @@ test("a distance is measured with its direction", () => {
 });
 
 test("what holds a robot up is told with its reason for ten seconds, of that robot alone", () => {
-  const blocked = { kind: "event", time: 4, robot: "scout", event: "blocked", text: "scout is blocked: no way to [5, 2]" };
+  const blocked = { kind: "event", time: 4, robot: "scout", event: "blocked", text: "scout is blocked: no path to [5, 2]" };
   assert.ok(holdsUp(blocked, "scout", 13.9));
   for (const [event, robot, time] of [[blocked, "scout", 14], [blocked, "scout", 3], [blocked, "other", 5]])
     assert.ok(!holdsUp(event, robot, time));

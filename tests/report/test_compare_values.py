@@ -129,7 +129,7 @@ def test_few_pairs_cannot_decide_and_how_many_can_is_said():
 
 
 def test_brackets_are_called_what_they_are():
-    for count, told in ((1, "mean"), (3, "mean (least to largest)"), (8, "mean [95 % interval]")):
+    for count, told in ((1, "mean"), (3, "mean (min to max)"), (8, "mean [95 % interval]")):
         head = comparison_lines(compare_tables(runs("it", ERRORS[:count])))[1]
         assert head.partition("   ")[0] == told
 

@@ -174,5 +174,5 @@ def test_blocks_of_a_page_name_what_they_show():
     costs = {"a": {"mean": 1.0, "p99": 2.0}, "b": {"mean": 3.0, "p99": 4.0}}
     heading, table = _times({"milliseconds": costs})
     assert list(table.rows) == [("b", "3.000", "4.000"), ("a", "1.000", "2.000")]
-    assert heading.text == "Time on the clock, each tick"
+    assert heading.text == "Wall-clock time per tick"
     assert list(_times({"milliseconds": {}})) == []

@@ -241,7 +241,7 @@ def test_joints_of_one_kind_have_one_unit(slides, angle, torque):
 def test_wheels_of_a_balancing_base_are_drawn_by_their_lag_rate_and_torque():
     time, part = joints()
     panels = arm_plots.drive_plots(time, part)["wheels"].axes
-    assert [axes.get_ylabel() for axes in panels] == ["behind its goal [deg]", "rate [deg/s]", "torque [N m]"]
+    assert [axes.get_ylabel() for axes in panels] == ["tracking error [deg]", "rate [deg/s]", "torque [N m]"]
     np.testing.assert_allclose(lines(panels[0])["turn"][:, 1], np.degrees(0.1))
     np.testing.assert_allclose(lines(panels[1])["slide"][:, 1], np.degrees(part.velocities[1:, 1]))
     np.testing.assert_allclose(lines(panels[2])["turn"], np.column_stack([time, part.torques[:, 0]])[1:])
@@ -315,7 +315,7 @@ def test_a_page_tells_what_happened_only_where_something_did():
     quiet = SimpleNamespace(world=WORLD, events=(), robots={})
     page = _page(quiet, run, [])
     assert "3.0 s simulated, 2.0 times real time, seed 4<" in page
-    assert "What happened to the world" not in page
+    assert "Events of the world" not in page
     cut = _page(quiet, run | {"whole": False, "real_time_factor": None}, [])
     assert "3.0 s simulated, seed 4; the recording is incomplete" in cut
 

@@ -171,7 +171,7 @@ def add_user_robot(
         model = spec_of(files)
     base = model.body(BASE)
     if base is None:
-        raise ValueError(f"'{body.model}' has no body named '{BASE}'; give the robot's that name")
+        raise ValueError(f"'{body.model}' has no body named '{BASE}'; give that name to the body of the robot")
     for joint in list(base.joints):
         model.delete(joint)
     base.pos, base.quat = [0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]

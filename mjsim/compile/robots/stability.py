@@ -82,9 +82,15 @@ def _suspicions(model: mujoco.MjModel) -> Iterator[tuple[float, str]]:
         max_kv, max_kp = MAX_DAMPED * inertia / step, MAX_PULLED * inertia / step**2
         target = f"for joint '{model.joint(joint).name}', which has an inertia of {inertia:.2g} kg m^2{bare}"
         if damped > MAX_DAMPED:
-            yield damped, f"servo '{name}' with kv={kv:g} is too stiff {target}: {max_kv:.2g} at most, or an armature"
+            yield (
+                damped,
+                f"servo '{name}' with kv={kv:g} is too stiff {target}; reduce kv to {max_kv:.2g} or add an armature",
+            )
         if pulled > MAX_PULLED:
-            yield pulled, f"servo '{name}' with kp={kp:g} is too stiff {target}: {max_kp:.2g} at most, or an armature"
+            yield (
+                pulled,
+                f"servo '{name}' with kp={kp:g} is too stiff {target}; reduce kp to {max_kp:.2g} or add an armature",
+            )
     for joint in range(model.njnt):
         dof = int(model.jnt_dofadr[joint])
         single = int(model.jnt_type[joint]) in (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))

@@ -64,6 +64,6 @@ def listed(counts: Counter[str], others: int = 0) -> Iterator[FileItem]:
         yield FileItem(Fate.GUESSED, f"{what} alone", why="dark shapes are walls unless a name says 'furniture'")
     if others:
         lines = f"{others} {'line' if others == 1 else 'lines'} on layers without a known role"
-        yield FileItem(Fate.GUESSED, lines, why="doors or furniture at most; --layer NAME makes walls of them")
+        yield FileItem(Fate.GUESSED, lines, why="doors or furniture, never walls; --layer NAME makes walls of them")
     if left := [f"{count} {kind}" for kind, count in counts.items() if count and kind not in (*made, ALONE, UNEVEN)]:
         yield FileItem(Fate.LEFT_OUT, ", ".join(left))

@@ -186,8 +186,8 @@ def _content(path: Path) -> tuple[dict[str, Any], tuple[str, ...]]:
         return dict(found.values), found.unread
     if HDF5 in (data[: len(HDF5)], data[USER_BLOCK : USER_BLOCK + len(HDF5)]):
         raise UsageError(
-            f"'{path}' is a MAT-file of version 7.3 (HDF5), which is not read; write one of version 5 to 7 in MATLAB or"
-            f" Octave: load('{path.name}'), then save('map.mat', '-v7')"
+            f"'{path}' is a MAT-file of version 7.3 (HDF5), which mjsim cannot read; write one of version 5 to 7 in"
+            f" MATLAB or Octave: load('{path.name}'), then save('map.mat', '-v7')"
         )
     from scipy.io import loadmat
 

@@ -33,10 +33,10 @@ def forward_of(
     hint = _hint(anatomy, ahead)
     if abs(hint) > 1e-3:
         ahead = ahead * np.sign(hint)
-        return ahead, (f"it looks along {shown(ahead)} of its file, by names of its parts and by its cameras",)
+        return ahead, (f"its front is {shown(ahead)} in its file, by the names of its parts and its cameras",)
     if abs(ahead[0]) > PARALLEL:
         ahead = ahead * np.sign(ahead[0])
-        return ahead, ("its front is along x of its file, as usual",)
+        return ahead, ("its front is +x in its file, as usual",)
     signs = [key for key, direction in ALONG.items() if abs(float(np.array(direction) @ ahead)) > 0.7]
     raise UsageError(f"{file} does not define its front; give --forward {signs[0]} or --forward {signs[1]}")
 

@@ -209,7 +209,7 @@ def _omnidirectional(
     if kind == "omni3":
         requested = None if options.forward is None else np.array(ALONG.get(options.forward, (1.0, 0.0)))
         forward = ring_forward(chosen, requested)
-        note = f"it looks along {shown(forward)} of its file, one wheel behind"
+        note = f"its front is {shown(forward)} in its file, with one wheel at the rear"
         return Gear(kind, (), bearing, floor, forward, (note, *sizes), in_the_ring(chosen, forward))
     forward, notes = forward_of(anatomy, _common_axis(chosen, file), options, file=file, urdf=urdf)
     left = np.array([-forward[1], forward[0]])

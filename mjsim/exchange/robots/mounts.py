@@ -37,7 +37,7 @@ LOWEST = {"lidar": 0.02, "lidar3d": 0.02, "camera": 0.02, "imu": -0.01}
 """Minimum height above the floor; lower frames are placeholders, or see only the floor [m]."""
 OTHER_SENSORS = re.compile(r"sonar|ultraso|cliff|infrared|gps|gnss|radar|bumper", re.IGNORECASE)
 NO_OTHERS = "each robot has a ring of 16 ranges and a bumper; mjsim has no such sensor besides"
-"""Names of links and sites for which there is no sensor, and what is told of them."""
+"""Names of links and sites for which mjsim has no sensor, and the note on each."""
 WIDTH, HEIGHT = 640, 480
 MAX_FOV = 150.0
 """Maximum field of view of a camera [deg]."""
@@ -92,10 +92,10 @@ def find_mounts(
             chosen.append(_renamed(mount, {other.name for other in chosen}))
             if mount.kind != "imu" and not mount.keys:
                 items.append(
-                    FileItem(Fate.GUESSED, mount.kind, mount.name, f"{USUAL_KEYS}: the file has its place only")
+                    FileItem(Fate.GUESSED, mount.kind, mount.name, f"{USUAL_KEYS}: the file gives only its position")
                 )
         else:
-            why = f"it has {len(same)} by names already; add it to `sensors` of the preset if it is one"
+            why = f"{len(same)} of this kind are found by name already; add it to `sensors` of the preset if it is one"
             items.append(FileItem(Fate.LEFT_OUT, f"frame called like a sensor ({mount.kind})", mount.name, why))
     said = {sensor.link for sensor in sensors}
     names = (place.name for place in anatomy.places if place.name not in said and not NO_SENSOR.search(place.name))

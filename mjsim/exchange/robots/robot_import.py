@@ -30,4 +30,4 @@ class BroughtRobot:
     files: Mapping[str, bytes] = field(default_factory=dict)
     """Its model and all files that it refers to, by paths relative to the preset."""
     report: Sequence[str] = ()
-    """Lines that tell the user what was found and what was changed."""
+    """Lines for the user: what was found and what was changed."""

@@ -256,7 +256,7 @@ class _Maker:
                 self._left_out("mesh", name, "it names no file; give it a <uri>")
                 return None
             if shape.find("submesh") is not None:
-                self._left_out("mesh part", shape.findtext("submesh/name") or uri, "a mesh is taken as a whole")
+                self._left_out("mesh part", shape.findtext("submesh/name") or uri, "mjsim uses only whole meshes")
                 return None
             return {"filename": uri if "://" in uri else link.model.folder + uri, "scale": _text(scale)}
         if shape.tag != "empty":

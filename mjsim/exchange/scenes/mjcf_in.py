@@ -51,7 +51,7 @@ def read_mjcf(path: Path) -> Scene:
         scene.tell(Fate.LEFT_OUT, "camera", name, ON_ROBOTS)
     for name, pose in found.robots:
         scene.starts.append((float(pose[0, 3]), float(pose[1, 3]), math.atan2(pose[1, 0], pose[0, 0])))
-        scene.tell(Fate.LEFT_OUT, "robot", name, "its start is kept; bring it in by mjsim new --robot-from")
+        scene.tell(Fate.LEFT_OUT, "robot", name, "its start is kept; import it with mjsim new --robot-from")
     _take(scene, found.bodies, looks)
     for name, place, directional in found.lamps:
         if directional:

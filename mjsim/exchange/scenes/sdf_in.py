@@ -90,7 +90,7 @@ class _Reader:
             elif child.tag == "light":
                 self._light(child, frames, np.eye(4))
             elif child.tag in ("actor", "road", "population"):
-                self.scene.tell(Fate.LEFT_OUT, child.tag, child.get("name", ""), "mjsim has no such thing from a file")
+                self.scene.tell(Fate.LEFT_OUT, child.tag, child.get("name", ""), "mjsim does not support it")
 
     def _frames(self, element: Element, file: Path) -> SdfFrames:
         def inner(child: Element) -> SdfFrames | None:
@@ -161,7 +161,7 @@ class _Reader:
     def _robot(self, name: str, world_from_robot: Array) -> None:
         x, y, heading = world_from_robot[0, 3], world_from_robot[1, 3], math.atan2(*world_from_robot[[1, 0], 0])
         self.scene.starts.append((float(x), float(y), heading))
-        why = "its start is kept; bring it in by mjsim new --robot-from"
+        why = "its start is kept; import it with mjsim new --robot-from"
         self.scene.tell(Fate.LEFT_OUT, "robot", name, why)
 
     def _links(

@@ -121,7 +121,7 @@ class _Forest:
         if kind in KINDS and not _is_locked(joint):
             return True
         if kind not in ("fixed", *KINDS):
-            self._tell(Fate.GUESSED, f"{kind} joint", joint, f"held: mjsim brings in {', '.join(KINDS)} joints")
+            self._tell(Fate.GUESSED, f"{kind} joint", joint, f"held: mjsim imports only {', '.join(KINDS)} joints")
         self.owner[self.root(child)] = self.root(parent)
         return False
 
@@ -141,7 +141,7 @@ class _Forest:
                 continue
             made = _joint(joint, self.model, self.frames, self.world_from_model, where, in_joint=self.in_joint)
             if (limits := _limits(joint)) is not None and limits[0] > limits[1]:
-                why = "the lower one is above the upper one; it has none"
+                why = "the lower one is above the upper one; it gets no limits"
                 self._tell(Fate.GUESSED, "limits of joint", joint, why)
             label = own[0].name if own else joint.get("name", "part")
             skins = [skin for link in own for skin in link.skins]

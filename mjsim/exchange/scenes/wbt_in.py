@@ -134,7 +134,7 @@ class _Reader:
         text = read_bounded(place, limit=MAX_TEXT, kind="a PROTO").decode("utf-8-sig", "replace")
         if "%<" in text or "%{" in text:
             name = node.text("name") or node.kind
-            why = f"'{name}' is as in mjsim's library, if it is there"
+            why = f"mjsim's own '{name}' is used, if it has one"
             self.scene.tell(Fate.LEFT_OUT, "template of a PROTO", place.name, why)
             return None
         fields, body = Parser(text, str(place)).proto()
@@ -150,7 +150,7 @@ class _Reader:
     def _robot(self, node: WbtNode, world_from_outer: Array) -> None:
         pose = world_from_outer @ _pose(node)
         self.scene.starts.append((float(pose[0, 3]), float(pose[1, 3]), math.atan2(pose[1, 0], pose[0, 0])))
-        why = "its start is kept; bring it in by mjsim new --robot-from, from its URDF"
+        why = "its start is kept; import it with mjsim new --robot-from, from its URDF"
         self.scene.tell(Fate.LEFT_OUT, "robot", node.text("name") or node.kind, why)
 
     def _light(self, node: WbtNode, world_from_outer: Array) -> None:
@@ -225,7 +225,7 @@ class _Reader:
         anchor = np.array(given.numbers("anchor", (0.0, 0.0, 0.0)))
         low, high, now = (given.number(key, 0.0) for key in ("minStop", "maxStop", "position"))
         if low > high:
-            self.scene.tell(Fate.GUESSED, "stops of joint", label, "minStop is above maxStop; it has none")
+            self.scene.tell(Fate.GUESSED, "stops of joint", label, "minStop is above maxStop; it gets no stops")
         length = float(np.linalg.norm(axis))
         joint = SceneJoint(
             kind=MOVING[node.kind],
@@ -289,7 +289,9 @@ class _Reader:
             fans += [[corners[0], corners[k], corners[k + 1]] for k in range(1, len(corners) - 1)]
             corners = []
         if not fans or max(map(max, fans)) >= len(points):
-            self.scene.tell(Fate.LEFT_OUT, node.kind, name, "it has no face, or one of a point that it does not have")
+            self.scene.tell(
+                Fate.LEFT_OUT, node.kind, name, "it has no faces, or a face with a point that does not exist"
+            )
             return
         rigid, scale = _rigid(pose)
         order = slice(None, None, -1 if np.prod(scale) < 0.0 else 1)

@@ -112,14 +112,15 @@ class Clocks:
                 since, offsets = self._jumps.get(topic, ([], [0.0]))
                 self._jumps[topic] = since, [offset + shift for offset in offsets]
                 notes[f"start of the clock of {topic}"] = told(
-                    Fate.MENDED, f"{shift:+.6g} s from that of {usual}; moved to that by when both were recorded"
+                    Fate.MENDED,
+                    f"{shift:+.6g} s from that of {usual}; shifted by the difference of their recording times",
                 )
         return notes
 
 
 def _set_back_note(set_back: Sequence[tuple[float, float]]) -> str:
     listed = ", ".join(f"{-back:+.2f} s" for _, back in set_back[:5])
-    return told(Fate.MENDED, f"set back {len(set_back)} times ({listed}); times go on from there")
+    return told(Fate.MENDED, f"set back {len(set_back)} times ({listed}); times continue from there")
 
 
 def _longest(times: Sequence[float]) -> float:

@@ -123,7 +123,7 @@ class _Robot:
         if speed > MAX_SPEED:
             self._notes["speed of odometry"] = told(
                 Fate.GUESSED,
-                f"{speed:.4g} m/s as a rule, since ROS has metres; if it is in mm, divide it by 1000 first",
+                f"{speed:.4g} m/s (median), as ROS uses metres; if it is in mm, divide it by 1000 first",
             )
 
     def _base_frame(self) -> str | None:
@@ -237,7 +237,7 @@ class _Robot:
             )
             return None
         self._notes["truth"] = f"{len(found.rows)} fixes of topic {topic}; {found.about}"
-        self._notes["fixes that had jumped left out"] = str(found.jumped)
+        self._notes["outlier fixes left out"] = str(found.jumped)
         return found.rows
 
     def _scans(self) -> tuple[dict[str, Mount], dict[str, Readings[Scan]]]:
@@ -256,7 +256,7 @@ class _Robot:
             mounts[name] = Mount() if place is None else mount_of(place)
             hangs = place is not None and float(place[2, 2]) < UPSIDE_DOWN
             if place is not None and abs(float(place[2, 2])) < -UPSIDE_DOWN:
-                self._notes[f"place of {name}"] = told(Fate.GUESSED, "level; it is not")
+                self._notes[f"place of {name}"] = told(Fate.GUESSED, "level, although it is tilted")
             given, taken = (stream.first.range_min, stream.first.range_max), limits_of(stream.first)
             if not np.allclose(given, taken):
                 limits = f"{taken[0]:.4g} to {taken[1]:.4g} m; the bag gives {given[0]:.4g} to {given[1]:.4g}"
@@ -328,7 +328,7 @@ class _Robot:
             if ONE_G[0] < felt < ONE_G[1]:
                 rows[:, 1:4] *= GRAVITY
                 self._notes[f"acceleration of {name}"] = told(
-                    Fate.GUESSED, f"in g, not m/s^2: it is {felt:.2f} as a rule"
+                    Fate.GUESSED, f"in g, not m/s^2: its median is {felt:.2f}"
                 )
             # A few readings may be faults.
             turn = float(np.quantile(np.nan_to_num(np.abs(rows[:, 4:7]).max(axis=1)), 0.98))

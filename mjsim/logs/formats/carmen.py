@@ -99,7 +99,7 @@ def read_carmen(path: Path) -> Log:
     clock = ForwardClock(found.stamps)
     if clock.begins:
         found = _read(path, notes, clock)
-        notes["clock"] = told(Fate.MENDED, f"{clock.about}, as in logs that were joined; times go on from there")
+        notes["clock"] = told(Fate.MENDED, f"{clock.about}, as in logs that were joined; times continue from there")
     if not found.odometry and not found.scans:
         raise UsageError(f"'{path}' holds neither odometry nor scans of CARMEN")
     notes |= {f"{kind} left out": str(count) for kind, count in sorted(found.left_out.items())}

@@ -79,7 +79,7 @@ class MrptBytes:
         if pose.shape != (4, 4) or not (np.abs(pose) <= MAX_NUMBER).all():
             raise struct.error("a pose is not finite")
         if not np.allclose(pose[:3, :3] @ pose[:3, :3].T, np.eye(3), atol=1e-3):
-            raise struct.error("a pose is no rotation")
+            raise struct.error("a pose is not a rotation")
         return pose
 
     def matrix(self) -> Array:

@@ -212,7 +212,7 @@ def _take_landmarks(found: _Found, reader: MrptBytes) -> None:
     spread = (RANGE, BEARING) if has_covariances else reader.take("3f")[:2]
     (count,) = reader.take("I")
     if count > MAX_LANDMARKS or not all(0.0 <= each <= MAX_NUMBER for each in spread):
-        raise struct.error("its numbers make no landmarks")
+        raise struct.error("its numbers are not valid landmarks")
     covariance = np.diag(np.square([max(each, 1e-6) for each in spread]))
     seen = [_landmark(reader, robot_from_sensor, has_covariance=bool(has_covariances)) for _ in range(int(count))]
     stamp = _stamp(found, ticks)
@@ -255,7 +255,7 @@ def _take_scan(found: _Found, version: int, reader: MrptBytes) -> None:
         reader.matrix()
     count = int(reader.take("I")[0])
     if not 2 <= count <= MAX_BEAMS or not 0.0 < aperture < 2.1 * math.pi or not 0.0 < reach <= MAX_NUMBER:
-        raise struct.error("its numbers make no scan")
+        raise struct.error("its numbers are not a valid scan")
     ranges = reader.array("<f4", count).astype(float)
     valid = reader.array("u1", count) > 0 if version >= 1 else ranges < reach
     if version >= 2:

@@ -88,7 +88,7 @@ def convert_victoria_park(folder: Path, wishes: Wishes, output: Output) -> Itera
     world = _world(folder, _first(truth, span[0]), span, rate_hz=rate, sighting=sighting)
     metadata = {"log": "victoria park", "log folder": str(folder), "truth is of": "the middle of the rear axle", **cuts}
     if found is not None:
-        metadata["gps fixes that had jumped left out"] = str(found.jumped)
+        metadata["gps outlier fixes left out"] = str(found.jumped)
     yield from write_robot_logs(
         world,
         {NAME: log},
@@ -153,7 +153,7 @@ def _world(
     """Return the world of the park, which contains only the car."""
     noise = f"{{range: {sighting[0]!r}, bearing_deg: {math.degrees(sighting[1])!r}}}"
     text = (
-        "# From the Victoria Park data set. Where the trees stand nobody knows.\n"
+        "# From the Victoria Park data set. The positions of the trees are unknown.\n"
         f"mjsim: 1\nname: {name_from(folder)}\n"
         f"robots:\n  - name: {NAME}\n    at: [{first.x!r}, {first.y!r}]\n"
         f"    heading_deg: {math.degrees(first.heading)!r}\n"

@@ -142,7 +142,7 @@ def generated_world(text: str, source: str) -> World:
         return parse_world(text)
     except WorldError as error:
         # Positions in a generated text mean nothing to the user.
-        raise UsageError(f"{source} make no recording: {error.problems[0].message}"[:MAX_MESSAGE_LENGTH]) from None
+        raise UsageError(f"{source} cannot be recorded: {error.problems[0].message}"[:MAX_MESSAGE_LENGTH]) from None
 
 
 def _ticks(sim: Simulation, robots: Mapping[str, "_Robot"], count: int) -> Iterator[Tick]:

@@ -15,7 +15,7 @@ MAX_DEPTH = 8
 _MECANUM = re.compile(r"mecanum|robot_center_projection", re.IGNORECASE)
 """Types of controllers of mecanum wheels, and a parameter that they alone have."""
 _UNUSED = re.compile(r"torque|max_?\w*acceleration", re.IGNORECASE)
-"""Names of limits that are told, but not taken."""
+"""Names of limits that are reported, but not used."""
 _WHEELS = re.compile(r"^(left|right)_wheel$|(wheel|traction).*(joints?|names?)$")
 """Parameters that name wheels' joints, in the controllers of ROS and ROS 2 for two, four, steered and omni wheels."""
 

@@ -42,7 +42,8 @@ def without_scenery(root: Element, path: str) -> Iterator[str]:
     bodies = [item.get("name", "?") for _, item in scenery if item.tag == "body"]
     if bodies:
         shown = ", ".join(f"'{name}'" for name in bodies[:4]) + (" and more" if len(bodies) > 4 else "")
-        yield f"left out: what is beside the robot in {path}, {len(bodies)} of them: {shown}"
+        noun = "body" if len(bodies) == 1 else "bodies"
+        yield f"left out: {len(bodies)} {noun} beside the robot in {path}: {shown}"
 
 
 def without_mjcf_rails(root: Element, path: str) -> Iterator[str]:

@@ -11,7 +11,7 @@ from mjsim.models.rotations import pose_keys
 from mjsim.models.sdf.sdf_frames import SdfFrames, floats
 from mjsim.models.sdf.sdf_shapes import mesh_of, sizes_of
 
-SCENE = "bring it in as a world: mjsim new --from"
+SCENE = "import it as a world: mjsim new --from"
 """Advice for SDF that is more than a model."""
 USUAL = "#808080"
 """Colour of a link without one."""

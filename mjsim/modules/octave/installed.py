@@ -38,7 +38,7 @@ def octave_found() -> str:
         )
     except (OSError, subprocess.TimeoutExpired) as error:
         why = (
-            f"said nothing for {VERSION_TIMEOUT:g} s"
+            f"printed nothing within {VERSION_TIMEOUT:g} s"
             if isinstance(error, subprocess.TimeoutExpired)
             else error.strerror
         )

@@ -137,7 +137,7 @@ class OctaveEngine(Engine):
         if "no graphics toolkits" in shortened:
             shortened = "figures of modules are drawn by mjsim run and mjsim replay only"
         if _UNKNOWN.search(shortened):
-            shortened += "; places of beacons and walls are [] unless the world says map: known"
+            shortened += "; positions of beacons and walls are [] unless the world has map: known"
         shortened = shortened if len(shortened) <= MAX_TEXT_LENGTH else f"{shortened[:MAX_TEXT_LENGTH]}..."
         return f"raised an error: {shortened}{self._frame_place(frames.splitlines())}"
 

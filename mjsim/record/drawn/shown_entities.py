@@ -63,7 +63,7 @@ _TEXTURED = {
 _TEXT = keyed(
     {
         "pose": _POSE,
-        "billboard": boolean("Whether it turns to the eye"),
+        "billboard": boolean("Whether it always faces the viewer"),
         "font_size": number("[px]"),
         "scale_invariant": boolean("Whether the size is in pixels"),
         "color": _COLOR,
@@ -87,7 +87,7 @@ _ENTITY = keyed(
         "frame_id": text("world, R/estimate or R/base"),
         "id": text("Place in the list, and name"),
         "lifetime": keyed({"sec": {"type": "integer"}, "nsec": {"type": "integer"}}, "0: until the next message"),
-        "frame_locked": boolean("Whether it goes with its frame"),
+        "frame_locked": boolean("Whether it moves with its frame"),
         "metadata": _NOTHING,
         **{kind: _NOTHING for kind in ("arrows", "cubes", "spheres", "cylinders", "triangles")},
         "lines": listed(_LINES, "Lines, and points as short lines"),
@@ -97,12 +97,12 @@ _ENTITY = keyed(
 )
 _VALUE = keyed(
     {
-        "kind": one_of(("points", "lines", "grid", "text"), "Which of the other keys are there"),
+        "kind": one_of(("points", "lines", "grid", "text"), "Determines which other keys are present"),
         "name": text("As the module calls it"),
         "frame": one_of(("world", "estimate", "base"), "Of the numbers"),
         "color": text("#rrggbb"),
         "points": packed("x, y, z of each point [m]"),
-        "size": number("Across a point [m]"),
+        "size": number("Diameter of a point [m]"),
         "joined": boolean("Whether each point is joined to the next"),
         "width": number("Of a line [m]"),
         "cells": packed("PNG, first row at the top; 0 occupied to 254 free, 255 unknown", "bytes"),
@@ -115,12 +115,12 @@ _VALUE = keyed(
 )
 SHOW = topic(
     "foxglove.SceneUpdate",
-    "All that the estimator shows, whenever it has changed.",
+    "Everything that the estimator shows, whenever it has changed.",
     {
         "deletions": listed(
             keyed({"timestamp": STAMP, "type": integer("1, all"), "id": text("Empty")}), "What was shown before"
         ),
-        "entities": listed(_ENTITY, "One an item"),
+        "entities": listed(_ENTITY, "One per item"),
         "shown": listed(_VALUE, "The same, exactly; cells are rounded to 1/254"),
     },
 )

@@ -89,9 +89,11 @@ IMU = replace(
                             "name": schema.text("Of the sensor"),
                             "stamp": schema.number("[s]"),
                             "acceleration": schema.xyz(
-                                "Specific force in the sensor's frame [m/s^2]; left out without"
+                                "Specific force in the sensor's frame [m/s^2]; omitted if not measured"
                             ),
-                            "turn": schema.xyz("Angular velocity in the sensor's frame [rad/s]; left out without"),
+                            "turn": schema.xyz(
+                                "Angular velocity in the sensor's frame [rad/s]; omitted if not measured"
+                            ),
                         },
                         optional=("acceleration", "turn"),
                     ),

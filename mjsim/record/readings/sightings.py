@@ -26,7 +26,7 @@ SIGHTINGS = replace(
         name="identities",
         schema=schema.topic(
             "mjsim.Identities",
-            "Which beacons the sensors truly saw; no module is told.",
+            "True beacon of each sighting; modules do not get this.",
             {
                 "names": schema.listed(
                     {"type": "string"}, "Of each of the first sightings of the tick; empty for one of nothing"

@@ -167,7 +167,7 @@ class Imager:
     """Exposure, photons, read-out, response and processing of a camera.
 
     Everything works on the square root of light as whole numbers: there the noise of photons and read-out is equal for
-    all levels, so that it is added without a look at each pixel's own deviation.
+    all levels, so that it is added without computing the deviation of each pixel.
 
     References:
         Anscombe, The transformation of Poisson, binomial and negative-binomial data, Biometrika 35, 1948; with read-out

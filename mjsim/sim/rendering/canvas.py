@@ -86,7 +86,7 @@ class Canvas:
             context.release()
 
     def paint_background(self, level: float) -> None:
-        """Fill the background in the general light; to be called after mjr_render."""
+        """Fill the background in the ambient light; to be called after mjr_render."""
         red, green, blue = (min(level, 1.0) * value for value in BACKGROUND_COLOR)
         self.gl.paint(self._background, (red, green, blue))
 

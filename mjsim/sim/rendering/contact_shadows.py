@@ -1,7 +1,7 @@
-"""Contact shadows: how much of the even light from above each moving thing keeps from the floor around it.
+"""Contact shadows: how much of the ambient light each moving object keeps from the floor around it.
 
-The shadow of a thing is a small picture that moves and turns with it, computed once from its shape at the start: for
-each of many directions of light, the outlines of its parts are projected on the floor, as they cover it together.
+The shadow of an object is a small picture that moves and turns with it, computed once from its shape at the start: for
+each of many directions of light, the union of the outlines of its parts is projected on the floor.
 """
 
 from collections import defaultdict

@@ -140,7 +140,7 @@ class LitScene:
 
 
 def light_moving_things(scene: mujoco.MjvScene) -> None:
-    """Set the lights of a scene to even light and two lamps at infinity, as in full general light.
+    """Set the lights of a scene to even light and two lamps at infinity, as in full ambient light.
 
     The colours of geoms that move are multiplied by the light where they are.
     """
@@ -162,7 +162,7 @@ def _own_colors(model: mujoco.MjModel, *, lit: NDArray[np.bool_]) -> tuple[Array
     """Return the factor on the colour of each geom, shape (ngeom, 3), and its emission, -1 to keep it.
 
     Pictures on beacons glow and reflect little in plain light. With a light map they reflect all; on things that move
-    they glow as in full general light.
+    they glow as in full ambient light.
     """
     factors, glow = np.ones((model.ngeom, 3)), np.full(model.ngeom, -1.0)
     for geom, material in enumerate(model.geom_matid.tolist()):

@@ -87,7 +87,7 @@ class BeaconDevice:
         )
 
     def pass_over(self) -> None:
-        """Draw the random numbers of a look that was not requested."""
+        """Draw the random numbers of a reading that was not requested."""
         self._chances()
         if self._false is not None:
             self._false.draw()

@@ -54,7 +54,7 @@ class LateRoutes:
         await self._router(scope, receive, send)
 
     def close(self) -> None:
-        """Close what was loaded, once it is; without a start there is nothing."""
+        """Wait for the routes to load, and close them; do nothing if loading was never started."""
         self._closing.set()
         if self._thread.ident is None:
             return

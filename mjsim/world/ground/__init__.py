@@ -1,4 +1,4 @@
-"""What all parts of a world share: the strict model and its kinds of values, names, sentences about faults."""
+"""Shared by all parts of a world: the strict model, its types of values, names, and texts of errors."""
 
 from mjsim.faces import face
 

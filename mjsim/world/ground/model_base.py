@@ -33,7 +33,7 @@ class Model(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Slider:
-    """Marks in `Annotated` a number that may change while a world runs: the useful part of its range."""
+    """Marks, in `Annotated`, a number that may change during a run, with its useful range."""
 
     low: float
     high: float

@@ -59,7 +59,7 @@ def composed(text: str) -> str:
 
 
 def look_of(name: str) -> str:
-    """Return what a name looks like: names of equal look, such as 'a1' and its full-width form, are taken for one."""
+    """Return what a name looks like: names that look alike, such as 'a1' and its full-width form, give the same."""
     return name if name.isascii() else unicodedata.normalize("NFKC", name)
 
 
