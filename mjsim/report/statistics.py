@@ -349,11 +349,15 @@ def swept_share(world: World, robot: Robot, poses: Array) -> float | None:
         # The centre of the first cell is at half a cell.
         return np.round(((points - (west, south)) / cell - 0.5) * 2**FRACTION_BITS).astype(np.int32)
 
-    for part in shapely.get_parts(region.buffer(-cell / 2)):
-        cv2.fillPoly(reachable, [pixels(np.array(part.exterior.coords))], 1, shift=FRACTION_BITS)
+    def fill(ring: Any, value: int) -> None:
+        # OpenCV also fills the cells that a polygon's outline touches, half a cell too much.
+        for part in shapely.get_parts(shapely.Polygon(ring).buffer(-cell / 2)):
+            cv2.fillPoly(reachable, [pixels(np.array(part.exterior.coords))], value, shift=FRACTION_BITS)
+
+    for part in shapely.get_parts(region):
+        fill(part.exterior, 1)
         for hole in part.interiors:
-            cv2.fillPoly(reachable, [pixels(np.array(hole.coords))], 0, shift=FRACTION_BITS)
-    # OpenCV also fills the cells that a polygon's outline touches, half a cell too much.
+            fill(hole, 0)
     outline = shapely.Polygon(robot.body.outline()).buffer(-cell / 2, join_style="mitre").exterior.coords
     corners = [_placed(np.array(outline), pose) for pose in _thinned(poses)]
     for before, after in zip(corners, corners[1:] or corners, strict=False):
