@@ -91,7 +91,7 @@ class Branch {
       this.turned();
     };
     const items = this.element.open ? repeat(fields, titleOf, (field) => this.item(field)) : nothing;
-    const view = html`<summary>${this.name}<span class="topic-type">${topic?.type}</span></summary><p class="hint">${topic?.about}</p>
+    const view = html`<summary>${this.name} <span class="topic-type">${topic?.type}</span></summary><p class="hint">${topic?.about}</p>
         <button type="button" class="quiet run-small" aria-pressed=${isRaw} @click=${press}>${word("charts.message")}</button>
         <div class="topic-message">${isRaw ? this.told() : nothing}</div><ul>${items}</ul>`;
     draw(this.element, view);
