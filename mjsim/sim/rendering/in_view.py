@@ -96,7 +96,8 @@ class InView:
         self._radii = np.where(self._planes, flat, model.geom_rbound[drawn])
         self._boxes = GeomBoxes(model, drawn)
         self._on_walls = np.array([str(model.geom(geom).name).startswith(WALL_DETAILS) for geom in drawn], dtype=bool)
-        self._order = np.zeros(model.ngeom)
+        self._places = np.zeros(model.ngeom, dtype=np.intp)
+        self._places[drawn] = np.arange(len(drawn))
         self._sortable: bool | None = None
         self._hiding = Hiding(model)
 
@@ -111,28 +112,28 @@ class InView:
             self._sortable = same_layout(scene)
         if not self._sortable:
             return
-        self._order[self._drawn] = self._from_front(view.eye)
         geoms = geoms_of(scene)[: scene.ngeom]
-        own = geoms["objtype"] == mujoco.mjtObj.mjOBJ_GEOM
-        order = np.argsort(np.where(own, self._order[np.where(own, geoms["objid"], 0)], 0.0), kind="stable")
+        own = np.flatnonzero(geoms["objtype"] == mujoco.mjtObj.mjOBJ_GEOM)
+        order = np.zeros(scene.ngeom)
+        order[own] = self._from_front(self._places[geoms["objid"][own]], view.eye)
         rows = as_bytes(geoms)
-        rows[:] = rows[order]
+        rows[:] = rows[np.argsort(order, kind="stable")]
 
-    def _from_front(self, eye: Array) -> Array:
-        """Return a number for each drawn geom, smaller for what is in front of others, shape (n,).
+    def _from_front(self, chosen: NDArray[np.intp], eye: Array) -> Array:
+        """Return a number for each of some geoms, given by their places among the drawn ones: smaller if in front.
 
         That is its distance. Where the eye is within the box around a geom, as with the walls of a room, what lies
         within that box is in front of it, and everything else behind it.
         """
-        low, high = self._boxes.last
+        low, high = (each[chosen] for each in self._boxes.last)
         order = np.linalg.norm(np.clip(eye, low, high) - eye, axis=1)
         level = ((high - low < LEVEL_HEIGHT) == (False, False, True)).all(axis=1)
-        around = (order == 0.0) & ~level
-        rooms = np.flatnonzero(around & ~self._on_walls)
+        around, on_walls = (order == 0.0) & ~level, self._on_walls[chosen]
+        rooms = np.flatnonzero(around & ~on_walls)
         within = (low >= low[rooms, None] - WALL_DEPTH) & (high <= high[rooms, None] + WALL_DEPTH)
         order += FAR * np.count_nonzero(~within.all(axis=2), axis=0)
         order[rooms] += FAR / 2
-        order[around & self._on_walls] = 0.0
+        order[around & on_walls] = 0.0
         order[level] += LAST
         return np.asarray(order)
 
