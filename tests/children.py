@@ -109,7 +109,12 @@ def completed(
         more: As for `Child`.
     """
     with child(words, **more) as program:
-        code = program.ended(within=within)
+        try:
+            code = program.ended(within=within)
+        except AssertionError as late:
+            program.kill()
+            late.add_note("".join(map(program.rest, program._lines)))
+            raise
         out, err = (program.rest(of) if of in program._lines else "" for of in ("stdout", "stderr"))
     assert not check or code == 0, f"exit code {code} of {program.words}: {err or out}"
     return subprocess.CompletedProcess(program.words, code, out, err)

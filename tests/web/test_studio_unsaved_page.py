@@ -72,10 +72,14 @@ def each_of_two_is_restored_or_discarded(sheet, place):
     expect(offer(sheet.page).get_by_role("listitem")).to_have_count(2)
     sheet.button("Discard").nth(0).click()
     expect(offer(sheet.page).get_by_role("listitem")).to_have_count(1)
+    held = []
+    sheet.page.route("**/api/draft/keep", lambda route: held.append(route), times=1)
     sheet.button("Restore").click()
     sheet.reads("# one")
-    number_kept(1)  # of this tab now
     sheet.save()
+    assert [route.request.post_data_json["text"][-5:] for route in held] == ["# one"]  # of this tab now
+    number_kept(1)
+    held[0].continue_()  # the server hears of it only after the file was saved
     number_kept(0)
     assert place.read_text().endswith("# one")
 

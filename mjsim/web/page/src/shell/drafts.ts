@@ -101,8 +101,8 @@ export class Drafts {
       // What was made from other content than there is on disk now is not saved over it unasked.
       if (world.stamp !== null && draft.stamp !== null) world.stamp = draft.stamp;
       this.restored = id;
-      // Kept at once: the page may be closed while the text is read.
-      await Promise.all([world.restore(draft.text, draft.past), this.keepNow()]);
+      // Kept at once: the page may be closed while the text is read. What is saved meanwhile is forgotten after that.
+      await Promise.all([world.restore(draft.text, draft.past), this.keep()]);
       // What is on disk as it is was not kept, so it took the place of nothing.
       if (this.restored === id && !world.isChanged) {
         this.restored = undefined;
