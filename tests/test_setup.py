@@ -146,6 +146,7 @@ def test_a_test_that_hangs_is_ended_and_named(tmp_path):
     """Every test has the limit of pyproject.toml; here with a shorter one, and a wait that no Ctrl-C would end."""
     (tmp_path / "test_hang.py").write_text("import threading\n\n\ndef test_hang():\n    threading.Event().wait()\n")
     command = [sys.executable, "-m", "pytest", "-c", ROOT / "pyproject.toml", "--rootdir", tmp_path, "-o", "timeout=1"]
+    command += ["--basetemp", tmp_path / "tmp"]
     done = completed([*command, tmp_path], check=False)
     assert done.returncode == 1
     assert "Failed: Timeout" in done.stdout
