@@ -273,7 +273,7 @@ run:
       estimator: {use: "mjsim.algorithms.visual_slam:VisualSlam", camera: front}
       navigator: {use: "mjsim.algorithms.waypoints:Waypoints", points: [[5.5, 1.2], [5.5, 3.4], [1.2, 3.4], [1.2, 1.2]]}
 """
-EYE = "{camera: front, at: [0.1, 0, 1], width: 320, height: 240, fov_deg: 70, rate_hz: 12.5, depth: DEPTH}"
+EYE = "{camera: front, at: [0.1, 0, 1], width: 320, height: 240, fov_deg: 70, rate_hz: 6.25, depth: DEPTH}"
 
 
 @pytest.mark.slow
