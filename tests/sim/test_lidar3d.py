@@ -192,22 +192,23 @@ def test_rings_have_the_elevations_that_the_world_gives():
     np.testing.assert_allclose(up, np.linspace(-20, 10, 16)[cloud.rings], atol=1e-4)
 
 
+def points_of(keys):
+    """Return the first cloud of a sensor in the middle of the walls, shape (n, 3)."""
+    text = f"mjsim: 1\n{WALLED}\nrobots: [{{name: scout, at: [3, 2], sensors: [{{{keys}}}]}}]"
+    with Simulation(parse_world(text)) as sim:
+        return cloud_of(sim).points
+
+
 def test_over_less_than_a_turn_the_first_and_the_last_column_are_at_the_edges_of_the_field_of_view():
     keys = "lidar3d: top, rings: 3, columns: 10, fov_deg: 90"
-    with Simulation(
-        parse_world(f"mjsim: 1\n{WALLED}\nrobots: [{{name: scout, at: [3, 2], sensors: [{{{keys}}}]}}]")
-    ) as sim:
-        points = cloud_of(sim).points
+    points = points_of(keys)
     azimuths = np.degrees(np.arctan2(points[:, 1], points[:, 0])).reshape(10, 3)
     np.testing.assert_allclose(azimuths, np.repeat(np.linspace(-45, 45, 10)[:, None], 3, axis=1), atol=1e-4)
 
 
 def test_two_prisms_bend_the_beams_of_a_rosette_as_they_turn():
     keys = "lidar3d: top, at: [0, 0, 8], rosette: {fov_deg: 40, points: 500, rpm: [6000, -4500]}, rate_hz: 12.5"
-    with Simulation(
-        parse_world(f"mjsim: 1\n{WALLED}\nrobots: [{{name: scout, at: [3, 2], sensors: [{{{keys}}}]}}]")
-    ) as sim:
-        points = cloud_of(sim).points
+    points = points_of(keys)
     off = np.arccos(points[:, 0] / np.linalg.norm(points, axis=1))
     left, up = off * points[:, 1:].T / np.linalg.norm(points[:, 1:], axis=1)
     # Each bends by 10 degrees towards where it points: 100 and -75 turns a second.
