@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
+from mjsim.sentences import number_of
+
 MAX_NAMES = 8
 """Maximum number of names in a line."""
 
@@ -65,19 +67,5 @@ def _called(kind: str, names: list[str]) -> str:
     known = [f"'{name}'" for name in dict.fromkeys(names) if name]
     more = f" and {len(known) - MAX_NAMES} more" if len(known) > MAX_NAMES else ""
     listed = ", ".join(known[:MAX_NAMES]) + more
-    head = kind if len(names) == 1 else f"{len(names)} {plural(kind)}"
+    head = kind if len(names) == 1 else number_of(len(names), kind)
     return f"{head} {listed}" if listed else head
-
-
-def plural(noun: str) -> str:
-    """Return the plural of a regular English noun, alone or as in 'part of a mesh' and 'frame called like a sensor'."""
-    noun, more, rest = next(
-        (parts for word in (" of ", " called ") if (parts := noun.partition(word))[1]), (noun, "", "")
-    )
-    return f"{_regular(noun)}{more}{rest}"
-
-
-def _regular(noun: str) -> str:
-    if noun.endswith("y") and noun[-2:-1] not in "aeiou":
-        return f"{noun[:-1]}ies"
-    return f"{noun}es" if noun.endswith(("s", "x", "z", "ch", "sh")) else f"{noun}s"

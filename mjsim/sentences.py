@@ -5,6 +5,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Self
 
 _FORMATTER = string.Formatter()
+_AFTER_NOUN = (" of ", " called ", " without ", " beside ", " outside ", " drawn ", " in ", " on ", " that ", " far ")
+"""Words after the noun of a group of words; only the noun has a plural."""
 
 
 class Sentence(str):
@@ -67,3 +69,24 @@ def sentences_in(value: Any) -> Iterator[Sentence]:
     elif isinstance(value, (list, tuple)) and not (value and isinstance(value[0], (int, float))):  # no rows of numbers
         for item in value:
             yield from sentences_in(item)
+
+
+def number_of(count: int, noun: str) -> str:
+    """Return a number with its noun: '1 wall', '2 walls', '3 parts of a mesh'.
+
+    Args:
+        count: The number.
+        noun: A regular English noun, alone or with words after it, as in 'part of a mesh'.
+    """
+    return f"{count} {noun if count == 1 else _plural(noun)}"
+
+
+def _plural(group: str) -> str:
+    """Return the plural of a noun with words after it."""
+    end = min((at for word in _AFTER_NOUN if (at := group.find(word)) >= 0), default=len(group))
+    noun, rest = group[:end], group[end:]
+    if noun == "person":
+        return f"people{rest}"
+    if noun.endswith("y") and noun[-2:-1] not in "aeiou":
+        return f"{noun[:-1]}ies{rest}"
+    return f"{noun}{'es' if noun.endswith(('s', 'x', 'z', 'ch', 'sh')) else 's'}{rest}"

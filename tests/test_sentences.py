@@ -11,7 +11,7 @@ import pytest
 
 import mjsim
 from mjsim.errors import UsageError, WorldError, did_you_mean
-from mjsim.sentences import Sentence, sentences_in, with_sentences
+from mjsim.sentences import Sentence, number_of, sentences_in, with_sentences
 
 ROOT = Path(mjsim.__file__).parent
 COUNT = "{count:.2f} of {all} in '{{}}'"
@@ -111,3 +111,17 @@ def test_each_template_of_the_source_names_as_many_values_as_it_is_given():
                 given[place : place + 1] = given[place].value.elts
             if not any(isinstance(each, ast.Starred) for each in given):
                 assert len(names) == len(given), f"{path}:{call.lineno}"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("0 walls", "1 wall", "2 bodies", "2 rays", "3 boxes", "2 people", "1 person"),
+        *("2 parts of a mesh", "1 part of a mesh", "5 frames called like a sensor", "2 lines without a second face"),
+    ],
+)
+def test_a_number_has_its_noun_in_the_singular_or_plural(text):
+    singular = {"bodies": "body", "boxes": "box", "people": "person"}
+    number, noun, *rest = text.split()
+    one = noun if number == "1" else singular.get(noun, noun.removesuffix("s"))
+    assert number_of(int(number), " ".join([one, *rest])) == text

@@ -54,7 +54,7 @@ COMMANDS = {
 }
 """Commands in the order of the help, and the module of each in this package, imported only when needed."""
 ENDS = {
-    **dict.fromkeys(("run", "replay", "bridge"), "; what was recorded up to here is closed and readable"),
+    **dict.fromkeys(("run", "replay", "bridge"), "; anything recorded so far is closed and readable"),
     "sweep": "; the same command continues the sweep",
     "experiments": "; the same command continues with what is missing",
 }

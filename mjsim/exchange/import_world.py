@@ -14,6 +14,7 @@ from mjsim.exchange.start_place import with_newcomer
 from mjsim.exchange.world_comment import world_text
 from mjsim.exchange.world_import import Brought, Newcomer, Reading
 from mjsim.inventory import Fate, FileItem, inventory
+from mjsim.sentences import number_of
 from mjsim.world import World, solid
 
 
@@ -123,8 +124,8 @@ def bring_landmarks(path: Path, *, robot: Newcomer | None, reading: Reading) -> 
     )
     pictures = sum(beacon.image is not None for beacon in world.beacons)
     report = [
-        f"{path}: {len(map.landmarks)} landmarks, {len(map.waypoints)} waypoints, {wide:.1f} x {high:.1f} m"
-        f"{f'; {pictures} with a picture' if pictures else ''}{counted}",
+        f"{path}: {number_of(len(map.landmarks), 'landmark')}, {number_of(len(map.waypoints), 'waypoint')}"
+        f", {wide:.1f} x {high:.1f} m{f'; {pictures} with a picture' if pictures else ''}{counted}",
         f"{way}--scale changes the size",
         *inventory(map.items),
     ]
@@ -236,6 +237,5 @@ def bring_template(template: str, *, name: str | None) -> Brought:
 
 def _counted(world: World) -> str:
     segments = sum(len(wall.segments()) for wall in world.walls)
-    counts = ((len(world.walls), "wall"), (segments, "segment"), (len(world.obstacles), "thing"))
-    walls, parts, things = (f"{count} {noun}" if count == 1 else f"{count} {noun}s" for count, noun in counts)
-    return f"{walls} of {parts}, {things}"
+    things = number_of(len(world.obstacles), "thing")
+    return f"{number_of(len(world.walls), 'wall')} of {number_of(segments, 'segment')}, {things}"

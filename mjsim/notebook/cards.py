@@ -14,6 +14,7 @@ from mjsim.lab import Experiment, card_of
 from mjsim.plan import PlanItem, SvgPlan, bounds_of, placed_at, world_shapes
 from mjsim.record import Recording, Track
 from mjsim.report import FIGURES, Comparison, Statistics, comparison_lines, figure_value, metrics
+from mjsim.sentences import number_of
 from mjsim.sim import Simulation
 from mjsim.sweep import Sweep, key_lines
 from mjsim.world import World
@@ -95,7 +96,7 @@ def _(experiment: Experiment) -> str:
 
 
 def _duration(time: Array) -> str:
-    return f"{time[-1] - time[0]:g} s, {len(time)} ticks" if len(time) else "no ticks"
+    return f"{time[-1] - time[0]:g} s, {number_of(len(time), 'tick')}" if len(time) else "no ticks"
 
 
 def _errors(track: Track) -> Iterator[tuple[str, str]]:

@@ -9,12 +9,13 @@ from numpy.typing import ArrayLike, NDArray
 from mjsim.geometry import Array, places_at, poses_at
 from mjsim.interface import Shown, Sighting
 from mjsim.record.tick import RobotEvent
+from mjsim.sentences import number_of
 from mjsim.views import Viewed
 
 
 def span_of(time: Array) -> str:
     """Return the number of ticks and their duration, as a text."""
-    return f"{len(time)} ticks in {time[-1] - time[0]:g} s" if len(time) else "no ticks"
+    return f"{number_of(len(time), 'tick')} in {time[-1] - time[0]:g} s" if len(time) else "no ticks"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -72,7 +73,7 @@ class Track(Viewed):
     def __repr__(self) -> str:
         """Return its span and the amount of its data."""
         seen = sum(map(len, self.sightings))
-        return f"<Track: {span_of(self.time)}, {seen} sightings, {len(self.landmarks.names)} landmarks>"
+        return f"<Track: {span_of(self.time)}, {seen} sightings, {number_of(len(self.landmarks.names), 'landmark')}>"
 
     @property
     def moments(self) -> Array:

@@ -332,7 +332,7 @@ class Simulation(Viewed, Closes):
         return self.data.qpos.copy(), self.data.qvel.copy()
 
     def close(self) -> None:
-        """Release the renderer; a second call does nothing."""
+        """Release the renderer, which the next picture opens again, and end programs of controllers."""
         self._canvases.close()
         self._mechanisms.close()
 

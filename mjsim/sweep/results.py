@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from mjsim.sentences import number_of
 from mjsim.sweep.seed_means import INTERVAL, summary_of, summary_rows
 from mjsim.sweep.store import Store
 from mjsim.sweep.sweep_plan import SweepPlan
@@ -38,7 +39,8 @@ class Sweep(Viewed):
 
     def __repr__(self) -> str:
         """Return its folder, and how many rows its table has."""
-        return f"<Sweep in '{self.folder}': {len(self.rows)} rows, {len(self.failed)} failed runs>"
+        failed = number_of(len(self.failed), "failed run")
+        return f"<Sweep in '{self.folder}': {number_of(len(self.rows), 'row')}, {failed}>"
 
 
 def write_results(

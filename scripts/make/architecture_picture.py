@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGE, PICTURE = ROOT / "docs" / "architecture.md", ROOT / "docs" / "images" / "architecture.svg"
 BEGIN, END = "<!-- imports: begin -->\n", "<!-- imports: end -->\n"
 GROUND = {
-    *("closing", "errors", "faces", "geometry", "gl_request", "guarded", "output", "progress"),
+    *("closing", "errors", "faces", "geometry", "gl_request", "guarded", "inventory", "output", "progress"),
     *("sentences", "spelling", "syntax", "traces", "views"),
 }
 """Parts that all others may import, drawn as one box."""

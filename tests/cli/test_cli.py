@@ -196,7 +196,7 @@ def test_ctrl_c_and_kill_close_the_recording_and_give_what_shells_expect(room, s
         assert process.ended() == code
         err = process.rest("stderr")
     assert "Traceback" not in err
-    assert err.splitlines()[-1] == "mjsim: interrupted; what was recorded up to here is closed and readable"
+    assert err.splitlines()[-1] == "mjsim: interrupted; anything recorded so far is closed and readable"
     recording = mjsim.read_recording("run.mcap")
     assert recording.whole
     assert "run room.yaml -o run.mcap" in recording.metadata["command"]

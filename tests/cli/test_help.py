@@ -18,7 +18,7 @@ def test_no_description_in_the_list_of_commands_is_cut(capsys, monkeypatch):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("run", "room.yaml"), "mjsim: interrupted; what was recorded up to here is closed and readable\n"),
+        (("run", "room.yaml"), "mjsim: interrupted; anything recorded so far is closed and readable\n"),
         (
             ("sweep", "room.yaml", "--seeds", "0:2", "-o", "out"),
             "mjsim: interrupted; the same command continues the sweep\n",

@@ -338,7 +338,7 @@ def test_beacons_that_lie_on_walls_hang_on_the_face_that_they_look_from(tmp_path
     world, told = brought(tmp_path, script, robot=False)
     # Walls are 0.1 m thick; the fourth looks outwards, the last hangs in a corner.
     assert [beacon.at for beacon in world.beacons] == [(5.95, 2), (3, 3.95), (0.05, 2), (3, -0.05), (0.05, 0.05)]
-    assert "5 beacons lie in walls, which are 0.1 m thick: they hang on the faces" in told
+    assert "5 beacons in walls 0.1 m thick: moved to the faces" in told
     assert not check_world(world)
 
 

@@ -177,7 +177,7 @@ def test_lines_outside_of_the_building_are_counted():
     rooms = [line([[x, y], [x + 4, y], [x + 4, y + 3], [x, y + 3]], closed=True) for x in (0, 4) for y in (0, 3)]
     counts = Counter()
     found = cleared(sorted_lines([*rooms, line([[300, 300], [301, 300]])]), counts)
-    assert (len(found.walls), counts["lines outside of the building"]) == (4, 1)
+    assert (len(found.walls), counts["line outside the building"]) == (4, 1)
 
 
 def test_door_symbols_are_known_by_their_swing_and_windows_by_their_panes():
@@ -253,8 +253,8 @@ def test_what_fills_a_room_is_its_floor_and_an_oval_table_is_a_box_that_is_told(
     sizes = sorted(thing.box[:2] for thing in plan.world.obstacles)
     assert sizes == [(0.8, 0.5), (1.0, 0.5)]
     told = inventory(plan.items)
-    assert "guessed: the shape of a piece of furniture that is not rectangular: a box around it" in told
-    assert "left out: 1 floors of rooms" in told
+    assert "guessed: the shape of 1 piece of furniture, not rectangular: a box around it" in told
+    assert "left out: 1 floor of a room" in told
 
 
 @pytest.mark.parametrize("reaching", [True, False])
@@ -276,4 +276,4 @@ def test_a_dark_shape_that_stands_alone_is_told():
     slab = np.array([[2.0, 1.0], [3.6, 1.0], [3.6, 1.5], [2.0, 1.5]])
     lines = [Line(ends, closed=True, width=0.12), Line(slab, closed=True, dark=0.8)]
     told = inventory(read_plan(Drawing("plan", lines, 1.0)).items)
-    assert "guessed: a thick wall that stands alone: dark shapes are walls unless a name says 'furniture'" in told
+    assert "guessed: 1 lone thick wall: dark shapes are walls unless a name says 'furniture'" in told

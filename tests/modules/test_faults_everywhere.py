@@ -187,7 +187,7 @@ def test_keyboard_interrupt_means_ctrl_c_whoever_raises_it(tmp_path, capsys, mon
     Path("bad.py").write_text(written("navigator", "raise KeyboardInterrupt"))
     Path("room.yaml").write_text(ROOM.replace("ROLE", "navigator"))
     code, (*_, line) = typed(capsys, "run", "room.yaml", "-o", "run.mcap")
-    assert (code, line) == (130, "mjsim: interrupted; what was recorded up to here is closed and readable")
+    assert (code, line) == (130, "mjsim: interrupted; anything recorded so far is closed and readable")
     assert len(mjsim.read_recording("run.mcap").time) == TICKS
 
 

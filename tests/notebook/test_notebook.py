@@ -80,7 +80,7 @@ def test_a_world_is_its_plan_and_what_it_holds(world):
     assert svg.count("<polygon") > 3
     assert len(rest) < FEW_KB
     assert {"World room", "4.1 x 3.1 m", "beacons", "scout"} <= set(texts(rest))
-    assert repr(world) == str(world) == "<World 'room': 1 walls, 1 beacons, 1 robots>"
+    assert repr(world) == str(world) == "<World 'room': 1 wall, 1 beacon, 1 robot>"
 
 
 def test_a_recording_and_a_track_show_paths_and_errors(recording):

@@ -78,7 +78,7 @@ def test_ctrl_c_ends_a_live_run_as_any_other_even_when_it_is_paused(room):
         assert process.ended() == 130
         err = process.rest("stderr")
     assert "Traceback" not in err
-    assert err.splitlines()[-1] == "mjsim: interrupted; what was recorded up to here is closed and readable"
+    assert err.splitlines()[-1] == "mjsim: interrupted; anything recorded so far is closed and readable"
     assert mjsim.read_recording("run.mcap").whole
 
 

@@ -5,7 +5,7 @@ import os
 import pytest
 
 from mjsim.errors import WorldError
-from mjsim.world import Opening, Source, Wall, World, check_world, load_world, parse_world
+from mjsim.world import Opening, Source, Wall, World, check_world, load_world, parse_world, world_notes
 
 ROOM = "walls: [{points: [[0, 0], [6, 0], [6, 4], [0, 4]], closed: true, thickness: 0.2, name: hall}]\n"
 PICTURE = World().read_asset("posters/lion.jpg")
@@ -125,3 +125,13 @@ def test_a_window_may_stand_on_the_head_of_a_door_whichever_comes_first(order, s
     openings = ["{at: 1, width: 1, head: 2.0}", f"{{at: 1.2, width: 0.5, sill: {sill}, head: 2.4}}"]
     listed = ", ".join(openings[k] for k in order)
     assert len(told(f"walls: [{{points: [[0, 0], [4, 0]], openings: [{listed}]}}]")) == count
+
+
+def test_a_start_outside_all_walls_is_a_note():
+    walls = "walls: [{points: [[0, 0], [4, 0], [4, 3]]}]"
+    robot = "robots: [{name: a, at: [%s], odometry: {noise: {distance: 0.0}}}]"
+    assert not world_notes(parse_world(f"{walls}\n{robot % '3, 1'}"))
+    (note,) = world_notes(parse_world(f"{walls}\n{robot % '3, -0.5'}"))
+    assert note.message == "robot 'a' at [3, -0.5] starts outside the walls, which reach from [0, 0] to [4, 3]"
+    assert not world_notes(parse_world(robot % "9, 9"))
+    assert not world_notes(parse_world(f"walls: [{{points: [[0, 0], [4, 0]]}}]\n{robot % '3, -1'}"))

@@ -135,8 +135,8 @@ def read_plan(
     named = with_openings(named, holes)
     things = _things(moved, named, furniture, counts)
     count_walls(named, counts)
-    if not counts["doorways"] and (swings := len(_arcs(moved.doors))):
-        counts[f"{'door swing' if swings == 1 else 'door swings'} beside no gap of a wall"] += swings
+    if not counts["doorway"] and (swings := len(_arcs(moved.doors))):
+        counts["door swing beside no gap of a wall"] += swings
     others = len({line.path for line in found.others}) if found.named else 0
     world = World(name=name, walls=tuple(named), obstacles=tuple(things))
     place = (corner / metres).tolist()
@@ -155,7 +155,7 @@ def _walls(lines: SortedLines, thickness: float | None, counts: Counter[str]) ->
         bar for bar in solid_bars if bar.width > LEAF_TOLERANCE or len(without_leaves(_as_pieces([bar]), all_arcs).ends)
     ]
     pattern, patterns = patterned(pieces)
-    counts["hatches and stairs"] += patterns
+    counts["pattern of hatches or stairs"] += patterns
     pieces = merged(pieces.where(~pattern))
     bars, straight = _straight_walls(pieces, pens, solid_bars, arcs, lines, counts, bent=bool(curves or ribbons))
     singles = _by_lines(straight, thickness)
@@ -216,7 +216,7 @@ def _straight_walls(
         seen = _outside_of(_continued_walls(found, pieces, lines, counts), filled, pieces)
         if lines.named or _total(filled) <= MIN_FILLED_RATIO * _total(seen):
             return [*filled, *seen], straight
-        counts["pairs of lines beside filled walls"] += len(seen)
+        counts["pair of lines beside filled walls"] += len(seen)
     elif lines.named or length_of_lines(pens.broad) < MIN_BROAD_SHARE * length_of_lines(pens.hair):
         straight += _without(pens.hair, arcs)
     return [*filled], straight
@@ -252,14 +252,14 @@ def _continued_walls(found: Paired, pieces: Pieces, lines: SortedLines, counts: 
         of_room = sides_of_rooms(rings, found.bars, long)
         if of_room.any():
             bars = continued([*bars, *(Bar(*_bar_values(ends)) for ends in long.ends[of_room])], pieces)
-        counts["walls drawn by one line"] += int(of_room.sum())
+        counts["wall drawn by one line"] += int(of_room.sum())
         long = long.where(~of_room)
     if lines.named and len(long.ends):
         single = [Bar(*_bar_values(ends)) for ends in long.ends]
-        counts["walls drawn by one line"] += len(single)
+        counts["wall drawn by one line"] += len(single)
         bars += single
     else:
-        counts["lines without a second face"] += len(long.ends)
+        counts["line without a second face"] += len(long.ends)
     return bars
 
 
@@ -355,10 +355,10 @@ def _things(lines: SortedLines, walls: Sequence[Wall], furniture: bool, counts: 
     """Return columns, and furniture if requested."""
     columns = outlines_of(lines.columns, "column")
     things = [thing for n, outline in enumerate(columns, start=1) if (thing := column_of(outline, n)) is not None]
-    counts["columns"] += len(things)
+    counts["column"] += len(things)
     pieces = _furniture(lines, walls, counts)
     if not furniture:
-        counts["pieces of furniture that are not wanted"] += len(pieces)
+        counts["unwanted piece of furniture"] += len(pieces)
         return things
     numbers: Counter[str] = Counter()
     for outline in pieces:
@@ -366,7 +366,7 @@ def _things(lines: SortedLines, walls: Sequence[Wall], furniture: bool, counts: 
         thing = thing_of(outline, height=HEIGHT, number=numbers[outline.name])
         if thing is not None:
             things.append(thing)
-            counts["pieces of furniture"] += 1
+            counts["piece of furniture"] += 1
             counts[UNEVEN] += isinstance(thing, BoxObstacle) and not is_rectangle(outline.strokes)
     return things
 
@@ -388,7 +388,7 @@ def _furniture(lines: SortedLines, walls: Sequence[Wall], counts: Counter[str]) 
     inside, around = shape.convex_hull, whole.buffer(FLOOR_GAP)
     rings = {id(line): shapely.linearrings(line.points) for line in closed if line.closed}
     floors = {n for n, ring in rings.items() if ring.intersection(around).length >= MIN_FLOOR_SHARE * ring.length}
-    counts["floors of rooms"] += len(floors)
+    counts["floor of a room"] += len(floors)
     closed = [line for line in closed if id(line) not in floors]
     found = outlines_of(lines.furniture, "furniture")
     for outline in outlines_of(closed, "thing"):

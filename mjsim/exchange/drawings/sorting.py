@@ -116,9 +116,9 @@ def sorted_lines(lines: Sequence[Line]) -> SortedLines:
 def cleared(lines: SortedLines, counts: Counter[str]) -> SortedLines:
     """Return lines without sheet frames and items outside the building, if no names mark walls."""
     walls = without_frames(lines.walls)
-    counts["lines of a frame"] += len(lines.walls) - len(walls)
+    counts["line of a frame"] += len(lines.walls) - len(walls)
     inner = without_outliers(walls)
-    counts["lines outside of the building"] += len(walls) - len(inner)
+    counts["line outside the building"] += len(walls) - len(inner)
     return replace(lines, walls=inner)
 
 

@@ -22,6 +22,7 @@ from mjsim.exchange.drawings.tried import tried
 from mjsim.geometry import Array
 from mjsim.inventory import Fate, FileItem
 from mjsim.models import RefusedXmlError, checked_xml
+from mjsim.sentences import number_of
 
 CURVE_STEPS = 48
 """Number of straight segments per curve, before nearly straight ones are merged."""
@@ -102,7 +103,7 @@ def read_svg(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
     counts = Counter(tag_of(element) for element in root.iter())
     left = [f"{counts[tag]} <{tag}>" for tag in ("use", "image", "text") if counts[tag]]
     for number, what in ((odd, "in percent"), (broken, "that cannot be read"), (far, "far from the page")):
-        left += [f"{number} shape{'s' * (number != 1)} {what}"] if number else []
+        left += [number_of(number, f"shape {what}")] if number else []
     items = [FileItem(Fate.LEFT_OUT, ", ".join(left))] if left else []
     return Drawing(str(path), lines, _unit(root), bool(layers), items)
 

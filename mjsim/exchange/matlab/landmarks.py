@@ -25,6 +25,7 @@ from mjsim.exchange.preset_files import inhabited, robot_of
 from mjsim.exchange.start_place import ODOMETRY_NOISE, ROBOT, WAYPOINTS
 from mjsim.geometry import Array
 from mjsim.inventory import Fate, FileItem
+from mjsim.sentences import number_of
 from mjsim.world import Beacon, Modules, Robot, Run, Use, Wall, World
 
 SLAM = "mjsim.algorithms.ekf_slam:EkfSlam"
@@ -316,7 +317,7 @@ def _on_faces(beacons: list[PlacedBeacon], walls: tuple[Array, ...]) -> tuple[li
                 at = at + (depth - normal @ (at - start)) * normal
         placed.append(replace(beacon, at=_at(_rounded(at))))
     count = sum(new.at != old.at for new, old in zip(placed, beacons, strict=True))
-    told = [f"{count} beacons lie in walls, which are {2 * depth:g} m thick: they hang on the faces"] if count else []
+    told = [f"{number_of(count, 'beacon')} in walls {2 * depth:g} m thick: moved to the faces"] if count else []
     return placed, told
 
 

@@ -11,6 +11,7 @@ from mjsim.exchange.robots.robot_frame import Stand
 from mjsim.exchange.robots.robot_source import RobotSource
 from mjsim.inventory import Fate, FileItem
 from mjsim.models import Anatomy, Motors, RobotFiles, gyrations
+from mjsim.sentences import number_of
 
 KINDS = {
     "differential": "a differential drive",
@@ -91,7 +92,7 @@ def _counted(assets: Mapping[str, bytes]) -> str:
     """Return the numbers of meshes and images as text."""
     meshes = sum(name.lower().endswith((".stl", ".obj", ".msh")) for name in assets)
     pictures = len(assets) - meshes
-    return f"{meshes} mesh{'es' * (meshes != 1)}" + (f", {pictures} picture{'s' * (pictures != 1)}" if pictures else "")
+    return number_of(meshes, "mesh") + (f", {number_of(pictures, 'picture')}" if pictures else "")
 
 
 def _placed(mount: SensorMount) -> str:

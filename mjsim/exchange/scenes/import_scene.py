@@ -13,6 +13,7 @@ from mjsim.exchange.start_place import with_newcomer
 from mjsim.exchange.world_comment import world_text
 from mjsim.exchange.world_import import SCENE_SUFFIXES, Brought, Newcomer
 from mjsim.inventory import inventory
+from mjsim.sentences import number_of
 from mjsim.world import World, solid
 
 _SIMULATORS = {".xml": "MuJoCo", ".mjcf": "MuJoCo", ".wbt": "Webots"}
@@ -48,7 +49,8 @@ def bring_scene(path: Path, *, robot: Newcomer | None, search: list[Path], folde
         lost = "; ".join(inventory(scene.items))[:400]
         raise UsageError(f"'{path}' has nothing that a robot could touch or sense{f' ({lost})' if lost else ''}")
     world, files = build_world(scene, name=name_of(path), folder=folder)
-    report = [f"{path}: {_counted(scene)}; {len(world.walls)} walls, {len(world.obstacles)} things{_size(world)}"]
+    things = number_of(len(world.obstacles), "thing")
+    report = [f"{path}: {_counted(scene)}; {number_of(len(world.walls), 'wall')}, {things}{_size(world)}"]
     whole, told = with_newcomer(world, robot, start=scene.starts[0] if scene.starts else None)
     notes = [f"From the scene {path.name} of {simulator}."]
     return Brought(world_text(whole, notes=notes), [*report, *told, *inventory(scene.items)], files)
@@ -56,7 +58,7 @@ def bring_scene(path: Path, *, robot: Newcomer | None, search: list[Path], folde
 
 def _counted(scene: Scene) -> str:
     solids = sum(len(thing.solids) for thing in scene.things)
-    return f"{len(scene.things)} models of {solids} shapes"
+    return f"{number_of(len(scene.things), 'model')} of {number_of(solids, 'shape')}"
 
 
 def _size(world: World) -> str:

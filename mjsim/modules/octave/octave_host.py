@@ -17,7 +17,7 @@ from mjsim.modules.hosts import Defect, Host, Key, Offer, Provenance, beside, fo
 from mjsim.modules.octave.installed import find_octave
 from mjsim.modules.octave.m_files import MAX_BYTES, FunctionFile, fields_read, is_name, read_function
 from mjsim.modules.roles import a_role
-from mjsim.sentences import Sentence
+from mjsim.sentences import Sentence, number_of
 from mjsim.world import Source, Use, holds_file
 
 HEADS: Mapping[str, tuple[str, Sequence[str]]] = {
@@ -157,7 +157,7 @@ def _misfit(found: FunctionFile, role: str) -> str | None:
 
 def _counted(names: Sequence[str], noun: str) -> str:
     listed = f" ({', '.join(names)})" if names else ""
-    return f"{len(names)} {noun}{'' if len(names) == 1 else 's'}{listed}"
+    return f"{number_of(len(names), noun)}{listed}"
 
 
 def _role_of(path: Path) -> str | None:

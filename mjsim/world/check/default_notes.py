@@ -1,10 +1,14 @@
-"""Notes on a valid world: defaults that decide results, and parts of an arm's file that were left out or mended."""
+"""Notes on a valid world: defaults that decide results, starts outside the walls, and mended files of arms."""
 
 from collections.abc import Iterator
 from functools import partial
 
+import numpy as np
+
 from mjsim.errors import Problem
+from mjsim.geometry import Array
 from mjsim.sentences import Sentence
+from mjsim.world.check.overlaps import pair
 from mjsim.world.items import Camera, Photons, Robot, World
 from mjsim.world.yaml import problems_at
 
@@ -16,8 +20,11 @@ def world_notes(world: World) -> list[Problem]:
 
 
 def _usual(world: World) -> Iterator[tuple[tuple[str | int, ...], str]]:
-    """Yield where noise is not given, and what it is then; and what is not as in the files of arms."""
+    """Yield where noise is not given, and what it is then; starts outside; and what is not as in the files of arms."""
+    corners = [point for wall in world.walls for point in wall.points]
     for index, robot in enumerate(world.robots):
+        if corners and (message := starts_outside(robot, np.array(corners))) is not None:
+            yield ("robots", index, "at"), message
         if (message := usual_noise(robot)) is not None:
             yield ("robots", index, "name"), message
         for number, sensor in enumerate(robot.sensors):
@@ -26,6 +33,18 @@ def _usual(world: World) -> Iterator[tuple[tuple[str | int, ...], str]]:
         for number, arm in enumerate(robot.arms):
             for note in arm.file_arm.changed if arm.model is not None else ():
                 yield ("robots", index, "arms", number, "model"), f"arm '{robot.name}/{arm.name}': {note}"
+
+
+def starts_outside(robot: Robot, corners: Array) -> str | None:
+    """Return a note that a robot starts outside walls with these corners, shape (n, 2) [m]; None otherwise."""
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    has_room = (high - low > 2.0 * robot.body.radius).all()  # between them; in front of one straight wall there is none
+    if not has_room or ((low <= robot.at) & (robot.at <= high)).all():
+        return None
+    return Sentence(
+        "robot '{name}' at {at} starts outside the walls, which reach from {low} to {high}",
+        *(robot.name, pair(robot.at), pair(low), pair(high)),
+    )
 
 
 def usual_photons(robot: Robot, camera: Camera) -> str | None:

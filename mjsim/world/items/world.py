@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 from pydantic import Field, PrivateAttr, model_validator
 
 from mjsim.errors import UsageError
+from mjsim.sentences import number_of
 from mjsim.views import Viewed
 from mjsim.world.files import BUILT, Source, check_picture
 from mjsim.world.files import read_asset as read_named_asset
@@ -69,8 +70,9 @@ class World(Viewed, Model):
 
     def __repr__(self) -> str:
         """Return its name, and how many things it has."""
-        kinds = ("walls", "obstacles", "beacons", "robots", "mechanisms", "people")
-        counts = [f"{len(items)} {kind}" for kind in kinds if (items := getattr(self, kind))]
+        kinds = {"walls": "wall", "obstacles": "obstacle", "beacons": "beacon", "robots": "robot"}
+        kinds |= {"mechanisms": "mechanism", "people": "person"}
+        counts = [number_of(len(items), noun) for key, noun in kinds.items() if (items := getattr(self, key))]
         return f"<World '{self.name}': {', '.join(counts) or 'empty'}>"
 
     __str__ = __repr__
