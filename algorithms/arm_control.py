@@ -81,7 +81,7 @@ class _ArmController(ABC):
         """Return the torques for a goal, shape (joints,)."""
 
     def _friction(self, qd: Array) -> Array:
-        """Return the torques that friction will take at the rates of a goal, shape (joints,).
+        """Return the friction torques at the rates of a goal, shape (joints,).
 
         At rest, dry friction can have any value between its limits in the two directions; the mean is the best
         estimate.
@@ -98,8 +98,8 @@ class PdGravity(_ArmController):
     """PD control of joints with gravity compensation, the default controller of arms.
 
     tau = Kp (q_goal - q) + Kd (qd_goal - qd) + g(q), with Kp = w^2 m and Kd = 2 w m for the largest inertia m of each
-    joint. Where joints are so strongly coupled that these gains would be unstable at the rate of the controller, as
-    those of links in a row without rotors, m is smaller. Friction and inertia are not compensated, so it lags during
+    joint. m is smaller where joints are so strongly coupled that these gains would be unstable at the rate of the
+    controller, as in serial links without rotors. Friction and inertia are not compensated, so it lags during
     motion.
 
     References:
@@ -157,7 +157,7 @@ class Adaptive(_ArmController):
         Args:
             frequency: Natural frequency at which errors decay [rad/s].
             mass_scale: Initial masses, as a multiple of those of the data sheet.
-            adaptation: How fast parameters change: a factor of the initial P, which assumes errors of 20 %.
+            adaptation: Factor on the initial P, which assumes errors of 20 %; a larger one adapts faster.
 
         Raises:
             ValueError: One of them is not above 0.

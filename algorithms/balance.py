@@ -14,9 +14,9 @@ GRAVITY = 9.81
 FALLEN = math.radians(50.0)
 """Beyond this pitch the robot cannot recover; the motors stop [rad]."""
 MAX_LAG, MAX_TURN_LAG = 0.6, 1.0
-"""Largest lag behind its set-point before the set-point waits for the base [m], [rad]."""
+"""Lag of the base behind its set-point beyond which the set-point waits [m], [rad]."""
 CORRECTION = 0.3
-"""Bandwidth of the correction of the gyroscope's pitch by the accelerometer [rad/s]."""
+"""Bandwidth at which the accelerometer corrects the gyroscope's pitch [rad/s]."""
 
 
 class Lqr:

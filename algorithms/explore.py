@@ -96,7 +96,7 @@ class Explore:
         """Choose a frontier by its size and the length of the path to it, and drive there."""
         distances = self.grid.distances()
         place, clearance = np.array([pose.x, pose.y]), self._robot.radius + self._clearance
-        # Where the robot stands is free, whatever a scan at an angle has said.
+        # The cells under the robot are free, even if a tilted scan marked them as occupied.
         best: tuple[float, Array] | None = None
         frontiers = sorted(self.frontiers(), key=len, reverse=True)[:6]
         for frontier in frontiers:

@@ -4,8 +4,8 @@ Given the trajectory, landmarks are independent; so each particle has a pose and
 cost of a sighting does not grow with the map. All particles are moved and corrected in one vectorized step.
 
 After many resamplings all particles descend from one, and no longer differ in what cannot be observed, such as the
-heading of the map. So the particles are divided into islands, each resampled by itself: what the particles of an island
-no longer show, the difference between islands does.
+heading of the map. So the particles are divided into islands, each resampled by itself: the differences between islands
+show the uncertainty that the particles of one island no longer show.
 """
 
 import math
@@ -38,7 +38,7 @@ DECIDED = 3.0
 """Bound of the logarithm of the Bayes factor for odometry without systematic errors: each half of the islands keeps
 5 % of the weight. Errors that begin later then still count, and few particles estimate the factor poorly."""
 NEWBORN = 1e-9
-"""Added to the covariance of the motion, so that it is also regular for a standing robot."""
+"""Added to the covariance of the motion, so that it is regular at rest too."""
 
 
 class FastSlam:
@@ -133,7 +133,7 @@ class FastSlam:
         return self._relocation.reported(self._belief(), seen)
 
     def lost(self) -> bool:
-        """Return whether nearly all recent sightings contradict the map, or expected ones do not come."""
+        """Return whether nearly all recent sightings contradict the map, or expected sightings are missing."""
         return self._relocation.doubted
 
     @property
@@ -170,7 +170,7 @@ class FastSlam:
             K = P @ H.transpose(0, 2, 1) @ np.linalg.inv(S)
             mean += np.where(good[:, None], (K @ nu[..., None])[..., 0], 0.0)
             P = np.where(good[:, None, None], P - K @ H @ P, P)
-            # A particle that cannot explain the sighting is weighed as if it lay at the gate.
+            # A particle that cannot explain the sighting is weighted as if the sighting lay at the gate.
             log_weights -= 0.5 * (np.minimum(distance, GATE) + np.log(np.linalg.det(S)))
         self._proposals = P
         root = np.linalg.cholesky(0.5 * (P + P.transpose(0, 2, 1)) + 1e-15 * np.eye(3))
@@ -195,7 +195,7 @@ class FastSlam:
         self._evidence = min(max(self._evidence + gained, -DECIDED), DECIDED)
 
     def _shares(self) -> Array:
-        """Return the weights of the particles, by which islands are as probable as their assumption, shape (n,)."""
+        """Return the weights of the particles, with islands weighted by the probability of their assumption, (n,)."""
         if not self._part:
             return self._weights
         chance = 1.0 / (1.0 + math.exp(-self._evidence))
@@ -204,7 +204,7 @@ class FastSlam:
         return shares
 
     def _relocate(self, time: float) -> None:
-        """Move each particle of a lost robot to where its map explains what is seen, once sightings determine it."""
+        """Move each particle of a lost robot to where its map explains the sightings, once they determine a pose."""
         shares = self._shares()
         places = {name: shares @ self._means[:, i] for name, i in self._index.items()}
         found = self._relocation.find(self._recent, time, places)
@@ -260,7 +260,7 @@ class FastSlam:
         self._covariances[:, i] = J @ R @ J.transpose(0, 2, 1)
 
     def _resample(self) -> None:
-        """Draw particles by weight in each island where few of them have most of it; replace lost islands."""
+        """Resample each island in which few particles have most of the weight; replace lost islands."""
         weights = self._islands * self._by_island(self._weights)
         drawn = np.arange(self._number).reshape(self._islands, -1)
         exact = self._exact_islands

@@ -42,7 +42,7 @@ class FilterpySlam:
                 self._add(sighting)
             else:
                 self._correct(sighting)
-        # Rounding makes the covariance asymmetric, and each precise sighting multiplies what there is of it.
+        # Rounding makes the covariance asymmetric, and each precise sighting amplifies the asymmetry.
         self._filter.P = 0.5 * (self._filter.P + self._filter.P.T)
         x, P = self._filter.x, self._filter.P
         places = {name: slice(3 + 2 * i, 5 + 2 * i) for i, name in enumerate(self._names)}

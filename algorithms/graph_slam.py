@@ -42,7 +42,8 @@ SOFT = 1e-9
 """Added to the variances of a leg between two poses, which may be tiny, and of the first pose, which may be zero: 0.03
 mm and 0.002 degrees."""
 RELINEARISED = 0.01
-"""A pose or landmark whose solution has moved by more is linearised again [m, rad]. With ten times that, gtsam's
+"""A pose or landmark whose solution has moved by more than this is linearised again [m, rad]. With ten times that,
+gtsam's
 default, a corridor of 14 m bends by 0.1 m more."""
 CHANGED = 1.2
 """The prior of systematic errors is replaced when a variance has changed by this factor."""
@@ -51,7 +52,8 @@ CHANGED = 1.2
 class GraphSlam:
     """Estimates the pose and a map of named beacons by incremental smoothing.
 
-    A pose is added to the graph when a new landmark is seen, or any and the robot has moved far enough. The graph
+    A pose is added to the graph when a new landmark is seen, or when any is seen and the robot has moved far enough.
+    The graph
     also contains the systematic errors of odometry and, where ranges scatter by less than their stated noise, those of
     ranges. Sightings have a robust loss, which bounds the influence of wrong ones. The final path is that of the whole
     graph, solved again with the estimated systematic errors, noise of sightings and displacements of the robot
@@ -111,7 +113,7 @@ class GraphSlam:
         gtsam = self._gtsam
         parameters = gtsam.ISAM2Params()
         parameters.setRelinearizeThreshold(_thresholds(gtsam))
-        parameters.setFactorization("QR")  # Legs of a robot that hardly moves are hundred times as stiff as sightings.
+        parameters.setFactorization("QR")  # Short legs are a hundred times as stiff as sightings.
         self._solver = gtsam.ISAM2(parameters)
         self._common, self._ranges = gtsam.symbol("e", 0), gtsam.symbol("r", 0)
         self._motion = odometry_motion()
@@ -180,11 +182,11 @@ class GraphSlam:
         return self._relocation.reported(self._belief(), seen)
 
     def lost(self) -> bool:
-        """Return whether nearly all recent sightings contradict the map, or expected ones do not come."""
+        """Return whether nearly all recent sightings contradict the map, or expected sightings are missing."""
         return self._relocation.doubted
 
     def _doubt(self, sightings: list[Sighting]) -> None:
-        """Record how well sightings of the map fit where the robot is."""
+        """Record how well sightings of the map fit the pose of the robot."""
         pose, _, G = self._motion(self._pose, self._mended_step())
         moved = G @ self._step_covariance @ G.T
         for sighting in sightings:
@@ -278,7 +280,7 @@ class GraphSlam:
                 yield self._number, sighting
             elif agreeing := self._checks.wait(self._number, sighting, self._recent, time):
                 if self._checks.is_young(name):
-                    # Its first sighting was wrong: that stays with a landmark that is never seen again.
+                    # Its first sighting was wrong: leave it to a landmark that is never seen again.
                     self._checks.begin(name)
                     del self._names[name]
                     self._sightings = [posed for posed in self._sightings if posed[1].name != name]
@@ -351,7 +353,7 @@ class GraphSlam:
     def _read(self) -> None:
         """Read pose, map and systematic errors from the solver."""
         gtsam, values = self._gtsam, self._solver.calculateEstimate()
-        # They stand in the order of their numbers.
+        # They are in the order of their numbers.
         self._poses = gtsam.utilities.extractPose2(values)
         self._pose = self._poses[-1]
         # The covariance of a pose is given in the pose's own axes.
@@ -390,7 +392,7 @@ class GraphSlam:
 def _thresholds(gtsam: Any) -> Any:
     """Return by how much each kind of variable moves before it is linearised again.
 
-    Errors of ranges never are: a range is linear in them, and in the position but for their product.
+    Errors of ranges never are: a range is linear in them, apart from their product with the position.
     """
     thresholds = gtsam.ISAM2ThresholdMap()
     for kind, size in (("x", 3), ("l", 2), ("e", COUNT)):

@@ -99,7 +99,8 @@ class _ArmPath(ABC):
             self._seconds, self._at = self._planned(seen.joints[self._arm].positions)
         q, qd = self._motion(seen.time - self._began)
         _, ahead = self._motion(seen.time + self._dt - self._began)
-        # The mean until the next goal, so that the speed is right there too, and does not turn back at the end.
+        # The mean acceleration until the next goal, so that the speed is right there too, and does not reverse at the
+        # end.
         goal = JointGoal(positions=_floats(q), velocities=_floats(qd), accelerations=_floats((ahead - qd) / self._dt))
         return Command(joints={self._arm: goal})
 
@@ -183,7 +184,7 @@ class JointPath(_ArmPath):
         q, qd = ends[0] + done * displacement, speed * displacement / seconds
         if not rates.any():
             return q, qd
-        # What a law with rates at its ends adds to that without, on s from 0 to 1.
+        # The effect of rates at both ends of a law, for s from 0 to 1.
         (a, da), (b, db) = by_rate(self._law, s)
         return q + seconds * (a * rates[0] + b * rates[1]), qd + da * rates[0] + db * rates[1]
 

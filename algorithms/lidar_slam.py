@@ -30,10 +30,10 @@ FLOOR = np.array([0.01, 0.01, 0.003])
 """The constant part of these errors [m, m, rad]."""
 
 WITNESSES = 8.0
-"""Weight of the assumed factor on the noise of odometry, in steps whose errors scans have shown."""
+"""Weight of the assumed factor on the noise of odometry, as a number of steps compared with scans."""
 COMPARED, EXPLAINED = 60, 0.6
-"""Number of points of a scan between two keyframes that are compared with the last scans, and the proportion beside
-walls above which they agree."""
+"""Number of points of a scan between two keyframes that are compared with the last scans, and the minimum proportion
+near walls for agreement."""
 SHAKEN = np.diag([0.5, 0.5, 0.5]) ** 2
 """Covariance of the pose between scans while wheels slip or something pushes the robot [m^2, rad^2]."""
 STILL = 1e-6
@@ -138,7 +138,7 @@ class LidarSlam:
         return self._map.loops.closed
 
     def lost(self) -> bool:
-        """Return whether scans do not fit the map where the robot should be, nor anywhere else yet."""
+        """Return whether scans fit the map neither at the expected pose nor, so far, anywhere else."""
         return self._map.lost
 
     def update(self, seen: Observation) -> Estimate:
@@ -176,7 +176,7 @@ class LidarSlam:
         self._map.finish()
         self._newest = self._map.belief() if self.keyframes else self._newest
         poses = [*self._map.poses(), self._prior]
-        # What the next scan of the map found against odometry came about on the way to it.
+        # The correction by the next scan of the map is spread over the motion before it.
         ends = [compose(pose, reached) for pose, reached in zip(poses, self._reached, strict=False)]
         corrections = [target - end for target, end in zip(poses[1:-1], ends, strict=True)]
         found = [
@@ -264,7 +264,7 @@ class LidarSlam:
         self._rest()
 
     def _check_turn(self, correction: Array, matched: MatchedPose) -> None:
-        """Compare the turn of a step as scans show it with the noise that the data sheet of odometry has for it.
+        """Compare the error of odometry in a turn, as shown by scans, with the noise of its data sheet.
 
         Args:
             correction: The step by scans and odometry less that by odometry, shape (3,).
@@ -293,7 +293,8 @@ class LidarSlam:
         """Return the pose of the newest scan, propagated by odometry."""
         pose, covariance = self._newest
         pose, F, G = self._motion(pose, self._step)
-        # Windows of matches have to be wide; since the last scan odometry errs by as much as scans have shown.
+        # Search windows have to be wide, but the reported covariance since the last scan has the noise that scans have
+        # shown.
         by_odometry = max(1.0, self._squares / self._witnesses) * self._step_covariance
         covariance = F @ covariance @ F.T + G @ by_odometry @ G.T
         if self._slipping:

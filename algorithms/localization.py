@@ -173,7 +173,7 @@ class UkfLocalization(_Localization):
 
     def _correct(self, sighting: Sighting, place: Array) -> None:
         self._filter.update(np.array([sighting.range, sighting.bearing]), R=sighting.covariance, place=place)
-        # Several sightings of one moment: the points must spread as the newest covariance says.
+        # Several simultaneous sightings: draw the points anew from the newest covariance.
         self._filter.sigmas_f = self._filter.points_fn.sigma_points(self._filter.x, self._filter.P)
 
 

@@ -25,7 +25,7 @@ SEARCHED = 1.0
 """Minimum time between two searches for other poses [s]."""
 BETTER = 3.0
 """Logarithm of the ratio by which another pose must explain a scan better than the belief does before particles go
-there: with less, a room that looks alike from two places, and things that were moved in it, lead astray."""
+there: with less, rooms that look alike from two places, or moved furniture, mislead it."""
 LOST = 0.25
 """The robot is lost when scans fit worse than usual by this measure, from 0 to 1."""
 CANDIDATES = 20000
@@ -234,7 +234,7 @@ class MonteCarloLocalization:
         return np.asarray(poses[gained > BETTER])
 
     def _draw(self, found: Array) -> None:
-        """Draw particles by weight, as many as their dispersion needs, and add those found elsewhere (k, 3)."""
+        """Draw particles by weight, as many as their spread needs, and add those found elsewhere (k, 3)."""
         resampled = self._particles[systematic_resample_with(self._weights, self._rng)]
         number = self._needed(resampled)
         self._particles = (
@@ -284,7 +284,7 @@ class MonteCarloLocalization:
         mean = _mean(P[core], w[core])
         differences = _differences(P, mean)
         covariance = (differences * w[:, None]).T @ differences + FLOOR * np.eye(3)
-        # Scans that fit too badly tell that the robot may be anywhere else.
+        # Badly fitting scans mean that the robot may be anywhere else.
         covariance = (1.0 - self._misfit) * covariance + self._misfit * self._unknown
         return Estimate(Pose.from_array(mean), covariance, show=self._shown)
 
@@ -315,7 +315,7 @@ def log_likelihood(field: DistanceGrid, points: Array, *, sigma: float, random: 
 
 
 def systematic_resample_with(weights: Array, rng: Generator) -> Array:
-    """Return which particle each of the new ones is a copy of, by systematic resampling, shape (n,).
+    """Return the index of the particle that each new one copies, by systematic resampling, shape (n,).
 
     Args:
         weights: Weights of the particles, shape (n,); their sum is 1.

@@ -1,7 +1,6 @@
 """A task for a mobile manipulator: it drives to a box by its own map, recognises the picture on it, and lifts it.
 
-It is given the picture on the box, the sizes of both, and places to search. It measures position and orientation of the
-box.
+It knows the picture, the sizes of picture and box, and places to search. It measures the pose of the box.
 """
 
 import math
@@ -177,7 +176,7 @@ class PickUp:
         if np.hypot(*(place - self._xy())) > 0.06:
             yield from self._drive_to(place)
         yield from self._turn_to(middle[:2])
-        for _ in range(round(RECENT / self._dt)):  # only what is seen from here counts
+        for _ in range(round(RECENT / self._dt)):  # only sightings from here count
             yield self._moving()
         yield from self._turn_to(self._box()[0][:2])
 

@@ -15,7 +15,7 @@ Keys = Mapping[str, Any]
 class Signal:
     """Commands a twist, and goals of the arms, from signals; time starts at the first tick.
 
-    The bump reaction, and the avoidance if on, still act. Without a signal a speed is 0.
+    The bump reaction, and avoidance if enabled, still apply. Without a signal a speed is 0.
     """
 
     def __init__(
@@ -32,8 +32,8 @@ class Signal:
             forward: Forward velocity in the robot's frame [m/s].
             left: Likewise, to the left [m/s].
             turn: Counter-clockwise positive; its keys end in `_deg` [deg/s].
-            joints: By the name of an arm, one signal for each joint: in keys that end in `_deg` for one that revolves
-                [deg], in metres for one that slides.
+            joints: For each arm by name, one signal per joint: with keys ending in `_deg` for revolute joints [deg], in
+                metres for prismatic ones.
 
         Raises:
             ValueError: There is no signal, or one is invalid.

@@ -58,8 +58,8 @@ def bearings_only(places: ArrayLike, bearings: ArrayLike, deviations: ArrayLike)
 
 
 def _linear_solution(beacons: Array, angles: Array) -> Array:
-    """Return the pose of least squares on the lines of sight, shape (3,)."""
-    # About the beacons' middle and in units of their spread, so that the four unknowns are of one size.
+    """Return the least-squares pose from the lines of sight, shape (3,)."""
+    # Relative to the beacons' centroid and in units of their spread, so that the four unknowns are of similar size.
     middle = beacons.mean(axis=0)
     size = float(np.abs(beacons - middle).max()) or 1.0
     x, y = ((beacons - middle) / size).T
@@ -74,7 +74,7 @@ def _linear_solution(beacons: Array, angles: Array) -> Array:
     position = np.array([cosine * qx - sine * qy, sine * qx + cosine * qy])
     ahead = (np.stack([x, y], axis=-1) - position) @ (cosine, sine)
     left = (np.stack([x, y], axis=-1) - position) @ (-sine, cosine)
-    # The opposite heading has the same lines of sight, but all beacons behind.
+    # The opposite heading has the same lines of sight, but with all beacons behind.
     turned = np.pi if np.sum(ahead * c + left * s) < 0.0 else 0.0
     return np.array([*(middle + size * position), np.arctan2(sine, cosine) + turned])
 

@@ -1,4 +1,4 @@
-"""Drives at random, as a robot that explores without a plan."""
+"""Drives at random: exploration without a plan."""
 
 import math
 

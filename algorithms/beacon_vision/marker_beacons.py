@@ -54,7 +54,7 @@ class MarkerBeacons:
         settings.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
         settings.minMarkerPerimeterRate = 0.06
         settings.useAruco3Detection = False
-        # A marker of another dictionary is one of this one but for a bit or two: all bits must be right.
+        # Markers of other dictionaries may differ from one of these by only a bit or two: require all bits.
         settings.errorCorrectionRate = 0.0
         self._detector = cv2.aruco.ArucoDetector(self._dictionary, settings)
         self._width = width
@@ -75,7 +75,7 @@ class MarkerBeacons:
             if name is None or name in taken:
                 continue
             picture = self._measure(name, number, np.asarray(outline, dtype=float).reshape(4, 2), view)
-            # One number seen twice is a mistake of one of them; the one that looks more like it stays.
+            # If a number is found twice, one of the two is wrong: keep the better match.
             if picture is not None and (name not in found or found[name].explained < picture.explained):
                 found[name] = picture
         return list(found.values())

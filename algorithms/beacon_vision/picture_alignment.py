@@ -45,7 +45,7 @@ NEEDED_CORRELATION = 0.8
 STRIDE = 0.8
 """Damping factor of Gauss-Newton steps: gradients of the smoothed picture are a fifth too small, steps too large."""
 LEVEL_FROM_IMAGE = [np.array([[0.5**level], [0.5**level], [1.0]]) for level in range(LEVELS)]
-"""Factors that bring a homography into the image to a level of its pyramid."""
+"""Factors that scale a homography into the image to each level of its pyramid."""
 BEFORE = shift(-REACH, -REACH)
 SAME_PIXELS = 0.01
 """Correction below which the set of visible pixels stays the same: it changes by much less than one pixel."""
@@ -88,7 +88,7 @@ class _Fit:
     inverse: Array
     """Inverse of the matrix of the normal equations, shape (12, 12)."""
     solution: Array
-    """Eight of homography times gain, gain, offset, two slopes."""
+    """Eight parameters of the homography times gain, then gain, offset and two slopes."""
     settled: bool
     """Whether it has converged."""
 
@@ -120,7 +120,7 @@ def align(
     found = _align_from(templates, image, homography, whole)
     if found is not None:
         return found
-    # A guess that is too far off for the template of the right size is mended by the smallest one.
+    # The smallest template corrects a guess that is too far off for the template of the right size.
     rough = _refine(templates[0], image, homography, hidden=None)
     return None if rough is None else _align_from(templates, image, rough.homography, whole)
 
@@ -209,7 +209,7 @@ def _refine(template: PictureTemplate, image: ImagePyramid, homography: Array, *
 
 
 def _equations(template: PictureTemplate, seen: Mask | None) -> tuple[NDArray[np.float32], Array] | None:
-    """Return the design for the pixels that are seen and the inverse of its normal equations; None if too few are."""
+    """Return the design matrix of visible pixels and the inverse of its normal matrix; None if there are too few."""
     if seen is None:
         return template.design, template.inverse
     if np.count_nonzero(seen) < MIN_SEEN * len(seen):

@@ -16,7 +16,7 @@ from .picture_templates import quadrilateral_area
 from .planar_pose import image_from_plane
 
 CLEAR = 0.02
-"""How much more than any other a picture must explain of its image."""
+"""Margin by which a picture must explain its image better than any other."""
 SMALLER_PART = 0.7
 """Area, relative to this picture's, below which another picture is a part of this one and is discarded."""
 
@@ -39,7 +39,7 @@ class PictureBeacons:
         grays = {name: (gray_of(picture), width) for name, (picture, width) in pictures.items()}
         gauges = {name: PictureGauge(name, gray, width) for name, (gray, width) in grays.items()}
         self._equal = equal_pictures({name: grays[name][0] for name, gauge in gauges.items() if gauge.templates})
-        # Of equal pictures the first one is searched for, so that it is not taken for a third one that looks like it.
+        # Only the first of equal pictures is searched for, so that it is not mistaken for a third, similar one.
         self._names = tuple(self._equal)
         self._gauges = {name: gauges[name] for name in self._names}
         searched = [grays[name] for name in self._names]
@@ -66,12 +66,12 @@ class PictureBeacons:
     def search(
         self, view: PreparedImage, *, known: Sequence[FoundPicture] = (), only: str | None = None
     ) -> list[FoundPicture]:
-        """Return pictures found in a whole view, leaving out known ones and those that can be taken for others.
+        """Return pictures found in a whole view, without known ones and those that can be mistaken for others.
 
         Args:
             view: The image.
             known: Pictures in it that are known.
-            only: Search for this picture alone, whatever it can be taken for.
+            only: Search for this picture alone, even if it can be mistaken for others.
         """
         features = image_features(view.gray)
         fresh = np.ones(len(features.points), dtype=bool)
@@ -120,7 +120,7 @@ class PictureBeacons:
 
 
 def _inside(corners: Array, points: Array) -> NDArray[np.bool_]:
-    """Return which points, shape (n, 2), are inside corners given clockwise as seen, shape (4, 2)."""
+    """Return which points, shape (n, 2), are inside corners that are clockwise in the image, shape (4, 2)."""
     inside = np.ones(len(points), dtype=bool)
     for start, stop in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         (dx, dy), away = stop - start, points - start

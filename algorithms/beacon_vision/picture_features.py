@@ -27,9 +27,9 @@ ENLARGE = 1.5
 RIM, RIM_GRAY = 18, 220.0
 """Width of the border around a picture, which keeps features near its edge [px], and its gray."""
 LIKELY_BITS = 12
-"""Number of the first 64 bits that may differ for two descriptors to be compared in full."""
+"""Two descriptors are compared in full if at most this many of their first 64 bits differ."""
 MATCH_BITS = 64
-"""Number of the 256 bits that may differ in a match."""
+"""Maximum number of the 256 bits that differ in a match."""
 CHUNK = 32
 """Rows compared at a time, so that the result stays in the processor's cache."""
 VOTES = 6
@@ -121,7 +121,7 @@ def find_candidates(bank: Bank, image: Features, *, of_each: bool = False) -> li
     Args:
         bank: Features of the pictures.
         image: Features of the image.
-        of_each: Match a feature of the image with the nearest of each picture, not of all.
+        of_each: Match a feature of the image with the nearest one of every picture, not only with the nearest of all.
     """
     owners = bank.owners if of_each else None
     rows, entries = match(image.descriptors, bank.features.descriptors, owners)
@@ -162,7 +162,7 @@ def match(
 
 
 def _largest_agreement(middles: Array, scales: Array, turns: Array) -> NDArray[np.intp]:
-    """Return the largest set of matches that agree with one of them."""
+    """Return the largest set of matches that agree with a single match."""
     distances = np.linalg.norm(middles[:, None] - middles[None], axis=2)
     # A quarter of the picture's size, according to the larger of the two matches.
     close = distances < 0.25 * TEMPLATE_SIDE * np.maximum(scales[:, None], scales[None])

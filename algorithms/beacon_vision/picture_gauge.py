@@ -60,7 +60,7 @@ class PictureGauge:
         self._outline = picture_corners(*self._size)[:, :2]
         self.templates = make_templates(gray, width)
         """From small to large; empty for a picture that is plain or striped, which is never found."""
-        # Shifted, it would be taken for a picture that is partly hidden.
+        # A shifted copy would be mistaken for a partly hidden picture.
         self._whole = repeats(gray)
 
     def near(self, rotation: Array, position: Array, view: PreparedImage) -> FoundPicture | None:

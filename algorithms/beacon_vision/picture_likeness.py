@@ -1,7 +1,7 @@
-"""Pictures that can be mistaken: for others that look like them, or for a shifted place in themselves.
+"""Finds pictures that can be mistaken for others that look like them, or for shifted copies of themselves.
 
-Both are found in the pictures alone, before any image is seen; all that is left to do in an image is to compare a
-picture that was found with those few that look like it.
+This takes the pictures alone, before any image is seen. In an image, a picture that was found is then compared only
+with the few that look like it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,7 +26,7 @@ MAX_COMPARISONS = 1e8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Likeness:
-    """A picture that looks like a part of another one or like all of it."""
+    """A picture that looks like all or part of another one."""
 
     shown: int
     """Index of the picture."""
@@ -47,7 +47,7 @@ def repeats(gray: Gray) -> bool:
     size = max(2, round(gray.shape[1] * scale)), max(2, round(gray.shape[0] * scale))
     small = np.asarray(cv2.resize(gray, size, interpolation=cv2.INTER_AREA), dtype=float)
     correlation = correlation_by_shift(small)
-    # A peak apart from that at no shift; a slope that leads there is none.
+    # A peak other than that at no shift; the slope of that one is no peak.
     highest = cv2.dilate(correlation, np.ones((3, 3)))
     peaks = np.argwhere((correlation >= highest) & (correlation > NEEDED_CORRELATION))
     apart = np.abs(peaks - np.array(correlation.shape) // 2).max(axis=1, initial=0) > 2
@@ -69,7 +69,7 @@ def correlation_by_shift(small: Array) -> Array:
     own, own_squares = _sums_over_overlap(values), _sums_over_overlap(values**2)
     # The overlap in the shifted picture is the one for the opposite shift.
     other, other_squares = own[::-1, ::-1], own_squares[::-1, ::-1]
-    # What is plain in the overlap correlates with nothing.
+    # A plain overlap correlates with nothing.
     floor = 1e-3 * float((values**2).mean()) * count + 1e-6
     variances = np.maximum(own_squares - own**2 / count, floor), np.maximum(other_squares - other**2 / count, floor)
     correlation = (product - own * other / count) / np.sqrt(variances[0] * variances[1])
@@ -77,7 +77,7 @@ def correlation_by_shift(small: Array) -> Array:
 
 
 def _sums_over_overlap(values: Array) -> Array:
-    """Return the sum of the values that overlap with themselves shifted, by shift: (2 rows - 1, 2 columns - 1)."""
+    """Return the sum of the values that overlap a shifted copy, by shift: (2 rows - 1, 2 columns - 1)."""
     for _ in range(values.ndim):  # along one axis, then along the other
         sums = np.cumsum(values, axis=0)
         values = np.concatenate([sums, sums[-1] - sums[:-1]]).T
@@ -112,7 +112,7 @@ def likenesses(
             if alignment is not None:
                 shown_from_taken = np.asarray(np.linalg.inv(view_from_shown) @ alignment.homography)
                 found[shown, taken] = Likeness(shown, taken, shown_from_taken, alignment.explained)
-    # What is a part of the other one is found in it only, not the other way round.
+    # If one is a part of the other, it is found in the other, not the other way round.
     for (shown, taken), each in list(found.items()):
         back = Likeness(taken, shown, np.asarray(np.linalg.inv(each.shown_from_taken)), each.explained)
         found.setdefault((taken, shown), back)

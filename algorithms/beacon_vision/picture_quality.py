@@ -124,7 +124,7 @@ def _colored(gray: Gray) -> Picture:
 
 
 def _bounded(gray: Gray) -> Gray:
-    """Return a picture without what is finer than the largest view."""
+    """Return a picture without details finer than the largest view shows."""
     scale = FINER * SMALLEST * RATIO ** (STEPS - 1) / math.sqrt(gray.size)
     if scale >= 1.0 or min(gray.shape) * scale < 1.0:
         return gray

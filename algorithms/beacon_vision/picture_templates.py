@@ -60,7 +60,7 @@ class PictureTemplate:
     tile_pixels: NDArray[np.intp]
     """Number of pixels of each tile, shape (TILES^2,)."""
     least_pixels: int
-    """The smallest of them."""
+    """Smallest number of pixels of a tile."""
     design: NDArray[np.float32]
     """Derivatives by the eight parameters of a homography, gain, offset and two slopes, shape (12, n)."""
     places: NDArray[np.intp]
@@ -73,7 +73,7 @@ class PictureTemplate:
     """Variance of `own`."""
 
     def is_measurable(self, inverse: Array) -> bool:
-        """Return whether noise of a camera leaves the corners accurate: not those of a plain or striped picture.
+        """Return whether corners are accurate despite a camera's noise; plain or striped pictures fail.
 
         Args:
             inverse: Inverse of the normal matrix of the pixels used, shape (12, 12).
@@ -222,7 +222,7 @@ def corners_by_correction(template: PictureTemplate, homography: Array) -> Array
     # Four points: plain numbers are several times faster than arrays.
     for x, y in template.corners.tolist():
         w = g * x + h * y + i
-        # By unit coordinates, of which a correction is a motion.
+        # With respect to unit coordinates, in which a correction is a motion.
         p, q, scale = (a * x + b * y + c) / w, (d * x + e * y + f) / w, -1.0 / (w * k)
         u, v = x * k, y * k
         for along, down in (((a - p * g) * scale, (b - p * h) * scale), ((d - q * g) * scale, (e - q * h) * scale)):

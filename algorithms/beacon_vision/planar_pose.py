@@ -165,7 +165,7 @@ def _refine(
     covariance = inverse_of(normal)
     if covariance is None:
         return None
-    # The last step takes from the misfit what it promises: it was small, or the fit leads nowhere.
+    # Subtract the reduction of the misfit that the last, small step predicts.
     return PlanarPose(rotation, position, covariance, float(error @ information @ error - pull @ step))
 
 

@@ -51,7 +51,7 @@ def nearest_neighbour(
     References:
         Bar-Shalom, Li, Estimation and Tracking (1993), section 6.3: global nearest neighbour.
     """
-    from scipy.optimize import linear_sum_assignment  # slow to import, and beacons with names do without
+    from scipy.optimize import linear_sum_assignment  # slow to import, and not needed for named beacons
 
     candidates = _Candidates.of(slam, measurements, measurement_covariance, among=among, confidence=confidence)
     cost = np.where(candidates.fits, candidates.distance, 1e6)
@@ -177,7 +177,7 @@ class _Search:
         self._choices = [
             sorted(np.flatnonzero(candidates.fits[row]), key=candidates.distance[row].item) for row in rows
         ]
-        # The sightings with the fewest choices first: what is sure narrows the rest.
+        # The sightings with the fewest choices first: they narrow down the others.
         self._order = sorted((row for row in rows if self._choices[row]), key=lambda row: len(self._choices[row]))
         self._gates = chi_square(confidence, 2 * np.arange(len(self._order) + 1).clip(1))
         self._left = MAX_STEPS

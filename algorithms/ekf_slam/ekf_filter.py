@@ -93,8 +93,8 @@ class EkfSlamFilter(SlamState):
         """Move the pose.
 
         Args:
-            motion: motion(pose, control) -> new pose (3,), F (3, 3), G (3, m). Where it goes must not depend on
-                where the world's origin is, as with any motion in the robot's frame.
+            motion: motion(pose, control) -> new pose (3,), F (3, 3), G (3, m). The displacement must not depend on the
+                world's origin, as with any motion in the robot's frame.
             control: Shape (m,).
             control_covariance: Shape (m, m).
             slopes: Derivative of the control by the systematic errors, shape (m, p): control + slopes @ errors acts.
@@ -342,7 +342,7 @@ class EkfSlamFilter(SlamState):
     def _append(self, name: Hashable, mean: Array, anchor: Array, noise: Array, J_sensor: Array) -> None:
         """Write mean and covariance of a new point behind the others.
 
-        It is fixed to the robot but for its noise and for errors of the sensor, times J_sensor (2, s).
+        It moves rigidly with the robot, apart from its noise and the errors of the sensor times J_sensor (2, s).
         """
         at, size = self._size, self._size + 2
         if size > len(self._mean):

@@ -62,7 +62,7 @@ def shear(P: Array, moved: Array, rows: Rows, W: Array, spare: Array) -> None:
     loss = spare[: size * size].reshape(size, size)
     heading = P[2] - W[:, 2] @ W
     heading += 0.5 * heading[2] * column
-    # Brought to one size, so that as little as can be is lost where u u^T and v v^T are nearly alike.
+    # Scaled to equal size, to lose few digits where u u^T and v v^T are nearly equal.
     sizes = float(np.linalg.norm(column)), float(np.linalg.norm(heading))
     scale = math.sqrt(sizes[0] / sizes[1]) if all(sizes) else 1.0
     along, across = column / scale, heading * scale

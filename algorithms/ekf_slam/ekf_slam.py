@@ -173,7 +173,7 @@ class EkfSlam:
         return self._relocation.reported(belief, seen)
 
     def _reported(self, innovations: Innovations, *, distance: float) -> Estimate:
-        """Return the belief; with frame 'map' also after a late correction of the whole map where it was before."""
+        """Return the belief; with frame 'map', a late correction of the whole map does not move what was reported."""
         believed = self._rivals.believed()
         if self._past is not None:
             self._past.move(distance)
@@ -193,7 +193,7 @@ class EkfSlam:
         return belief
 
     def lost(self) -> bool:
-        """Return whether nearly all recent sightings contradict the map, or expected ones do not come."""
+        """Return whether nearly all recent sightings contradict the map, or expected sightings are missing."""
         return self._relocation.doubted
 
     @property
@@ -202,7 +202,7 @@ class EkfSlam:
 
     @property
     def systematic_errors(self) -> Array:
-        """Estimated systematic errors of odometry, shape (4,), with errors in proportion to its noise.
+        """Systematic errors of odometry, estimated by the filter that assumes them small, shape (4,).
 
         Relative error of the distance, turn per metre [rad/m], relative error of the turn, and delay of the motion [s].
         """
@@ -222,7 +222,7 @@ class EkfSlam:
         )
 
     def _limit_range_errors(self, sightings: Sequence[Sighting]) -> None:
-        """Assume systematic errors of the ranges as large as the scatter of named sightings leaves room for."""
+        """Limit systematic errors of ranges to what the scatter of named sightings allows."""
         if math.isinf(self._systematic):
             return
         prior = self._range_errors.begin(sightings)
@@ -355,7 +355,7 @@ def _new_filters(
 ) -> RivalFilters:
     """Return filters with and without errors of odometry, both with errors of ranges, and one with large errors.
 
-    Or only one without any.
+    Without `errors`, only one without any.
     """
     sensor = RANGE_ERRORS if errors else 0
     make: Callable[..., EkfSlamFilter] = InvariantEkfSlamFilter

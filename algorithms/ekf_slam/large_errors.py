@@ -34,7 +34,7 @@ CAPPED = 1.0
 
 
 class LargeErrors:
-    """A filter with large errors, and what follows from it if only some of them are large."""
+    """A filter with large errors, from which the beliefs for only some large errors follow."""
 
     def __init__(self, slam: EkfSlamFilter) -> None:
         """Begin with a filter that has parameters for `LARGE_MOTION` and `LARGE_SENSOR`, and no landmarks."""

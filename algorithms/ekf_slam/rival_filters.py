@@ -1,8 +1,8 @@
-"""The same filter under several assumptions on odometry and sensor: which of them the sightings support.
+"""Runs the same filter under several assumptions on odometry and sensor, weighted by how well they fit the sightings.
 
 Estimating errors that do not exist costs accuracy, and ignoring existing ones costs more. All filters get the same
-data, and the belief is their average. The one without errors counts only once the data have spoken for it: with little
-evidence an average would be no better than its worse half.
+data, and the belief is their average. The one without errors counts only once the data support it: with little evidence
+an average would be no better than its worse half.
 
 Two filters assume errors in proportion to the stated noise, or none. Another assumes that odometry is rougher than
 stated, such as with wheels that spin now and then, and another that odometry and sensor err by far more than stated,
@@ -31,12 +31,12 @@ SMALL = 1e-3
 PRIOR_ODDS = np.array([0.1] + [0.02] * len(KINDS))
 """Prior odds of rough odometry and of each kind of large errors, against errors within the data sheets."""
 DISPROVED = 7.0
-"""Logarithm of the Bayes factor that disproves that there are no errors; if there are none, it is ever exceeded in one
-of exp(7) = 1100 runs at most (Ville's inequality)."""
+"""Logarithm of the Bayes factor that disproves that there are no errors; if there are none, at most one run in exp(7) =
+1100 ever exceeds it (Ville's inequality)."""
 DOUBTED = 5.0
 """How much more probable errors beyond the data sheets are once that is disproved."""
 CAUTION = 5.0
-"""How much more probable large errors must be for the mean than for the covariance: what a model does not know, such as
+"""How much more probable large errors must be for the mean than for the covariance: effects outside the model, such as
 one skid, may look like them for a while."""
 ROUGH = 9.0
 """Ratio of the variance of rough odometry to that of its data sheet."""
@@ -156,7 +156,7 @@ class RivalFilters:
 
     @property
     def without_errors(self) -> float:
-        """Probability that there are no constant errors, if the data have spoken for that; otherwise 0."""
+        """Probability that there are no constant errors, once the data support that; before that 0."""
         if self._rival is None or self._most < POSITIVE:
             return 0.0
         return 1.0 / (1.0 + math.exp(-min(self._evidence, 700.0)))
@@ -185,7 +185,7 @@ def averaged(one: EkfSlamFilter, other: EkfSlamFilter, *, share: float, followed
         one: First filter.
         other: Second filter.
         share: Probability of the other.
-        followed: How far the mean goes towards the other, if not as far as its probability; the covariance is about it.
+        followed: Weight of the other in the mean, if not its probability; the covariance is about this mean.
     """
     rows, others = one.shared_rows(other)
     size = one._size

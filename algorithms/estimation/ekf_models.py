@@ -177,7 +177,7 @@ def innovation(Z: Array, expected: Array) -> Array:
 
 
 def together(R: Array, count: int) -> Array:
-    """Return the joint covariance of measurements, shape (k, 2, k, 2), from one for all, one for each, or all."""
+    """Return the joint covariance of measurements, shape (k, 2, k, 2): given one for all, one for each, or itself."""
     if R.shape == (2 * count, 2 * count):
         return R.reshape(count, 2, count, 2)
     together, each = np.zeros((count, 2, count, 2)), np.arange(count)
@@ -198,7 +198,7 @@ def gain(HP: Array, S: Array, nu: Array) -> tuple[Array, Array, float]:
 def solved(L: Array, B: Array) -> Array:
     """Return L^-1 B, shape (m, n), for a lower triangular L, shape (m, m).
 
-    BLAS does it at once; LAPACK's function for it starts one thread per core, however small L is, and waits for all.
+    By BLAS: LAPACK's function starts one thread per core, however small L is, and waits for all.
     """
     return np.asarray(dtrsm(1.0, L.T, B.T, side=1).T)
 

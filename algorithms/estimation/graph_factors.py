@@ -167,7 +167,7 @@ def _sighting(pose: Any, place: Array, errors: list[float], sighting: Sighting) 
 
 
 def _fill(jacobians: Any, arrays: list[Array]) -> None:
-    """Write arrays into a vector of gtsam, which takes one at a time."""
+    """Write arrays into a vector of gtsam, one at a time as it requires."""
     for place, array in enumerate(arrays):
         jacobians[place] = array
 
@@ -203,7 +203,7 @@ class SharedPrior:
         return [] if self._factor < 0 else [self._factor]
 
     def added(self, factors: Any) -> None:
-        """Remember the index that the solver has given to the prior, if it was added; `factors` are those of all."""
+        """Remember the index that the solver has given to the prior, if it was added; `factors` has all new indices."""
         if self._place >= 0:
             self._factor, self._place = factors[self._place], -1
 

@@ -30,8 +30,8 @@ PosedSighting = tuple[int, Sighting]
 class LookChecks:
     """Checks sightings against the uncertainty of the robot's pose relative to its map.
 
-    Each landmark has the uncertainty, relative to the rest of the map, that the pose had when it entered the map; a
-    sighting of it tells no more about the pose than that, until the landmark is seen from a pose known better.
+    Each landmark has the uncertainty, relative to the rest of the map, that the pose had when it entered the map; no
+    sighting of it can make the pose more certain than that, until the landmark is seen from a better known pose.
     """
 
     def __init__(self) -> None:

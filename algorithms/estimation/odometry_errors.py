@@ -2,8 +2,8 @@
 
 The data sheet of odometry gives white noise. But worn wheels always overestimate the distance, a wrong track
 underestimates turns, and a flat tyre makes the robot veer. Over a long distance these errors exceed the noise, and a
-filter that treats them as noise is overconfident in its heading. Odometry may also be late, or early if commands are
-used in its place: then the motion of a tick partly belongs to another one.
+filter that treats them as noise is overconfident in its heading. Odometry may also be late, or early if commands
+replace it: then part of a tick's motion belongs to another tick.
 """
 
 import math
@@ -36,7 +36,7 @@ class OdometryErrors:
         """Start at rest, without errors.
 
         Args:
-            length: L, infinite for a robot without such errors [m].
+            length: L; infinite for a robot without such errors [m].
             delay: Standard deviation of the delay, if there are such errors [s].
         """
         self._length, self._delay = length, 0.0 if math.isinf(length) else delay
@@ -77,7 +77,7 @@ class OdometryErrors:
         self._increments.appendleft(increment)
         while len(self._increments) > LATEST / seconds + 2.0:
             self._increments.pop()
-        # Velocity is even within a tick, so that a delayed one has its parts of two ticks.
+        # Velocity is constant within a tick, so the motion of a delayed tick consists of parts of two ticks.
         whole, part = divmod(min(max(delay, 0.0), LATEST) / seconds, 1.0)
         newer, older = (self._past(int(whole) + back) for back in (0, 1))
         forward, left, turn = ((1.0 - part) * newer + part * older).tolist()

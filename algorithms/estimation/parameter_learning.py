@@ -60,7 +60,7 @@ class ParameterLearner:
         self._seen = Filtered()
 
     def motion(self, state: JointState, dt: float) -> tuple[Array, Array, Array] | None:
-        """Return positions, rates and accelerations for the torques of a reading, None at the first one."""
+        """Return positions, rates and accelerations that belong to the torques of a reading; None at the first one."""
         before, self._before = self._before, state
         if before is None:
             return None
@@ -127,7 +127,7 @@ def largest_inertia(arm: Arm, info: ArmInfo) -> Array:
 
 
 def steady_inertia(arm: Arm, info: ArmInfo, phase: float) -> Array:
-    """Return the inertia of each joint for which PD control is stable, the largest where this is, shape (n,).
+    """Return the inertia of each joint for which PD control is stable: the largest one where possible, shape (n,).
 
     With Kp = w^2 D, Kd = 2 w D and steps h, motions along an eigenvector of M^-1 D with the value k follow
     v' = v - h k (2 w v + w^2 x), x' = x + h v'. They are stable (Jury) if k (4 w h + (w h)^2) < 4.
@@ -145,7 +145,7 @@ def steady_inertia(arm: Arm, info: ArmInfo, phase: float) -> Array:
         worst = int(np.argmax(sizes[:, -1]))
         if sizes[worst, -1] <= bound:
             break
-        # The joints that take part in the fastest motion are eased.
+        # Reduce the gains of the joints that take part in the fastest motion.
         inertia = inertia * (0.99 * bound / sizes[worst, -1]) ** (vectors[worst, :, -1] ** 2)
     return np.asarray(inertia)
 

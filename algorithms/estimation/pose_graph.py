@@ -178,7 +178,7 @@ class PoseGraph:
 
     def _weights(self, squared: Array) -> Array:
         """Return the robust weight of each step from its squared normalized error, shape (k,)."""
-        # Steps along the way are trusted; those that close a loop might be wrong.
+        # Steps along the path are trusted; those that close a loop might be wrong.
         far = np.abs(self.ends[:, 0] - self.ends[:, 1]) > 1
         return np.where(far, np.minimum(1.0, HUBER / np.sqrt(np.maximum(squared, 1e-12))), 1.0)
 
@@ -205,7 +205,7 @@ class PoseGraph:
         mixed = -(weighted @ self.slopes).reshape(-1, COMMON)
         summed = [np.bincount(at.ravel(), column, 3 * number) for column in mixed.T]
         across = np.asarray(np.stack(summed, axis=1), dtype=float)
-        # The derivative of a step's error by the errors in common is minus its slopes.
+        # The derivative of a step's error by the common errors is minus its slopes.
         by_slopes = (self.slopes.transpose(0, 2, 1) @ self.informations) * self._weights(squared)[:, None, None]
         known = np.linalg.inv(self._prior_covariance)
         common = known + (by_slopes @ self.slopes).sum(axis=0)
@@ -248,7 +248,7 @@ def _rows(numbers: Sequence[int]) -> NDArray[np.intp]:
 
 
 def _ends(numbers: Sequence[int], size: int) -> NDArray[np.intp]:
-    """Return the indices of the states of k poses and, at the end, of the common errors, shape (3 k + 4,)."""
+    """Return the indices of the states of k poses and, at the end, of the common errors, shape (3 k + 6,)."""
     return np.concatenate([_rows(numbers), np.arange(size - COMMON, size)])
 
 

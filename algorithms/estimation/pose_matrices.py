@@ -1,6 +1,6 @@
 """Covariances and information of planar poses, inverted in closed form.
 
-NumPy's general routines take ten times as long for a matrix of three rows, and an estimator inverts dozens for a scan.
+NumPy's general routines take ten times as long for a 3 x 3 matrix, and an estimator inverts dozens per scan.
 """
 
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from mjsim.geometry import Array
 
 
 def inverse(P: Array) -> Array:
-    """Return the inverse of a symmetric positive definite matrix, shape (3, 3), of which the upper triangle is read.
+    """Return the inverse of a symmetric positive definite matrix, shape (3, 3); only its upper triangle is read.
 
     References:
         Golub, Van Loan, Matrix Computations (2013), section 4.1: the LDL^T factorisation, stable for such matrices.

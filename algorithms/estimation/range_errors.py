@@ -1,8 +1,8 @@
 """Systematic errors of ranges, which a filter estimates along with the map.
 
 A data sheet gives one standard deviation. If successive sightings of a landmark scatter by that much, their
-errors are noise, which averages out. If they scatter by far less, the rest of it is an error that all have in common:
-a camera overestimates distances by 5 %, or a pole is measured at its front. A filter that treats this as noise believes
+errors are noise, which averages out. If they scatter by far less, the rest is a common error: a camera overestimates
+distances by 5 %, or a pole is measured at its front. A filter that treats this as noise believes
 in a map that is 5 % too large, with a covariance that shrinks with every sighting.
 """
 
@@ -33,8 +33,8 @@ ODD = 13.8
 class RangeErrors:
     """Bounds the systematic errors of ranges by the scatter of sightings.
 
-    Before the scatter is known, all of the stated variance may be in common. Then the filter gets the constraint that
-    reduces it to the part that is: as if that part had been the prior.
+    Before the scatter is known, all of the stated variance may be a common error. Then a constraint reduces it to the
+    part that is common, as if that part had been the prior.
     """
 
     def __init__(self, *, scale: float) -> None:
@@ -63,7 +63,7 @@ class RangeErrors:
         return self._prior
 
     def constraint(self, sightings: Sequence[Sighting], recent: RecentMotion) -> Array | None:
-        """Return the variances, shape (2,), of a measurement that both errors are zero, if there is one to make."""
+        """Return the variances, shape (2,), of a pseudo-measurement that both errors are zero; None if none is due."""
         if self._part <= LEFT or self._pairs >= MAX_SCALE or not self._prior.any():
             return None
         self._compare(sightings, recent)

@@ -65,7 +65,7 @@ class RecentMotion:
             window: How many seconds.
         """
         (x, y, turn), _ = self.since(self._track[-1][0] - window)
-        # On an arc, the way leads half of the turn beside the heading at its end.
+        # On an arc, the chord deviates from the final heading by half of the turn.
         c, s = math.cos(0.5 * turn), math.sin(0.5 * turn)
         return np.array([c * x + s * y, c * y - s * x, turn]) / window
 
@@ -83,7 +83,8 @@ class RecentMotion:
                 break
             later = entry
         begin, before, known = entry
-        # The newest tick is not later than it, or the oldest that is remembered is; before the first nothing moved.
+        # The newest tick is not later than `time`, or the oldest stored one is; before the first, the robot was at
+        # rest.
         if later is None or later is entry or not math.isfinite(begin):
             return before, known
         end, pose, total = later

@@ -25,10 +25,11 @@ from .recent_motion import MEMORY, RecentMotion
 from .unseen_landmarks import UnseenLandmarks
 
 COUNTED, FAILING = 12, 9
-"""Number of recent sightings of the map, and of failures among them for a lost robot; if half are wrong, fewer fail."""
+"""Number of recent sightings of the map, and of failures among them by which a robot is lost; with half of the
+sightings wrong, fewer fail."""
 AGREES, AGAIN = 6.0, 3
-"""A robot is no longer lost if nearly all of its last sightings agree with where it would be otherwise: squared
-Mahalanobis distance of one that does (chi-square, 2 degrees of freedom: 95 %), and number of others."""
+"""A robot is no longer lost if nearly all of its last sightings agree with its pose as if it were not lost: squared
+Mahalanobis distance of one that agrees (chi-square, 2 degrees of freedom: 95 %), and maximum number that do not."""
 ROW, ROW_SECONDS = 5, 1.0
 """Failures in a row, over at least this time [s], that suffice as well."""
 CARRIED = 1e-4
@@ -39,7 +40,7 @@ fail together: all share the tilt of the robot."""
 FAR = 4.0
 """A tick that misses by less than this times the gate is not evidence: errors may be twice as large as stated."""
 RARE = 0.02
-"""Proportion of innocent times without an expected sighting that is not evidence: longer ones are evidence."""
+"""Times without an expected sighting are evidence if at most this proportion of harmless ones was as long."""
 TRIAL = 3
 """Failures, with no agreement between, after which a robot that was found is lost again."""
 ANY_HEADING = np.pi**2 / 3.0
@@ -74,7 +75,7 @@ def _same(sighting: Sighting) -> Sighting:
 
 
 class Relocation:
-    """Records which sightings of the map failed, and whether the robot is lost, and gives its covariance then."""
+    """Records which sightings of the map failed, decides whether the robot is lost, and gives its covariance then."""
 
     def __init__(self) -> None:
         """Start without sightings."""
@@ -99,7 +100,7 @@ class Relocation:
 
     @property
     def elsewhere(self) -> float:
-        """Probability that the robot is elsewhere, by consecutive sightings that fail or do not come."""
+        """Probability that the robot is elsewhere, from consecutive sightings that fail or are missing."""
         if self.doubted:
             return 1.0
         chance = (self._wrong / self._compared) ** max(self._failed_looks() - (not self._far), 0)
@@ -164,7 +165,7 @@ class Relocation:
             motion: Motion of the last seconds.
             time: Current time [s].
             places: Positions of the landmarks of the map, shape (2,) each [m].
-            corrected: Takes errors that are known from a sighting; those that are returned still have them.
+            corrected: Removes known errors from a sighting; the sightings that are returned still have them.
         """
         by_name: dict[Hashable, list[Sighting]] = {}
         for name, sighting in self._records:
@@ -178,7 +179,7 @@ class Relocation:
         return Refound(found.pose, {name: steady[name] for name in found.sightings})
 
     def _found(self) -> None:
-        """Forget what failed before a new pose, which is on probation."""
+        """Forget earlier failures; the new pose is on probation."""
         self._records.clear()
         self._clear_row()
         self._failed = deque([True] * (FAILING - TRIAL), maxlen=COUNTED)
@@ -203,8 +204,8 @@ class Relocation:
     def covariance(self, pose: Array, places: Places) -> Array:
         """Return the covariance of the pose of a lost robot, shape (3, 3).
 
-        The robot is somewhere on a circle about the landmark that it saw last, with any heading: the mean square of the
-        distance from there to the given pose.
+        The robot is assumed on a circle about the landmark that it saw last, with any heading; the variance is the mean
+        square distance from there to the given pose.
 
         Args:
             pose: Mean, shape (3,).

@@ -1,8 +1,8 @@
 """Landmarks that should be in view and are not: evidence that the robot is elsewhere, before it sees anything again.
 
 Which landmarks are seen from where is learnt in the run, without a data sheet: a landmark should be in view near the
-places from which it was seen, at ranges and bearings at which sightings came. How long none may come is learnt as well,
-because people pass, detectors miss, and beacons are removed.
+places from which it was seen, at ranges and bearings at which sightings came. The longest normal time without a
+sighting is learnt as well, because people pass, detectors miss, and beacons are removed.
 """
 
 import bisect
@@ -15,12 +15,12 @@ from mjsim.interface import Estimate, Observation
 CELL = 0.5
 """Size of the cells from which a landmark was seen; it should be seen from those around them too [m]."""
 MIN_UNSEEN_SECONDS, LONGER, ENOUGH = 0.6, 2.0, 50
-"""Time without an expected sighting that is evidence [s], as a multiple of the longest that was none, and number of
-sightings that have to agree before."""
+"""Minimum time without an expected sighting that is evidence [s], its minimum ratio to the longest harmless one, and
+minimum number of agreeing sightings before."""
 INNER = 0.8
-"""Part of the ranges and of the field of view in which a landmark is surely in view: a picture nearby is cut off."""
+"""Part of the ranges and of the field of view in which a landmark is surely visible: nearby pictures are cut off."""
 CERTAIN = 3.0
-"""Standard deviations of the heading by which bearings may be off."""
+"""Number of standard deviations of the heading by which bearings may be off."""
 
 
 class UnseenLandmarks:
@@ -32,7 +32,7 @@ class UnseenLandmarks:
         self._right, self._left = math.inf, -math.inf
         self._nearest, self._farthest = math.inf, 0.0
         self._blank, self._agreed = 0.0, 0
-        self._innocent: list[float] = []  # such times that had another reason, sorted [s]
+        self._innocent: list[float] = []  # earlier times with another reason, sorted [s]
 
     @property
     def suspicious(self) -> bool:
@@ -69,7 +69,7 @@ class UnseenLandmarks:
                 around = ((row + i, column + j) for i in (-1, 0, 1) for j in (-1, 0, 1))
                 self._seen_from.update((sighting.name, *cell) for cell in around)
         if named:
-            self.forget()  # What disagrees is evidence of its own.
+            self.forget()  # Sightings that disagree are counted elsewhere.
             return
         near = (name for name in belief.landmarks if (name, row, column) in self._seen_from)
         if any(self._is_in_view(belief, name) for name in near):

@@ -1,4 +1,4 @@
-"""Drives to goals by what it sees: obstacles remembered, paths planned, motions sampled."""
+"""Drives to goals with sensed obstacles: it remembers them, plans paths and samples motions."""
 
 from mjsim.faces import face
 

@@ -28,7 +28,7 @@ class BodyDiscs:
         if outline is not None and not _is_round(outline):
             self.centres, self.radii = _covered(outline)
         self.half_width = float(self.radii.min()) - EXCESS * (len(self.radii) > 1)
-        """Half of the smaller side, the least clearance with which the body passes [m]."""
+        """Half of the shorter side: the body needs at least this clearance from its centreline [m]."""
         self.reach = robot.radius
         """Radius of the circle about the origin that contains the body [m]."""
 

@@ -14,7 +14,7 @@ from mjsim.geometry import Array
 from ..paths.grid_search import STEPS
 
 UNREACHED = 1e4
-"""Time from cells that the goal cannot be reached from [s]."""
+"""Time from cells without a path to the goal [s]."""
 MAX_PRICE = 10.0
 """Largest cost of the cells of the robot and its goal, which must be passable [s/m]."""
 DOUBT = 1.3
@@ -22,7 +22,7 @@ DOUBT = 1.3
 TOUCH = 0.01
 """Obstacles may seem this much nearer than they are, on the grid [m]."""
 TIGHT = 4.0
-"""Additional cost of a metre where the body barely fits: it may not get through there."""
+"""Additional cost of a metre where the body barely fits: it may not get through [s/m]."""
 SLOWEST, GROWTH = 0.3, 3.5
 """Speed beside obstacles that nearly touch [m/s], and its growth with the clearance [1/s]."""
 
@@ -146,7 +146,7 @@ class Planner:
             self._graph(price),
             indices=j * columns + i,
             return_predecessors=True,
-            # Edges to where the robot cannot be take for ever.
+            # Edges to impassable cells take an infinite time.
             limit=min(limit, UNREACHED),
         )
         grid = np.minimum(seconds, UNREACHED).reshape(rows, columns)

@@ -1,4 +1,4 @@
-"""Drives to goals by what it sees: plans on the obstacles seen so far, and drives by sampled motions."""
+"""Drives to goals with sensed obstacles: plans around those seen so far, and chooses among sampled motions."""
 
 import math
 from collections.abc import Sequence
@@ -30,7 +30,8 @@ from .wheel_slip import SLIPPING, WheelSlip
 FINE = 0.025
 """Side of the cells in which obstacles are remembered [m]."""
 FORGET, TOUCHED = 60.0, 10.0
-"""Time for which an obstacle that is not seen again is remembered, and without progress one that was touched [s]."""
+"""Time for which an obstacle that is not seen again is remembered, and one that was touched if there is no progress
+[s]."""
 LOOK, SLOW_LOOK, SPACING = 0.08, 0.16, 0.16
 """Minimum and maximum time between scans that are used, and distance that a robot drives in between [s, s, m]."""
 ROOM, AHEAD, UNHURRIED = 0.1, 0.15, 0.32
@@ -39,7 +40,7 @@ the third [m, s, s]."""
 SHOW = 0.2
 """Time between two changes of the shown items [s]."""
 RARELY = 1.0
-"""Minimum time between two ticks in which it plans and chooses no motion [s]."""
+"""Minimum time between two ticks that only plan, and choose no motion [s]."""
 SOON = 1.5
 """With less time to the goal than this, motions are chosen with each scan [s]."""
 BACKWARDS = 0.4
@@ -55,12 +56,13 @@ WINDOW = 2.0
 
 
 class GoToGoal:
-    """Drives to goals around what its sensors see, as fast as the robot can, and stops at the last.
+    """Drives to goals around obstacles that its sensors see, as fast as the robot can, and stops at the last goal.
 
     Obstacles come from the map, if there is one, and from lidars, proximity rays, depth cameras and 3-D lidars. The
-    time to the goal is planned on a grid, where unseen space counts as free but doubtful; sampled motions of the
-    robot's true shape and limits lead down this time. Without progress the robot backs out, looks around, forgets
-    obstacles that it does not see, and tries other ways; after 5 s it also says why. Dead reckoning is corrected by
+    time to the goal is planned on a grid, where unseen space counts as free but doubtful; motions sampled with the
+    robot's true shape and limits reduce this time. Without progress the robot backs out, looks around, forgets
+    obstacles that it does not see, and tries other paths; after 5 s it also reports the reason. Dead reckoning is
+    corrected by
     scans. It takes goals while it runs, and arrives at the heading of a goal.
 
     References:
@@ -133,7 +135,7 @@ class GoToGoal:
         """Return the next twist; zero at the last goal, and while every motion would collide."""
         self._now, views = seen.time, self._views.update(seen)
         self.pose = pose = self._pose(seen, belief.pose, views)
-        # Half the scans of a fast lidar suffice to remember.
+        # Remembering half the scans of a fast lidar suffices.
         views = views if seen.time >= self._looked + self._pause - 1e-6 else []
         self._looked = seen.time if views else self._looked
         self._look(seen, pose, views)
@@ -152,12 +154,12 @@ class GoToGoal:
         if (command := self._approached(pose, seen)) is not None:
             return command
         way, stuck = self._way, self._recovery.stuck
-        # The first plan takes the time of this tick, but not of each where goals keep coming.
+        # The first plan takes this whole tick, but not each tick if goals keep coming.
         is_first = way.field is None and seen.time > self._begun + RARELY
         self._begun = seen.time if is_first else self._begun
         field = way.to(self._left[0][:2], place, seen.time, points=self._obstacles, stuck=stuck, busy=bool(views))
         self._slip.update(pose, seen.odometry, views, seen.time)
-        # Wheels that slip are no progress.
+        # Slipping wheels do not count as progress.
         driven = self._slip.held or pose
         seconds = float(field.at(driven.as_array()[:2]))
         if self._recovery.update(driven, seconds, seen.time, area=way.seen_area, barred=way.is_barred):
@@ -199,7 +201,7 @@ class GoToGoal:
         return not self._left
 
     def take_goal(self, x: float, y: float, heading: float | None = None) -> None:
-        """Drive to another goal in place of all others; the same again changes nothing.
+        """Drive to this goal instead of all others; repeating the current goal changes nothing.
 
         Args:
             x: x in the frame of the estimate [m].
@@ -264,19 +266,19 @@ class GoToGoal:
         return Command(turn=math.copysign(rate, free[0]))
 
     def _lay_out(self, place: Array) -> None:
-        """Lay out the planning grid around a place (2,) of the robot [m], what is remembered, and the goals."""
+        """Lay out the planning grid around the robot's place (2,) [m], the remembered obstacles, and the goals."""
         goals = self._goals[:, :2]
         self._way.lay_out(goals[-1], np.concatenate([goals, [place], self._obstacles]))
 
     def _pose(self, seen: Observation, estimate: Pose, views: list[RangeView]) -> Pose:
-        """Return the pose that it drives by: the estimate, but dead reckoning is corrected by scans."""
+        """Return the pose used for driving: the estimate, or dead reckoning corrected by scans."""
         odometry = seen.odometry
         if self._alignment is None:
             return estimate
         self._reckoned = self._reckoned @ Pose(odometry.forward, odometry.left, odometry.turn)
         apart = self._reckoned.inverse() @ estimate
         if math.hypot(apart.x, apart.y) + abs(apart.heading) > 1e-6:
-            # An estimator knows better.
+            # An estimator is more accurate.
             self._alignment = None
             return estimate
         self._alignment.move(odometry)
@@ -303,7 +305,7 @@ class GoToGoal:
             for memory in (self._memory, self._touched):
                 memory.track(pose, Pose(odometry.forward, odometry.left, odometry.turn))
         if seen.bump:
-            # No sensor sees it: nothing contradicts it.
+            # No sensor sees this point, so none contradicts it.
             self._touched.add(pose, [], pose.transform(touched(self._robot, np.array(seen.bump))), seen.time)
         self._place = np.array([pose.x, pose.y])
         if len(self._walls) and not np.abs(self._place - self._around).max() < WINDOW:
@@ -323,7 +325,7 @@ class GoToGoal:
 
     @property
     def _obstacles(self) -> Array:
-        """What has been seen and touched, shape (n, 2) [m]."""
+        """Obstacles that have been seen or touched, shape (n, 2) [m]."""
         return np.concatenate([self._memory.points, self._touched.points])
 
     def _remember(self, pose: Pose, views: list[RangeView], now: float) -> None:
@@ -334,7 +336,7 @@ class GoToGoal:
         x, y = points.T
         fresh = (np.abs(points - self._place).max(axis=1) < MOVING_RANGE) & (self._standing.at(x, y) > EXPLAINED)
         fresh[fresh] = ~self._way.unseen(points[fresh])
-        # Where much is fresh, the estimate is wrong.
+        # Many new points mean that the estimate is wrong.
         if len(views) > 1 and np.count_nonzero(fresh) < MOSTLY * len(points):
             self._moving.update(points[fresh], pose, now)
         self._memory.add(pose, views, points, now)
@@ -374,7 +376,7 @@ class GoToGoal:
         twist = self._local.twist(pose, self._twist, obstacles, leads, prices)
         self._jammed = twist is None
         self._twist = np.zeros(3) if twist is None else twist
-        # A fast robot meets things that move before the next choice.
+        # A fast robot may meet moving things before the next choice.
         if self._slow_pause > LOOK and twist is not None and attempt is Attempt.DRIVE and not prices.things:
             self._is_open = self._local.clearance > self._room and float(field.at(self._place)) > SOON
 

@@ -72,7 +72,7 @@ class MovingThings:
     def __init__(self) -> None:
         """Start without things."""
         self.tracked: list[Thing] = []
-        """All that is fresh, whether it moves or not yet."""
+        """All groups of fresh points, whether or not they move yet."""
 
     def update(self, fresh: Array, robot: Pose, now: float) -> None:
         """Add the points of a scan where nothing was before, shape (n, 2) [m], seen from a pose at a time [s]."""
@@ -86,7 +86,7 @@ class MovingThings:
             for group in unmatched
         }
         for thing, group in sorted(apart, key=lambda pair: apart[pair]):
-            # The nearest first, so that things that pass each other keep their own.
+            # The nearest first, so that things that pass each other keep their own points.
             if thing in left and group in unmatched and apart[thing, group] < GATE:
                 left.remove(thing)
                 unmatched.remove(group)

@@ -68,7 +68,7 @@ class ObstacleMemory:
 
         Args:
             pose: Pose of the robot.
-            views: What it sees through is dropped.
+            views: Obstacles that they see through are dropped.
             points: Its hits, in the frame of the estimate, shape (n, 2) [m].
             now: [s]
         """
@@ -92,7 +92,7 @@ class ObstacleMemory:
         self._began = True
 
     def forget(self, before: float, *, kept: NDArray[np.bool_] | None = None) -> None:
-        """Forget what was not hit since a time [s], except some of the points."""
+        """Forget the cells not hit since a time [s], except those in `kept`."""
         keep = self._stamps >= before
         if kept is not None:
             keep |= kept

@@ -41,15 +41,16 @@ CLOSE, COMFORT = 0.5, 0.12
 MET, SPACE, UNSURE = 15.0, 0.25, 0.12
 """Cost of time at no distance from things that move, falling to 0 at a space [1, m], which grows with time [m/s]."""
 MEETING, REACTION, CREEPING = 5.0, 0.3, 0.05
-"""Cost of driving into what moves, time until the robot begins to stop, and speed at which it stands [s, s, m/s]."""
+"""Cost of driving into moving things, time until the robot begins to stop, and speed at which it counts as standing [s,
+s, m/s]."""
 CHANGE = 0.01
 """Cost of a change of the twist by the robot's limits [s]."""
 STEER = math.radians(75.0)
-"""Maximum angle of the wheel of a tricycle that is planned with [rad]."""
+"""Maximum steering angle of a tricycle's wheel used in plans [rad]."""
 RESERVE = 0.85
-"""Share of the robot's acceleration that is planned with."""
+"""Share of the robot's acceleration used in plans."""
 FEW, FINEST = 0.25, 0.1
-"""Below this share of motions that are free, the next are sampled finer, down to this share of the robot's limits."""
+"""If fewer than this share of motions are free, the next ones vary less, down to this share of the robot's limits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +62,7 @@ class MotionPrices:
     top: float = math.inf
     """Speed limit [m/s]."""
     things: tuple[Thing, ...] = ()
-    """What moves, where it is now."""
+    """Moving things, at their current positions."""
 
 
 class Leads(Protocol):
@@ -78,8 +79,8 @@ class PathIntegral:
     """Chooses the next twist of a robot by sampled motions.
 
     Motions are random changes of the last one, and a fan of constant twists. Each is simulated with the robot's limits
-    of speed, turn rate, curvature and acceleration; its cost is the time to the goal from where it leads, plus the cost
-    of nearness to obstacles, of speed beside them and of sharp changes. The mean of all, weighted by exp(-cost), is the
+    of speed, turn rate, curvature and acceleration; its cost is the time to the goal from its end, plus costs of
+    nearness to obstacles, of speed beside them and of sharp changes. The mean of all, weighted by exp(-cost), is the
     next motion if it is free, else the best.
 
     References:
@@ -141,7 +142,7 @@ class PathIntegral:
             speed: Its current twist, shape (3,).
             map: Obstacles.
             field: Times to the goal.
-            prices: What else a motion is judged by.
+            prices: The other criteria for a motion.
         """
         wanted = self._samples()
         twists = self._limited(wanted, speed, prices.top)
@@ -156,7 +157,7 @@ class PathIntegral:
         weights = np.exp(-(cost - cost.min()) / TEMPERATURE)
         mean = np.tensordot(weights / weights.sum(), twists, axes=1)
         best = twists[int(np.argmin(cost))]
-        # Between two ways around an obstacle the mean leads into it.
+        # The mean of motions around both sides of an obstacle leads into it.
         both = np.stack([mean, best])
         cost, hits = self._judged(pose, both, map, field, prices)
         chosen = 0 if not hits[0] and cost[0] < cost[1] + TEMPERATURE else 1
@@ -203,7 +204,7 @@ class PathIntegral:
         for step in range(STEPS):
             before, now = now, np.minimum(np.maximum(wanted[:, step], now - self._gains), now + self._gains)
             if self._is_tricycle:
-                # With its wheel turned far, it also stops no sooner ahead than it stops to turn.
+                # With its wheel turned far, braking to a stop takes as long as stopping the turn.
                 rolls = np.maximum(np.abs(before[:, 2]) - self._gains[2], 0.0) / self._bend
                 ways = np.copysign(np.float32(1.0), before[:, 0])
                 now[:, 0] = ways * np.maximum(ways * now[:, 0], rolls)
@@ -229,7 +230,7 @@ class PathIntegral:
         when = np.where(hits, hit.argmax(axis=1), STEPS)
         cost = self._led(np.stack([x[:, 3::4], y[:, 3::4]], axis=-1), heading[:, -1], field)
         apart = self._apart(x, y, heading, prices.things)
-        # What moves may turn: beside it the robot is half as fast.
+        # Moving things may turn: beside them the robot drives at half speed.
         cost += self._driven(twists, np.minimum(clearance, 0.5 * apart), prices)
         if prices.things:
             cost += MEETING * self._meets(twists, apart) + STEP * (MET * np.maximum(1.0 - apart / SPACE, 0.0)).sum(
@@ -238,7 +239,7 @@ class PathIntegral:
         return np.where(hits, cost + HIT * (2.0 - when / STEPS), cost), hits
 
     def _meets(self, twists: Array, apart: Array) -> NDArray[np.bool_]:
-        """Return which motions drive into what moves within the time that the robot takes to stop, shape (k,).
+        """Return which motions drive into moving things within the time that the robot takes to stop, shape (k,).
 
         References:
             Bouraine, Fraichard, Salhi, Provably Safe Navigation for Mobile Robots with Limited Field-of-Views in
@@ -251,14 +252,14 @@ class PathIntegral:
         return np.asarray(meets.any(axis=1))
 
     def _apart(self, x: Array, y: Array, heading: Array, things: tuple[Thing, ...]) -> Array:
-        """Return the distance between the rim and what moves at poses, shape (k, STEPS) each [m]."""
+        """Return the distance between the rim and moving things at poses, shape (k, STEPS) each [m]."""
         least = np.full_like(x, np.inf)
         if not things:
             return least
         times = STEP * np.arange(1, x.shape[1] + 1)
         c, s = np.cos(heading), np.sin(heading)
         for thing in things:
-            # The farther ahead, the less is known.
+            # Predictions become less certain with time.
             radius = thing.radius + UNSURE * times
             dx, dy = (x - thing.place[0] - times * thing.velocity[0], y - thing.place[1] - times * thing.velocity[1])
             for (ahead, left), own in zip(self.body.centres.tolist(), self.body.radii.tolist(), strict=True):
@@ -267,7 +268,7 @@ class PathIntegral:
         return least
 
     def _led(self, places: Array, heading: Array, field: Leads) -> Array:
-        """Return the cost of where motions lead: places (k, n, 2) on the way [m], and the last headings (k,) [rad]."""
+        """Return the cost of where motions lead: places (k, n, 2) along them [m], and last headings (k,) [rad]."""
         times = field.at(places)
         ahead, turn = field.direction(places[:, -1])
         course = heading - np.arctan2(turn, ahead)
@@ -292,13 +293,13 @@ class PathIntegral:
 
 
 def _bend(robot: RobotInfo) -> float:
-    """Return the maximum curvature that is planned with [1/m].
+    """Return the maximum curvature used in plans [1/m].
 
     A tricycle that reverses while its wheel is turned far has to turn it through straight ahead, rolling on.
     """
     if robot.drive != "tricycle":
         return robot.max_curvature
-    # Its wheel, turned across, is as quick about the axle as along.
+    # With its wheel turned across, it moves as fast about the axle as it would ahead.
     arm = min(robot.max_acceleration / robot.max_turn_acceleration, robot.radius)
     return min(robot.max_curvature, math.tan(STEER) / arm)
 

@@ -70,7 +70,7 @@ class PoseSearch:
             start: [m, rad]
             goal: [m, rad]
             radius: Radius of the turns [m].
-            clearance: Tells that of poses.
+            clearance: Returns the clearances of poses.
         """
         self._start, self._radius, self._clearance = start, radius, clearance
         ends = np.stack([start.as_array(), goal.as_array()])
@@ -200,7 +200,7 @@ class PoseApproach:
 
     @property
     def left(self) -> Array:
-        """What is left of the curve, shape (n, 2) [m]."""
+        """Remaining points of the curve, shape (n, 2) [m]."""
         return self._poses[self._at :, :2]
 
     def _follow(self, pose: Pose) -> Command:
@@ -226,10 +226,10 @@ class PoseApproach:
         off = math.remainder(pose.heading - heading, 2.0 * math.pi)
         bend = float(self._bends[min(self._at + 1, end)])
         bound = self._robot.max_curvature
-        # It returns to the curve as with two equal time constants, in metres.
+        # Critically damped return to the curve, over distance instead of time.
         bend = bend * math.cos(off) - way * 2.0 * CONVERGENCE * math.sin(off) - CONVERGENCE**2 * aside
         bend = min(max(bend, -bound), bound)
-        # The wheels take time to turn where the curve bends otherwise.
+        # The wheels take time to turn where the curvature changes.
         soon = self._bends[self._at : min(self._at + 7, end) + 1]
         top = SLOW if np.ptp(soon) > 0.5 / self._radius else self._top
         forward = way * min(top, max(SLOW, math.sqrt(self._robot.max_acceleration * left)), 4.0 * left + 0.02)

@@ -26,7 +26,7 @@ SMOOTHED = 3
 WINDOWS = (0, 1, 2, 4, 8, 16)
 """Numbers of beams to each side over which the shortest range is known."""
 TOUCHED = 0.02
-"""How far beyond the rim, and how far apart, points on what is touched are [m]."""
+"""Distance of points on a touched obstacle from the rim, and from each other [m]."""
 NOISY = 0.005
 """Range noise from which ranges are averaged [m]."""
 
@@ -77,7 +77,7 @@ class RangeView:
         beam = np.rint(turned / self.step).astype(int)
         count = len(self.ranges)
         seen = (beam >= 0) & (beam < count) & (away > self.nearest) & (away < self.farthest - 2.0 * size)
-        # Between sparse beams there may be something.
+        # Sparse beams may miss something between them.
         seen &= np.abs(turned - beam * self.step) * away < size
         extent = 1.5 * size / (away * self.step)
         level = np.clip(np.searchsorted(WINDOWS, extent), 0, len(WINDOWS) - 1)
@@ -120,7 +120,7 @@ class Views:
         return np.asarray(~np.logical_or.reduce([view.faces(robot) for view in others or [ring]]))
 
     def _ring(self, proximity: Array) -> RangeView:
-        """Return the view of the proximity rays; their maximum range is unknown: at least what they measured."""
+        """Return the view of the proximity rays; their range is unknown, at least the longest range measured."""
         self._reach = float(np.max(proximity, where=np.isfinite(proximity), initial=self._reach))
         farthest = self._reach + float(self._rims.min())
         return RangeView("proximity", Pose(0.0, 0.0, 0.0), 0.0, 2.0 * math.pi / 16, proximity + self._rims, farthest)
@@ -177,9 +177,9 @@ class Views:
 
 
 def touched(robot: RobotInfo, bearings: Array) -> Array:
-    """Return points beside the rim of the body on what it touches at bearings (n,), in the robot frame, (k, 2) [m].
+    """Return points just beyond the rim of an obstacle touched at bearings (n,) [rad], robot frame, (k, 2) [m].
 
-    What it touches is taken for a flat surface as wide as half the robot.
+    The obstacle is taken for a flat surface half as wide as the robot.
     """
     across = np.linspace(-0.5, 0.5, 1 + 2 * math.ceil(robot.radius / TOUCHED)) * robot.radius
     away, (c, s) = rims(robot, bearings) + TOUCHED, (np.cos(bearings), np.sin(bearings))

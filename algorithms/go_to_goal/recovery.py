@@ -1,4 +1,4 @@
-"""Detects that a robot makes no progress towards its goal, and chooses what it tries then."""
+"""Detects that a robot makes no progress towards its goal, and chooses what to try next."""
 
 import math
 from enum import Enum
@@ -54,7 +54,7 @@ class Toward:
 
 
 class Around:
-    """A turn: every place is as good, and the robot should point elsewhere."""
+    """A turn: all places are equally good, and the robot should face elsewhere."""
 
     def __init__(self, heading: float) -> None:
         """Take the current heading of the robot [rad]."""

@@ -23,7 +23,7 @@ FEWEST, MATCHED = 12, 0.75
 nearby, such as the far sides of posts: in BARN worlds and rooms such alignments only made headings worse."""
 
 SURE = 16.3
-"""Larger corrections, squared and by their covariance, are wrong, as among things that move: 99.9 % of right ones are
+"""Corrections with a larger squared Mahalanobis distance are wrong, as among moving things: 99.9 % of correct ones are
 smaller (chi-square, three degrees of freedom). With 10, skids were not corrected in BARN worlds."""
 FITTING, BETTER, MANY = 0.95, 0.25, 120
 """A robot that is pushed or skids sideways moves farther than its wheels measure. A larger correction is right, too, if

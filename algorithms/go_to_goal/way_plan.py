@@ -1,4 +1,4 @@
-"""Plans paths to goals on a grid of all seen things, and again when something changes on the path."""
+"""Plans paths to goals on a grid of all obstacles seen, and replans when something changes on the path."""
 
 import math
 
@@ -59,7 +59,7 @@ class WayPlan:
         self._planner = Planner(np.zeros(2), np.zeros(2), cell)
         self._doubt: NDArray[np.bool_] = np.ones(self._planner.shape, dtype=bool)
         self.is_barred = False
-        """Whether there is no way: the times lead through obstacles, so that the robot gets near its goal."""
+        """Whether there is no free path: the times lead through obstacles, so that the robot gets near its goal."""
 
     def lay_out(self, goal: Array, points: Array) -> None:
         """Lay out the grid around points (n, 2), with a goal (2,) in the middle of its cell [m]."""
@@ -128,7 +128,7 @@ class WayPlan:
             now: [s]
             points: Obstacles seen, shape (n, 2) [m].
             stuck: Places to avoid [m].
-            busy: Whether this tick has other work: then it is computed at the next.
+            busy: Whether this tick has other work; then they are computed at the next.
         """
         if self.field is not None:
             if busy and not self._is_put_off:
@@ -145,7 +145,7 @@ class WayPlan:
             self.is_barred = not self._planner.is_connected(price, goal, place)
         if self.is_barred:
             price, self.field = np.minimum(price, BARRIER), None
-        # What is much farther from the goal than the robot does not matter.
+        # Cells much farther from the goal than the robot do not matter.
         before = None if self._is_farther else self.field
         far = math.inf if before is None else float(before.at(place)) + BEYOND
         field = self._planner.cost_to_go(price, goal, limit=far)
@@ -157,7 +157,7 @@ class WayPlan:
         return field
 
     def ends(self, place: Array) -> bool:
-        """Return whether there is no way, and a robot at a place (2,) [m] is as near to its goal as it gets."""
+        """Return whether there is no free path, and a robot at a place (2,) [m] is as near to its goal as possible."""
         if not self.is_barred or self.field is None:
             return False
         ahead = self.field.path(place)[: 1 + math.ceil(BEFORE / self.cell)]

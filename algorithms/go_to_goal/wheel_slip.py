@@ -1,4 +1,4 @@
-"""Detects wheels that turn without moving the robot: what the sensors see does not change."""
+"""Detects wheels that turn without moving the robot: scans do not change."""
 
 import math
 
@@ -22,7 +22,7 @@ CHANGED = 0.05
 """Mean distance of the points of two scans from different places [m]."""
 
 SLIPPING = 4.0
-"""Time after which the robot says so; it has stood for up to a second longer [s]."""
+"""Time after which slip is reported; the robot has stood for up to a second longer [s]."""
 
 
 class WheelSlip:
@@ -65,7 +65,8 @@ class WheelSlip:
             elif still > CHANGED:
                 self.held = None
         if self.held is None:
-            # The body may rock before the scans stay the same: the wheels slip since they explain less than a stop.
+            # The body may rock before scans stay the same: the wheels slip since odometry fits the scans worse than
+            # standing still.
             self._since = self._since if moved > max(CHANGED, still) else now
             self._moved, self._start = Pose(0.0, 0.0, 0.0), pose
             self._before = ObstacleMap(np.zeros(2), points, cell=CELL, half=RANGE + FAR) if len(points) else None

@@ -56,7 +56,7 @@ class Pid:
 
 
 def feedback_linearisation(pose: Pose, velocity: Array, *, ahead: float) -> Command:
-    """Return the twist that gives a point ahead of the robot a wanted velocity.
+    """Return the twist that gives a point ahead of the robot a desired velocity.
 
     A unicycle cannot move sideways, but a point ahead of its axle can: forward speed and turn rate give it any
     velocity.

@@ -36,7 +36,7 @@ def a_star(
         clearance: Minimum distance of the path from walls [m]; the cells of start and goal may be closer.
         shyness: Extra cost per metre at the clearance compared with far from walls; 0 for the shortest path.
         guided: Whether to expand cells nearer to the goal first; False for the algorithm of Dijkstra.
-        expanded: To be filled with the flat indices of the cells that were expanded.
+        expanded: Receives the flat indices of the expanded cells.
 
     Returns:
         Points of the path, shape (n, 2) [m], from start to goal; None if there is no path.

@@ -11,7 +11,7 @@ Curve = tuple[tuple[int, float], ...]
 """Pieces: steering 1 to the left, 0 straight or -1 to the right, and length in radii, negative backwards."""
 
 SAME = 1e-6
-"""Difference of poses that counts as none [radii, rad]."""
+"""Poses that differ by less are equal [radii, rad]."""
 
 
 def curves(start: Pose, end: Pose, *, radius: float) -> Iterator[Curve]:

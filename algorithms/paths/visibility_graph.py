@@ -32,7 +32,7 @@ def shortest_path(segments: Array, start: Array, goal: Array, *, clearance: floa
         Lozano-Perez, Wesley, An Algorithm for Planning Collision-Free Paths Among Polyhedral Obstacles, CACM 22(10),
         1979. de Berg et al., Computational Geometry (2008), chapter 15.
     """
-    # A polygon around a circle is longer than it by 1/cos of half the angle of its pieces.
+    # The corners of a polygon around a circle are farther out by 1/cos of half the angle of a side.
     outside = clearance / np.cos(np.pi / (4 * ROUNDING))
     grown = shapely.union_all(shapely.buffer(shapely.linestrings(segments), outside, quad_segs=ROUNDING))
     grown = shapely.simplify(grown, 1e-9)

@@ -1,4 +1,4 @@
-"""Free space of scans: walls that earlier or later scans saw through contradict a match."""
+"""Free space of scans: walls that other scans saw through contradict a match."""
 
 from collections.abc import Sequence
 
@@ -10,9 +10,9 @@ from .level_scan import LevelScan
 from .scan_walls import Surface
 
 MARGIN = 0.4
-"""A beam that ends farther than this behind a wall has passed through it, one that ends nearer to it has met it [m]."""
+"""A beam that ends farther than this behind a wall has passed through it; one that ends nearer has hit it [m]."""
 STEEP = 0.4
-"""Cosine of the angle of incidence below which a beam is ignored: the wall may be a little farther aside."""
+"""Cosine of the angle of incidence below which a beam is ignored: it may just pass beside the wall."""
 RANGE = 15.0
 """Walls farther from the lidar are ignored: errors of the heading move them too far [m]."""
 
@@ -21,11 +21,11 @@ Views = Sequence[tuple[Array, LevelScan]]
 
 
 def seen_through(walls: Surface, views: Views) -> float:
-    """Return the ratio of walls that scans have seen through to all that they have met or seen through.
+    """Return the ratio of walls that scans have seen through to all that they have hit or seen through.
 
     Args:
         walls: Elements, in one frame.
-        views: Poses of the robot in this frame, shape (3,), and scans from there; beams without a return tell nothing,
+        views: Poses of the robot in this frame, shape (3,), and scans from there; beams without a return are ignored,
             since glass and black walls give none.
     """
     lidars = [Pose.from_array(pose) @ view.robot_from_lidar for pose, view in views]
@@ -33,7 +33,7 @@ def seen_through(walls: Surface, views: Views) -> float:
     dx, dy = walls.points[:, 0] - x, walls.points[:, 1] - y
     distance = np.maximum(np.hypot(dx, dy), 1e-6)
     least, farthest = _ends([view for _, view in views], np.arctan2(dy, dx) - heading)
-    # A wall keeps beams from either side.
+    # A wall stops beams from either side.
     across = np.abs(walls.normals[:, 0] * dx + walls.normals[:, 1] * dy) > STEEP * distance
     known = across & (distance < RANGE)
     through = (known & (least > distance + MARGIN)).sum(axis=0)

@@ -30,7 +30,7 @@ class LevelScan:
 
 
 class LevelLidar:
-    """Gives the scans of one lidar as if it were level and still, without returns from the floor.
+    """Converts the scans of one lidar to those of a level lidar at rest, without returns from the floor.
 
     For a balancing body, the lean comes from its inertial sensor; the motion while the lidar rotates, from odometry. A
     lidar that is always level and measures all beams at once costs nothing.

@@ -24,12 +24,12 @@ FLOOR = np.diag([0.015, 0.015, 0.004]) ** 2
 SURE = np.array([0.6, 0.6, 0.15])
 """If three standard deviations of the shift by a loop are below this, the loop needs no confirmation [m, m, rad]."""
 APART, NEIGHBOURS = 6.0, 12
-"""Two loops confirm each other if their places are at least this far apart [m], and at most this many parts: what looks
-like somewhere else from one place, also does so a step further on."""
+"""Two loops confirm each other if their places are at least this far apart [m], and at most this many parts: a place
+that is mistaken for another one is so a step further on, too."""
 TELLING = 0.25
 """Maximum standard deviation of the position of loops that confirm each other [m]."""
 TOLERANCE, GROWTH = np.array([0.05, 0.05, 0.02]), np.array([0.01, 0.01, 0.0])
-"""Standard deviation of the way between two loops in the map [m, m, rad], and its growth with their distance [1]."""
+"""Standard deviation of the step between two loops in the map [m, m, rad], and its growth with their distance [1]."""
 CONTRARY = 9.0
 """Normalised squared difference above which two loops contradict each other."""
 MISFIT = 100.0
@@ -39,7 +39,7 @@ UNSEEN = 0.5
 """Cost of an element where no old wall is near, relative to one beside an old wall: the old part may not have seen it.
 With equal costs, a wrong place along a corridor that overlaps more of the old part wins over the right one."""
 BEHIND = 0.25
-"""As in `scan_search`, for a place that overlaps less."""
+"""As in `scan_search`, but larger, for places with less overlap."""
 KEPT = 50
 """Number of hypotheses that the search keeps, in the smallest windows: niches along a corridor hardly count in a coarse
 grid."""
@@ -132,8 +132,8 @@ def _within_reach(walls: Surface, scan: Surface, guess: Array, window: Array) ->
 def _bent(covariance: Array) -> Array:
     """Return the covariance (3, 3) of a step with the second-order effect of its heading on its position.
 
-    An uncertain heading h moves the end of a path of length r on an arc, which is h^2 r / 2 off its tangent. Of the
-    position's standard deviation, h r is the part of the heading.
+    An uncertain heading h moves the end of a path of length r on an arc, which is h^2 r / 2 off its tangent. h r is the
+    part of the position's standard deviation due to the heading.
     """
     x, y, heading = np.diag(covariance).tolist()
     return covariance + np.diag([0.25 * heading * (x + y)] * 2 + [0.0])
@@ -150,13 +150,13 @@ def _is_outdone(found: list[Match], elements: int, share: float) -> bool:
 
     The first is then judged better only because it overlaps more of the old walls.
     """
-    # Costs have those of unseen elements already, at the lower rate.
+    # The costs already include unseen elements at the lower rate.
     best, *others = [_judged(match, elements, 1.0 - UNSEEN) for match in found]
     return any(_fits(match, elements, share) and match.cost < best.cost - CLEAR for match in others)
 
 
 def _fits(match: Match, elements: int, share: float) -> bool:
-    """Return whether enough of a scan is on walls, and little beside them."""
+    """Return whether enough of a scan is on walls, and little of it beside them."""
     on = match.share * elements
     return on >= MIN_WALL_ELEMENTS and match.share > 0.3 and match.share / (match.share + match.conflict + 1e-9) > share
 

@@ -24,8 +24,8 @@ LOCAL = 6
 PART = 8
 """Maximum number of scans in a part of the map."""
 DOUBTFUL = 0.05
-"""A step whose turn has a larger standard deviation begins a part if the scan has walls enough for a loop: scans of a
-part are fixed to each other, and no loop could correct it [rad]."""
+"""A step whose turn has a larger standard deviation begins a part if the scan has enough walls for a loop: no loop
+could correct it within a part, whose scans are fixed to each other [rad]."""
 LENGTH = 2.0
 """Minimum length of a part when the robot drives straight [m]."""
 RECENT = 4
@@ -98,7 +98,7 @@ class PartsMap:
         self.loops = GraphLoops(self.graph, settled=SETTLED)
         self._bias, self._by_loops = bias, np.zeros(COMMON)
         self._solved_errors = bias.errors
-        # Of the newest part: its covariance if it were known what odometry errs by, and how its pose changes with that.
+        # Of the newest part: its covariance given the errors of odometry, and the derivative of its pose by them.
         self._covariance, self._slopes = prior_covariance, np.zeros((3, COMMON))
         self._forget_since()
         self._begins = [0]
@@ -178,7 +178,7 @@ class PartsMap:
         return placed([each.surface for each in last], step_between(poses[-1], poses))
 
     def through(self, level_scan: LevelScan, surface: Surface, walls: Surface) -> Through:
-        """Return how much of the walls of a new scan, and of the last few, the others saw through.
+        """Return the share of walls of a new scan that the last few saw through, and vice versa.
 
         Args:
             level_scan: The new scan.
@@ -303,7 +303,7 @@ class PartsMap:
 
     def _try_loop(self, old: int, new: int, covariance: Array) -> None:
         """Compare a new part with an old one and its neighbours."""
-        # A place elsewhere that looks alike must not win only since the walls of the right one are left out.
+        # A similar place elsewhere must not win only because walls of the right one are left out.
         reach = min(3.0 * float(np.sqrt(np.diag(covariance)[:2].max())), MAX_SEARCH[0])
         beside = 1 + int(reach / LENGTH)
         around = range(max(0, old - beside), min(new - RECENT, old + beside + 1))
@@ -343,7 +343,7 @@ class PartsMap:
         found = search.find(fragment, self.graph.poses[:begin], self._walls, self._old_views)
         if found is None:
             return
-        # Everything since then moves as one piece; from a place far off, linear steps would not lead there.
+        # Everything since then moves as one piece: Gauss-Newton would not converge from so far away.
         place = compose(self.graph.poses[found.old], found.step)
         since = composed(place, step_between(poses[-1], self.graph.poses[begin:]))
         self.graph.poses = np.concatenate([self.graph.poses[:begin], since])
@@ -364,7 +364,7 @@ class PartsMap:
         self._forget_since()
         self.loops.settle(before)
         newest = len(self.graph.poses) - 1
-        # The graph holds its first pose; how uncertain that one is turns and shifts all.
+        # The graph fixes its first pose, whose uncertainty turns and shifts everything.
         by_first = carried(self.graph.poses[newest], self.graph.poses[0])
         joint = self.graph.joint_covariance(newest)
         self._slopes = np.asarray(np.linalg.solve(joint[3:, 3:], joint[3:, :3]).T)

@@ -31,7 +31,7 @@ SHARE, ON = 0.75, 0.95
 SAME = np.array([0.5, 0.5, 0.15])
 """Places that differ by less are the same [m, m, rad]."""
 MOVED = 0.5, 0.5
-"""How far a robot must have moved or turned until it is found again [m, rad]."""
+"""Motion or turn between the two matches that confirm a place [m, rad]."""
 
 
 class Fragment(NamedTuple):
@@ -78,8 +78,8 @@ class Candidate(NamedTuple):
 class MapSearch:
     """Goes through the map of a lost robot, one region at each call, the nearest first.
 
-    A place is believed after all regions were searched, if scans fit it from two places on the way, and no other place
-    as well.
+    A place is accepted after all regions were searched, if scans from two places on the way fit it, and no other place
+    fits as well.
 
     References:
         Olson, Real-Time Correlative Scan Matching, ICRA 2009, over all headings.

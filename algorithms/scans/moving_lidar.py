@@ -14,7 +14,7 @@ LATE = 1.0
 
 
 class MovingLidar:
-    """Corrects the scans of a lidar for the robot's motion: as measured from where it was at the stamp."""
+    """Corrects the scans of a lidar for the robot's motion, as if measured from its pose at the stamp."""
 
     def __init__(self, *, rate_hz: float) -> None:
         """Start at rest.

@@ -79,19 +79,19 @@ class OdometryBias:
             seconds: How long it moved [s].
             correction: The step by scans and corrected odometry together less that by the latter, shape (3,).
             noise: Covariance of the step by corrected odometry, `step_covariance` left out, shape (3, 3).
-            after: Covariance of the step by scans and by odometry with its doubt, shape (3, 3).
+            after: Covariance of the step by scans and odometry, `step_covariance` included, shape (3, 3).
         """
         H = -_effects(step, distance, seconds)
         by_odometry = inverse(noise + H @ self.covariance @ H.T)
         by_both = inverse(after)
         scan_information = by_both - by_odometry
         if correction @ by_odometry @ correction <= GATE and np.linalg.eigvalsh(scan_information)[0] >= 0.0:
-            # Errors are relative to the measured step. The one by odometry contains its noise: on a straight way on
-            # which it only seems to turn, it would show that all turns are told too large.
+            # Errors are relative to the measured step. The step by odometry contains its noise: a turn that is only
+            # noise on a straight path would make all turns seem overestimated.
             H = -_effects(step + H @ self.errors + correction, distance, seconds)
             clear = _clear(scan_information)
             # Between scans alone and odometry: information of the difference, and that times the difference itself,
-            # which is larger than `correction` where scans tell little.
+            # which is larger than `correction` where scans have little information.
             both = np.eye(3) + clear @ scan_information @ clear @ noise
             information = np.linalg.solve(both, clear @ scan_information @ clear)
             known = np.linalg.inv(self.covariance) + H.T @ information @ H
@@ -101,7 +101,7 @@ class OdometryBias:
 
 
 def _clear(information: Array) -> Array:
-    """Return the projection on directions clearly measured by scans, shape (3, 3); noise fakes some in others."""
+    """Return the projection on directions clearly measured by scans, shape (3, 3); others are noise."""
     values, vectors = np.linalg.eigh(information[:2, :2])
     clear_directions = vectors[:, values >= CLEAR * values[1]]
     clear: Array = np.eye(3)
@@ -113,9 +113,9 @@ def _effects(step: Array, distance: float, seconds: float) -> Array:
     """Return the derivative of a step of odometry by the errors, shape (3, 6)."""
     forward, left, turn = step.tolist()
     c, s = math.cos(turn), math.sin(turn)
-    # A turn that comes evenly moves the end of the step aside by half of it.
+    # A turn spread evenly over the step shifts its end sideways by half the turn.
     aside, ahead = -0.5 * left, 0.5 * forward
-    # Odometry tells the motion of the centre of rotation, R - I times the arm less than that of the origin.
+    # Odometry measures the motion of the centre of rotation: that of the origin less R - I times the arm.
     return np.array(
         [
             [forward, aside * turn, aside * distance, aside * seconds, 1.0 - c, s],

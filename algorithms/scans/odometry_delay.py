@@ -29,7 +29,7 @@ MEMORY = 400.0
 """Number of steps after which a step counts less by a factor of e, because clocks drift."""
 CLEAR, CHANCE = 20.0, 2.0
 """A delay is accepted if its cost (minus twice the log-likelihood) is lower than without one by the first, plus the
-second times the root of the number of steps: by that much sums of squares differ by chance."""
+second times the root of the number of steps, by which sums of squares differ by chance."""
 STALL, FASTEST = 0.3, np.array([2.0, 2.0, 3.0])
 """Minimum rest, and maximum speeds in the first tick after it [s, m/s, m/s, rad/s]: faster odometry had stalled, and
 then arrived all at once."""
@@ -44,10 +44,10 @@ FIT = np.linalg.pinv(np.vander(np.arange(-BESIDE, BESIDE + 1.0), 3, increasing=T
 
 
 class OdometryDelay:
-    """Compares turns between scans with those by odometry that is taken as older or newer by some delays.
+    """Compares turns between scans with those by odometry shifted by several delays.
 
-    Both are often stamped when a message arrives, and one of them waited longer. While the robot begins or ends a turn,
-    odometry of another time than the scan's has another heading.
+    Both are often stamped on arrival, and one of them was delayed longer. While the robot begins or ends a turn,
+    odometry from a different time than the scan has a different heading.
 
     References:
         Kelly, Sukhatme, A General Framework for Temporal Calibration of Multiple Proprioceptive and Exteroceptive
@@ -57,7 +57,7 @@ class OdometryDelay:
     def __init__(self) -> None:
         """Start without a delay."""
         self.seconds = 0.0
-        """By how much odometry is older than scans with its stamp; negative if it is newer [s]."""
+        """Age of odometry relative to scans with the same stamp; negative if it is newer [s]."""
         self._times, self._headings = deque[float]([-1e9]), deque[float]([0.0])
         # Normal equations of the other errors of turns, and the sum of squares, the latter two for each delay.
         self._H: Array = np.zeros((2, 2))
@@ -103,7 +103,7 @@ class OdometryDelay:
         # Relative to the turn by scans: that by odometry contains its noise.
         slopes = np.array([turn, seconds])
         squared = (difference - self._errors() @ slopes) ** 2 / variance
-        # Of the delay that fits best so far: the least one of several fits better by chance.
+        # Use the best delay so far: the minimum over several delays is too small by chance.
         self._recent.append(float(squared[self._costs().argmin()]))
         scale = max(1.0, median(np.array(self._recent)) / MIDDLE)
         if squared.min() > SLIP * scale:
@@ -131,7 +131,7 @@ class SynchronousOdometry:
         """Start at rest."""
         self.delay = OdometryDelay()
         self.time = -math.inf
-        """Up to which odometry is used, by its own clock [s]."""
+        """Time up to which odometry is used, by its own clock [s]."""
         self._recent, self._newest = RecentMotion(), -math.inf
         self._place, self._total = np.zeros(3), np.zeros((3, 3))
         self._rest, self._begin = -math.inf, -math.inf

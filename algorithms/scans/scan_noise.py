@@ -56,7 +56,7 @@ def smoothed(scan: Scan, noise: float) -> Scan:
     number, beside = np.arange(len(scan.ranges)), _neighbours(scan.ranges, half, max_step=max(MAX_STEP, 6.0 * noise))
     inverse = np.where(np.isfinite(scan.ranges), 1.0 / np.maximum(scan.ranges, NEAREST), 0.0)
     sums, count = np.concatenate([[0.0], np.cumsum(inverse)]), 2 * beside + 1
-    # Of a cosine over an even window the mean is that in the middle, less by this.
+    # The mean of a cosine over a symmetric window is its value in the middle times this.
     turn = 0.5 * scan.angle_increment / np.pi
     mean = (sums[number + beside + 1] - sums[number - beside]) / count * np.sinc(turn) / np.sinc(count * turn)
     averaged = beside > 0

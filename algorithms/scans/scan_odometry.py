@@ -58,7 +58,7 @@ class ScanOdometry:
         """Start at rest."""
         self._references: deque[tuple[Array, Surface]] = deque(maxlen=REFERENCES)
         self._pose, self._velocity = np.zeros(3), np.zeros(3)
-        self._P = np.zeros((6, 6))  # Of pose and velocity, in the robot's frame.
+        self._P = np.zeros((6, 6))  # Covariance of pose and velocity, in the robot's frame.
         self._stamp = -np.inf
         self._reported = np.zeros(3)
         self._usual = 0.0
@@ -73,7 +73,7 @@ class ScanOdometry:
         """Return the motion since the last tick; call it at every tick.
 
         Args:
-            seen: Observation of this tick; of its odometry, nothing is used.
+            seen: Observation of this tick; its odometry is not used.
             level_scan: The scan of this tick, if there is one.
             walls: Its walls, in the robot's frame (`walls_of`).
         """
@@ -127,7 +127,7 @@ class ScanOdometry:
         F = np.eye(6)
         F[:2, :2] = rotation(-float(step[2]))
         F[:3, 3:], F[3:, 3:] = mean * np.eye(3), decay * np.eye(3)
-        # Of random accelerations, integrated over the time.
+        # Random accelerations, integrated over the time.
         over = 2.0 * since / LASTING - 3.0 + 4.0 * decay - decay**2
         Q = np.zeros((6, 6))
         Q[:3, :3] = np.diag((SPEED * LASTING) ** 2 * over + FLOOR**2 + unsure**2)

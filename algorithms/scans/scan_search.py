@@ -57,7 +57,7 @@ THROUGH = 0.17
 """Maximum share of walls of either side that scans of the other one have seen through, for a place far from odometry;
 0.155 in 471 correct loops of a real log, with doors and people."""
 ANYWHERE = np.diag([10.0, 10.0, math.pi / math.sqrt(3.0)]) ** 2
-"""Covariance of the step of a robot that is lost: any heading, and an unknown position."""
+"""Covariance of the step of a lost robot: any heading, and an unknown position."""
 
 
 Through = Callable[[Array], tuple[float, float]]
@@ -86,8 +86,7 @@ class MatchedPose:
     lasting: Array
     """The part of `own` that accumulates along consecutive poses, shape (3, 3)."""
     follows: Array
-    """Derivative of the pose by the step of odometry, shape (3, 3): one in directions without information from
-    walls."""
+    """Derivative of the pose by the step of odometry, shape (3, 3): 1 in directions without information from walls."""
     fit: Fit = Fit.NEAR
 
 
@@ -119,7 +118,7 @@ def match_pose(
         step: Motion by odometry, shape (3,) [m, m, rad].
         noise: Covariance of its errors that are independent at each step, shape (3, 3).
         systematic: Covariance of its systematic errors, shape (3, 3); by default zero.
-        through: Tells what scans of either side have seen through.
+        through: Returns what scans of either side have seen through.
         field: Field of the walls, if it is known already.
     """
     covariance = noise if systematic is None else noise + systematic
@@ -233,7 +232,7 @@ def search(
     turn = min(0.12, step / max(1.5, median(np.hypot(*scan.points.T))))
     poses, score = _lattice_scores(field, scan, guess, window, cells, turn)
     while True:
-        # Of alike places the one nearest to the guess.
+        # Among equally good places, prefer the one nearest to the guess.
         x, y, heading = (np.abs(poses - guess) * (0.02 / np.maximum(window, 1e-9))).T
         score = score - np.maximum(np.maximum(x, y), heading)
         best = np.argpartition(score, -kept)[-kept:] if len(score) > kept else np.arange(len(score))
@@ -269,7 +268,7 @@ def _surprise(match: Match, step: Array, covariance: Array) -> float:
     """Return the squared Mahalanobis distance of a match from odometry."""
     difference = match.pose - step
     difference[2] = wrap_angle(float(difference[2]))
-    # Along a bare corridor the walls tell nothing; a metre and a radian are as much as nothing.
+    # Along a bare corridor walls give no information; a metre and a radian stand for none.
     return float(difference @ inverse(covariance + inverse(match.seen + np.eye(3))) @ difference)
 
 

@@ -82,8 +82,8 @@ def surface_of(
     centres, normals, rms, flat = _lines(x, y, run, half=2 + int(noise / BLURRED))
     towards = (origin[0] - centres[0]) * normals[0] + (origin[1] - centres[1]) * normals[1]
     normals *= np.where(towards < 0.0, -1.0, 1.0)
-    # Ranges err by their noise times the cosine of the angle at which the beam meets the wall, towards / r, across it,
-    # and beams meet it every r * increment / cosine. So much tells an element of `SPACING`.
+    # Across the wall, the error is the range noise times the cosine of the angle of incidence, towards / r, and beams
+    # hit it every r * increment / cosine: this gives the noise of an element of `SPACING`.
     squared = EFFECTIVE * noise**2 * increment / SPACING * np.abs(towards)
     return Surface(centres.T[flat], normals.T[flat], np.maximum(np.sqrt(squared), rms)[flat])
 
@@ -129,7 +129,7 @@ def _lines(x: Array, y: Array, run: NDArray[np.intp], *, half: int) -> tuple[Arr
     across = np.maximum(0.5 * (xx + yy) - np.hypot(0.5 * (xx - yy), xy), 0.0)
     centres = np.array([x, y])
     centres -= ((x - mx) * normals[0] + (y - my) * normals[1]) * normals
-    # Two of the points' degrees of freedom are the line's.
+    # The line takes two of the points' degrees of freedom.
     rms = np.sqrt(across * count / np.maximum(count - 2.0, 1.0))
     return centres, normals, rms, (count >= 3) & (across < FLAT**2)
 

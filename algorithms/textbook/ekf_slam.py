@@ -73,7 +73,7 @@ class TextbookEkfSlam:
         self.Sigma = left @ self.Sigma @ left.T + K @ z.covariance @ K.T
 
     def add(self, z: Sighting, name: str) -> None:
-        """Put a landmark where its first sighting has it, with the errors of pose and sighting: lines 9 to 11."""
+        """Add a landmark at its first sighting, with the errors of pose and sighting: lines 9 to 11."""
         self.first[name] = len(self.mu)
         c, s = math.cos(self.mu[2] + z.bearing), math.sin(self.mu[2] + z.bearing)
         # Derivatives of the landmark's place by the state and by the sighting.

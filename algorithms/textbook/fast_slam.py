@@ -29,7 +29,7 @@ class TextbookFastSlam:
         """Set the number of particles.
 
         Raises:
-            ValueError: There is less than one.
+            ValueError: `particles` is below 1.
         """
         if particles < 1:
             raise ValueError(f"particles is {particles}; it must be at least 1")
@@ -80,7 +80,7 @@ class TextbookFastSlam:
         self.Sigma[name] = (np.eye(2) - K @ H) @ Sigma
         squared = np.einsum("mi,mij,mj->m", nu, np.linalg.inv(Q), nu)
         logs = np.log(self.weights) - 0.5 * (squared + np.log(np.linalg.det(Q)))
-        # Nothing below the smallest double: a weight of 0 has no logarithm.
+        # At least the smallest double: a weight of 0 has no logarithm.
         self.weights = np.maximum(np.exp(logs - logs.max()), 1e-300)
         self.weights /= self.weights.sum()
 

@@ -35,7 +35,7 @@ class TextbookMonteCarlo:
         """Set the number of particles.
 
         Raises:
-            ValueError: There is less than one.
+            ValueError: `particles` is below 1.
         """
         if particles < 1:
             raise ValueError(f"particles is {particles}; it must be at least 1")
@@ -106,7 +106,7 @@ class TextbookMonteCarlo:
 
     def weigh(self, log_likelihood: Array) -> None:
         """Multiply the weights by a likelihood: line 5 of table 8.2."""
-        # Nothing below the smallest double: weights must not all become 0.
+        # At least the smallest double: weights must not all become 0.
         self.weights = np.maximum(self.weights * np.exp(log_likelihood - log_likelihood.max()), 1e-300)
         self.weights /= self.weights.sum()
 

@@ -19,7 +19,8 @@ DETECTED, APART, CELL = 4, 4.0, 40.0
 """Number of corners found for each feature; distance of two features, and size of the cells over which they are spread
 [px]."""
 BESIDE = 5
-"""A feature less than this far from something nearer is not used: as the robot moves, its surroundings change [px]."""
+"""A feature closer than this to the edge of a nearer surface is not used: its surroundings change as the robot moves
+[px]."""
 PIXEL = 0.6
 """Standard deviation of the place of a feature, in pixels of its level."""
 EDGE, SMOOTH = 0.1, 0.015
@@ -63,7 +64,7 @@ class PointCamera:
             features: Maximum number of features in a picture.
 
         Raises:
-            ValueError: It has no such camera, or nothing is known of its lens.
+            ValueError: It has no such camera, or the intrinsics of the camera are unknown.
         """
         cameras = {key: sensor for key, sensor in robot.sensors.items() if sensor.kind == "camera"}
         if not cameras or name not in (None, *cameras):
@@ -120,7 +121,7 @@ def spread_out(pixels: Array, responses: Array, *, count: int) -> NDArray[np.int
 
     Args:
         pixels: Places, shape (n, 2) [px].
-        responses: How strong each is, shape (n,).
+        responses: Strength of each, shape (n,).
         count: How many.
 
     References:
@@ -164,7 +165,7 @@ def inverse_depths(depth: Array, pixels: Array, *, farthest: float) -> tuple[Arr
 
     Returns:
         inverse: Their mean, or at an edge that of the nearest; NaN where a depth is not known, shape (n,).
-        deviation: Standard deviation of it for what is too far to be measured, else 0, shape (n,).
+        deviation: Standard deviation of it beyond the measured range, else 0, shape (n,).
         behind: Whether each is behind an edge nearby, shape (n,).
     """
     height, width = depth.shape

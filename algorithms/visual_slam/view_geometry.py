@@ -10,15 +10,15 @@ from mjsim.geometry import Array
 CLOSE = 0.05
 """A point closer than this counts as behind the camera, relative to its depth where it was first seen."""
 STATES = 5
-"""Of the pose of a camera: x, y and heading of the robot, and how much its body leans, in pitch and in roll."""
+"""Size of a camera's state: x, y and heading of the robot, and pitch and roll of its body."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LandmarkRays:
     """Points at unknown or known distances on rays, in one frame of the plane.
 
-    A point is `origin + direction / inverse`. With the inverse depth, points far off and points at an unknown depth are
-    nearly linear in it.
+    A point is `origin + direction / inverse`. The view of distant points, and of points at an unknown depth, is nearly
+    linear in the inverse depth.
 
     References:
         Civera, Davison, Montiel, Inverse Depth Parametrization for Monocular SLAM, IEEE T-RO 24(5), 2008.
@@ -27,7 +27,7 @@ class LandmarkRays:
     origins: Array
     """Where each was first seen from, shape (n, 3) [m]."""
     directions: Array
-    """Of length 1 along the optical axis, shape (n, 3)."""
+    """Vectors with component 1 along the optical axis, shape (n, 3)."""
     inverses: Array
     """Inverse depth along that axis, shape (n,) [1/m]."""
     variances: Array
@@ -78,7 +78,7 @@ def seen_from(rays: LandmarkRays, state: Array, robot_from_camera: Array) -> tup
     """
     x, y, heading, pitch, roll = state.tolist()
     rho = rays.inverses[:, None]
-    # All vectors are scaled by the inverse depth, so that a point at infinity is one as any other.
+    # All vectors are scaled by the inverse depth, so that points at infinity need no special case.
     offset = rays.origins - (x, y, 0.0)
     level = _turned(rays.directions + rho * offset, np.full(len(rays.inverses), -heading))
     body = level - _leant(level, pitch, roll)
@@ -93,7 +93,7 @@ def seen_from(rays: LandmarkRays, state: Array, robot_from_camera: Array) -> tup
     by_inverse = _turned(offset, np.full(len(rho), -heading)) - arm
     depth = np.where(camera[:, 2] > CLOSE, camera[:, 2], np.minimum(camera[:, 2], -CLOSE))
     z = np.concatenate([camera[:, :2], rho], axis=1) / depth[:, None]
-    # Of a quotient: that of the numerator less the quotient times that of the denominator, over the denominator.
+    # The quotient rule: (derivative of the numerator - quotient * derivative of the denominator) / denominator.
     moved, by_depth = R.T @ by_state, by_inverse @ R
     H, H_inverse = np.empty_like(moved), np.empty_like(by_depth)
     H[:, :2], H[:, 2] = moved[:, :2], 0.0

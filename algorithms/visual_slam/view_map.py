@@ -31,8 +31,8 @@ DELAY = 2
 REACH, TURN = 2.0, 0.8
 """Distance and turn to an old keyframe that may show the same, without drift [m, rad]."""
 DETOUR, MIN_WAY = 3.0, 3.0
-"""The robot has returned to an old keyframe if it came by a way this much longer than the step to it, and longer than
-this [m]; a radian counts as half a metre."""
+"""The robot has returned to an old keyframe if its path from there is this many times as long as the step between them,
+and longer than this [m]; a radian counts as half a metre."""
 AROUND = 2
 """Landmarks of this many keyframes on either side of an old one are compared too."""
 MIN_INLIERS, MIN_SHARE = 25, 0.25
@@ -57,7 +57,7 @@ SURE_SHARE = 0.4
 """Minimum proportion of the features of a keyframe that agree with a place where a lost robot is found: floors and
 walls repeat."""
 AGREEING = np.array([0.4, 0.4, 0.15])
-"""Maximum difference of where two keyframes in a row find a lost robot [m, m, rad]."""
+"""Maximum difference between two consecutive keyframes in where they find a lost robot [m, m, rad]."""
 UNIQUE = 0.6
 """Another place must have less than this proportion of the inliers of the best one."""
 LOOSE = np.diag([0.3, 0.3, 0.1]) ** 2
@@ -96,7 +96,7 @@ class ViewMap:
         self._places, self._ways = PlacesSeen(), np.zeros(0)
         self._bias = OdometryBias()
         self._systematic = np.zeros((COMMON, COMMON))
-        # Of the newest keyframe: given the systematic errors, and how its pose changes with them.
+        # Of the newest keyframe: covariance given the systematic errors, and derivative of its pose by them.
         self._own, self._slopes = prior_covariance, np.zeros((3, COMMON))
         self._begin: int | None = None
         self._start: Array | None = None
@@ -134,7 +134,7 @@ class ViewMap:
         Args:
             points: Features of its picture.
             located: Its pose in the frame of the previous keyframe, and which landmarks it shows.
-            numbers: The landmarks of which `located` has indices.
+            numbers: The landmarks to which the indices in `located` refer.
             covariance: Covariance of the step from the previous keyframe, shape (3, 3).
         """
         step, number = located.state[:3], len(self.keyframes)

@@ -25,7 +25,8 @@ SOFT = 4.0
 ROUNDS = 5
 """Iterations of Gauss-Newton."""
 INDEPENDENT = 10.0
-"""Number of independent matches for which all of one picture count: errors of landmarks and of the lens are shared."""
+"""Number of independent matches that all matches of a picture count for: errors of landmarks and of the lens are
+shared."""
 MIN_MATCHES = 8
 """Minimum number of matches that give a pose."""
 TRIES, NEAR = 150, 0.25
@@ -99,7 +100,7 @@ def locate(
     R = np.zeros((len(rows), 3, 3))
     R[:, (0, 1, 2), (0, 1, 2)] = noise**2
     R[:, (0, 1), (0, 1)] += chosen.noise[:, None] ** 2
-    # Depths that are hardly known have prior means in common, which would tell how far the robot moved.
+    # Uncertain depths share a prior mean, which would act as false information about how far the robot moved.
     variances = np.where(chosen.variances < (VAGUE * chosen.inverses) ** 2, chosen.variances, ANY_DEPTH)
     for number in range(ROUNDS + 1):
         z, H, H_inverse = seen_from(chosen, state, robot_from_camera)
@@ -145,7 +146,7 @@ def _matched(
 def mutual(
     rows: NDArray[np.intp], columns: NDArray[np.intp], bits: NDArray[np.intp]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the pairs of which each is the most similar of the other, given the different bits of each pair."""
+    """Return the pairs of mutual nearest neighbours, given the number of different bits of each pair."""
     order = np.argsort(bits, kind="stable")
     by_row, by_column = (order[np.unique(each[order], return_index=True)[1]] for each in (rows, columns))
     both = np.intersect1d(by_row, by_column)
@@ -159,7 +160,7 @@ def locate_anywhere(
     *,
     robot_from_camera: Array,
 ) -> Array | None:
-    """Return the pose (3,) in the plane with which most features agree that look like some landmarks; None without one.
+    """Return the pose (3,) in the plane that most features similar to landmarks agree with; None if there is none.
 
     Args:
         points: Features of a picture.

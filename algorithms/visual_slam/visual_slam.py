@@ -19,18 +19,18 @@ from .view_pose import MIN_MATCHES, Located
 SLIP = np.array([0.02, 0.02, 0.02])
 """Errors of odometry beyond its data sheet: relative to the distance, to the sideways distance, and to the turn."""
 MIN_COVARIANCE = np.diag([0.001, 0.001, 0.0005]) ** 2
-"""Of a step [m^2, rad^2]."""
+"""Minimum covariance of a step [m^2, rad^2]."""
 UNSEEN = np.diag([0.1, 0.1, 0.03]) ** 2
-"""Covariance of a step to a picture that shows nothing of what the last ones did, beyond that of odometry."""
+"""Covariance, beyond that of odometry, of a step to a picture that shows nothing seen in the last ones."""
 SHAKEN = np.diag([0.5, 0.5, 0.5]) ** 2
-"""Covariance of the pose while pictures do not show what they should [m^2, rad^2]."""
+"""Covariance of the pose while pictures do not show the expected landmarks [m^2, rad^2]."""
 EXPECTED, CONTRARY = 60, 0.06
 """Number of visible landmarks below which a picture is no evidence, and the proportion of them below which it
 contradicts the estimate."""
 LOST = 5, 1.0
 """Number of such pictures in a row, and their duration [s], after which the robot is lost."""
 NEW_VIEW = 0.7, 0.6
-"""Motion by odometry after which a robot that sees nothing of what it should is in front of something else [m, rad]."""
+"""Motion by odometry after which a robot that sees none of the expected landmarks faces a new view [m, rad]."""
 
 
 class VisualSlam:
@@ -101,7 +101,7 @@ class VisualSlam:
         return self._map.loops.closed
 
     def lost(self) -> bool:
-        """Return whether pictures show nothing of what they should, nor any other known place yet."""
+        """Return whether pictures show neither the expected landmarks nor, so far, any other known place."""
         return self._map.lost
 
     def update(self, seen: Observation) -> Estimate:
@@ -159,12 +159,12 @@ class VisualSlam:
             points, self._rays, self._descriptors, np.array([*expected, 0.0, 0.0]), (prior, covariance)
         )
         self._after, self._after_covariance = late, late_covariance
-        # Somebody may have pushed the robot, or its wheels slipped: where is it then?
+        # The robot may have been pushed, or its wheels slipped: find out where it is.
         moved = self._map.recognised(points, self._rays, self._descriptors) if len(self._contrary) > 1 else None
         located = moved or located
         begins = self._judge(frame.stamp, by_odometry, located, len(points)) or moved is not None
         if self._contrary and not begins:
-            # What such a picture shows does not belong to the map.
+            # The features of such a picture do not belong in the map.
             self._seen, self._seen_covariance = by_odometry, covariance
             return
         self._seen, self._seen_covariance = located.state[:3], located.covariance[:3, :3]
@@ -202,7 +202,7 @@ class VisualSlam:
         since, place = self._contrary[0]
         moved = step_between(place, by_odometry)
         if math.hypot(*moved[:2]) > NEW_VIEW[0] or abs(moved[2]) > NEW_VIEW[1]:
-            # It sees something else because it went there.
+            # The view is new because the robot went there.
             self._contrary.clear()
             return True
         if len(self._contrary) < LOST[0] or stamp - since < LOST[1]:
