@@ -33,7 +33,7 @@ def tracked(label: str, *, total: float, unit: str) -> Iterator[Callable[[float]
 
 @contextmanager
 def watched(label: str, *, total: float, unit: str) -> Iterator[Callable[[float], None]]:
-    """Show progress to people alone: a bar on a terminal until the block ends, one line in a notebook."""
+    """Show progress only where a person reads it: a bar on a terminal until the block ends, one line in a notebook."""
     if sys.stderr is not None and sys.stderr.isatty():
         shown = _bar(label, total, unit, transient=True)
     elif _in_notebook():
@@ -119,7 +119,7 @@ def _lines(label: str, total: float, unit: str) -> Iterator[Callable[[float], No
 
 
 def _amount(done: float, total: float) -> str:
-    """Return how much of a total is done; of a small one with its decimals, so that 0.2 s are not 0 s."""
+    """Return how much of a total is done; a small one keeps its decimals, so that 0.2 s is not shown as 0 s."""
     return f"{done:.0f}" if total >= 10.0 else f"{done:.2g}"
 
 

@@ -21,7 +21,7 @@ class Sentence(str):
     template: str
     """The braces hold only names of values."""
     values: Mapping[str, str]
-    """Values as text, in the format that the sentence has them in."""
+    """Values as text, formatted as in the sentence."""
 
     def __new__(cls, template: str, /, *given: Any) -> Self:
         """Fill a template: its braces hold names, and formats as in `str.format`; values go by first occurrence."""
@@ -33,7 +33,7 @@ class Sentence(str):
         return self
 
     def __str__(self) -> str:
-        """Return the sentence itself: the text of an error made of one still is one."""
+        """Return the sentence itself, so that the text of an error made from one is still a sentence."""
         return self
 
     def __getnewargs__(self) -> tuple[Any, ...]:
@@ -66,7 +66,7 @@ def sentences_in(value: Any) -> Iterator[Sentence]:
     elif isinstance(value, Mapping):
         for item in value.values():
             yield from sentences_in(item)
-    elif isinstance(value, (list, tuple)) and not (value and isinstance(value[0], (int, float))):  # no rows of numbers
+    elif isinstance(value, (list, tuple)) and not (value and isinstance(value[0], (int, float))):  # not rows of numbers
         for item in value:
             yield from sentences_in(item)
 

@@ -12,7 +12,7 @@ def ascii_name(name: str) -> str:
 
 
 def spellings(names: dict[str, str]) -> str:
-    """Return the names that are spelled otherwise since they have letters beyond ASCII, in a line; '' if none has."""
+    """Return, in a line, the names whose letters beyond ASCII are spelled differently; '' if there are none."""
     return ", ".join(f"'{name}' is '{plain}'" for name, plain in names.items() if not name.isascii())
 
 

@@ -31,8 +31,8 @@ DELAY = 2
 REACH, TURN = 2.0, 0.8
 """Distance and turn to an old keyframe that may show the same, without drift [m, rad]."""
 DETOUR, MIN_WAY = 3.0, 3.0
-"""The robot has returned to an old keyframe if its path from there is this many times as long as the step between them,
-and longer than this [m]; a radian counts as half a metre."""
+"""The robot has returned to an old keyframe if its path since then exceeds the step between them times the first, plus
+the second [m]; a radian counts as half a metre."""
 AROUND = 2
 """Landmarks of this many keyframes on either side of an old one are compared too."""
 MIN_INLIERS, MIN_SHARE = 25, 0.25

@@ -1,4 +1,4 @@
-"""What notebooks show of worlds, simulations, recordings and results, plots with pyplot, and tables for pandas."""
+"""How notebooks show worlds, simulations, recordings and results; plots with pyplot, and tables for pandas."""
 
 from mjsim.faces import face
 

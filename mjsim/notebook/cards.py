@@ -28,7 +28,7 @@ Row = Sequence[object]
 
 @singledispatch
 def html_of(value: object) -> str:
-    """Return what a notebook shows of a value."""
+    """Return the HTML by which a notebook shows a value."""
     raise TypeError(f"a notebook cannot show a {type(value).__name__}")
 
 

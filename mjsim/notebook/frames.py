@@ -26,7 +26,7 @@ def frame_of(recording: Recording, table: str | None) -> "DataFrame":
     for name, header, rows in recording_tables(recording):
         if name == wanted:
             frame = DataFrame([list(row) for row in rows], columns=list(header))
-            # A column without any value is one of numbers.
+            # A column without values counts as numeric.
             return frame.astype(dict.fromkeys(frame.columns[frame.isna().all()], float))
         known.append(name)
     raise UsageError(f"no table '{wanted:.40}' in '{recording.path}'{did_you_mean(wanted, known)}")

@@ -57,7 +57,7 @@ def replace_file(place: Path, data: bytes, *, mode: int = 0o666) -> None:
     Args:
         place: The file; its folder exists.
         data: Its content.
-        mode: Its permissions, of which those of the umask are taken: 0o600 for what no other user may read.
+        mode: Its permissions, less those of the umask: 0o600 for files that no other user may read.
 
     Raises:
         OSError: It cannot be written; the old content stays.

@@ -43,7 +43,7 @@ def locked_folder(folder: Path) -> Iterator[bool]:
     Raises:
         OSError: It cannot be opened.
     """
-    if os.name == "nt":  # It opens no folders.
+    if os.name == "nt":  # Windows cannot open folders.
         yield True
         return
     descriptor = os.open(folder, os.O_RDONLY)

@@ -54,7 +54,7 @@ class NewFile(Destination):
         """
         self.path = Path(path)
         self.whole_path = self.path.absolute()
-        """The same, wherever the working directory is later."""
+        """Its absolute path, which stays valid if the working directory changes."""
         self._overwrite = overwrite
         require_free(self.path, overwrite=overwrite)
         self._place = Path(os.path.realpath(self.path))
@@ -99,7 +99,7 @@ class NewFile(Destination):
                 require_free(self.path, overwrite=self._overwrite)
         else:
             os.chmod(self.part, stat.S_IMODE(os.fstat(self._replaced).st_mode))
-        if os.name == "nt":  # It moves no file that is open.
+        if os.name == "nt":  # Windows cannot move an open file.
             self._unlock()
         os.replace(self.part, self._place)
         self._published = True

@@ -1,4 +1,4 @@
-"""The user's cache folder: what took long to compute and can be computed again."""
+"""The user's cache folder: results that took long to compute and can be recomputed."""
 
 import os
 from pathlib import Path

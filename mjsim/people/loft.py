@@ -74,7 +74,7 @@ def loft(rings: Sequence[Ring], *, start: float, end: float) -> Mesh:
 
 
 def _dome(ring: Array, reach: float) -> Array:
-    """Return rings that round off an end, shape (DOME, 6)."""
+    """Return rings that round off an end, shape (DOME_RINGS, 6)."""
     angles = np.linspace(0.0, np.pi / 2, DOME_RINGS + 1)[1:]
     found = np.tile(ring, (DOME_RINGS, 1))
     found[:, 0] += reach * np.sin(angles)

@@ -20,7 +20,7 @@ POINTS_PER_MM = 72.0 / 25.4
 PLOT_WIDTH = 180.0
 """Assumed width of a plan within a plot [mm]."""
 MOVING_FRAMES = ("robot/", "lamp/")
-"""Frames of what plots of paths leave out."""
+"""Frames of things that plots of paths leave out."""
 
 
 def draw_plan(axes: "Axes", world: World) -> None:

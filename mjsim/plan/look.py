@@ -44,7 +44,8 @@ INKS: Mapping[str, Ink] = MappingProxyType(
 """Landmarks and sightings are 'seen', points of lidars 'scanned'; 'final' is the path that an estimator returns at the
 end."""
 GROUPS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#8c6d1f", "#332288", "#882255")
-"""Colours of runs or robots that are drawn together: colour then shows whose, and line style what; more repeat them."""
+"""Colours of runs or robots that are drawn together: colour then tells these apart, and line style the quantities;
+further ones repeat them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +101,7 @@ ROLES: Mapping[str, Style] = MappingProxyType(
         # A thin wall must not fade when it is narrower than a pixel.
         "wall": _edged(Mix("wall"), Mix("wall"), 0.1, group="walls"),
         "window": Style(line=Mix("glass"), width=0.3, group="windows"),
-        # Of the studio alone, so that an opening can be found.
+        # Only in the studio, so that openings can be found.
         "gap": Style(line=Mix("muted", "paper", 0.4), width=0.15, dash=0.6, group="openings"),
         "swing": Style(line=Mix("muted"), width=0.12, group="doors"),
         "leaf": _edged(_LEAF, _LEAF, 0.3, group="doors"),

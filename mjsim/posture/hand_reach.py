@@ -60,9 +60,9 @@ def lead_hands(figure: Figure, values: Array, root: Array, hands: Mapping[str, A
 
 
 def _is_beyond(model: mujoco.MjModel, contact: PointContact) -> bool:
-    """Return whether a target is farther from the lowest joint of the trunk than what moves with it is long."""
+    """Return whether a target is farther from the lowest joint of the trunk than the chain above it is long."""
     data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)  # that joint is in place in any posture, as the pelvis is
+    mujoco.mj_kinematics(model, data)  # that joint does not move, because the pelvis is fixed
     site = model.site(contact.site)
     body, reach = int(site.bodyid[0]), float(np.linalg.norm(site.pos))
     while model.body(model.body_parentid[body]).name != PELVIS:

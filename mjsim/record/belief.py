@@ -40,7 +40,7 @@ class BeliefMessages:
         Args:
             now: Simulated time [s].
             order: Holds the estimate and the sightings.
-            moment: When the robot is at the estimate [s]; None: now.
+            moment: Time at which the robot is at the estimate [s]; None for now.
         """
         estimate = order.estimate
         messages = [("estimate", pose_message(now, estimate.pose, estimate.covariance, moment=moment))]

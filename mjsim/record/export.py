@@ -1,8 +1,6 @@
 """Exports recordings to files that other tools read: TUM, CSV, NPZ, MAT and pictures.
 
 Every file is written completely or not at all, and replaces an existing one only with `overwrite`.
-
-Readings of sensors as tables and arrays, for `export`.
 """
 
 import csv
@@ -96,7 +94,7 @@ def export_csv(recording: Recording, folder: str | Path, *, overwrite: bool = Fa
 
 
 def recording_tables(recording: Recording) -> Iterator[tuple[str, Sequence[str], Iterable[Iterable[Any]]]]:
-    """Yield name, header and rows of each table; those of sensors are read from the file last of each robot's."""
+    """Yield name, header and rows of each table; those of sensors, read from the file, come last for each robot."""
     yield from _world_tables(recording)
     for name, track in recording.robots.items():
         for kind, header, rows in (

@@ -177,5 +177,5 @@ def _varint(data: bytes, place: int) -> tuple[int, int]:
 
 
 def encodable(metadata: Mapping[str, str]) -> dict[str, str]:
-    """Return metadata as UTF-8 can hold it: names of files may have other bytes, which are escaped."""
+    """Return metadata as valid UTF-8; names of files may contain other bytes, which are escaped."""
     return {key: text.encode("utf-8", "backslashreplace").decode() for key, text in metadata.items()}

@@ -62,7 +62,7 @@ def pose_message(
         time: Time of the tick [s].
         pose: The pose.
         covariance: Covariance of it, shape (3, 3).
-        moment: When the robot is there [s]; by default at the tick.
+        moment: Time of the pose [s]; by default that of the tick.
     """
     half = pose.heading / 2
     message: Message = {
@@ -87,7 +87,7 @@ def truth_message(time: float, planar: Pose, pose: Pose3, *, moment: float | Non
         time: Time of the tick [s].
         planar: The pose seen from above.
         pose: The pose.
-        moment: When the robot is there [s]; by default at the tick.
+        moment: Time of the pose [s]; by default that of the tick.
     """
     return {
         "timestamp": stamp_json(time if moment is None else moment),

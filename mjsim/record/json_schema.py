@@ -28,7 +28,7 @@ def integer(description: str) -> Schema:
 
 
 def boolean(description: str) -> Schema:
-    """Return the schema of a truth value."""
+    """Return the schema of a boolean."""
     return {"type": "boolean", "description": description}
 
 

@@ -131,7 +131,7 @@ class Recorder:
         )
 
     def _messages(self, tick: Tick, moments: Mapping[str, float]) -> list[tuple[str, Message]]:
-        """Return all that is written of a tick but pictures, joint covariances and what closes it."""
+        """Return all messages of a tick except pictures, joint covariances and those that close it."""
         messages: list[tuple[str, Message]] = []
         for robot, planar in tick.truth.items():
             truth = truth_message(tick.time, planar, tick.poses[robot], moment=moments.get(robot))
@@ -169,7 +169,7 @@ class Recorder:
         self._put(Batch(time=time, messages=[(f"/{robot}/path", path_message(time, path))]))
 
     def add_metadata(self, entries: Mapping[str, str]) -> None:
-        """Add what was not known at the beginning to the metadata, after the last tick."""
+        """Add entries that were not known at the beginning to the metadata, after the last tick."""
         if entries:
             self._put(Batch(time=0.0, metadata=entries))
 

@@ -222,7 +222,7 @@ class Recording(Viewed):
             yield stamp, picture
 
     def depths(self, robot: str, camera: str) -> Iterator[tuple[float, NDArray[Any]]]:
-        """Yield the depth of each picture of a camera that has some: when it was taken [s], shape (height, width).
+        """Yield the depth of each picture of a camera that has one: its stamp [s], and depths, shape (height, width).
 
         Depth is uint16 in millimetres, 0 for none; or, if a log has finer or larger depth, float32 in metres, infinite
         for none. Depth of a run is rounded; `mjsim export --redraw` gives it as received by modules.

@@ -15,7 +15,7 @@ OTHER = (
 
 
 def require_recording_name(path: str | Path) -> None:
-    """Raise UsageError if a file name has the suffix of something else than a recording."""
+    """Raise UsageError if a file name has the suffix of another kind of file than a recording."""
     if Path(path).suffix.lower() in OTHER:
         raise UsageError(f"cannot write a recording as '{Path(path).name}'; name it .mcap")
 

@@ -306,7 +306,7 @@ class _Robot:
         self._sightings.append(tick.get("sightings", ()))
         self._identities.append(tick.get("identities", ()))
         self._innovations.append(tick.get("innovations", ()))
-        # It is shown until something else is.
+        # Items stay shown until others replace them.
         self._shown.append(tick["show"] if "show" in tick else self._shown[-1] if self._shown else ())
         self._count += 1
 

@@ -51,7 +51,7 @@ def drive_plots(time: Array, track: JointTrack) -> dict[str, Figure]:
 
 
 def _joints(time: Array, track: JointTrack, slides: Array) -> Figure:
-    """Draw values with their goals, rates, accelerations and torques of all joints over time."""
+    """Draw positions with their goals, rates, accelerations and torques of all joints over time."""
     scale = np.where(slides, 1.0, 180.0 / np.pi)
     angle = "m" if slides.all() else "deg, m" if slides.any() else "deg"
     torque = "N" if slides.all() else "N m, N" if slides.any() else "N m"
@@ -81,7 +81,7 @@ def _tool(time: Array, track: JointTrack) -> Figure:
 
 
 def _path(track: JointTrack) -> Figure:
-    """Draw the path of the tool in space, with its shadow on the floor of the picture."""
+    """Draw the path of the tool in space, with its projection on the floor of the plot."""
     figure = Figure(figsize=(7.0, 6.2), dpi=110, layout="constrained")
     axes: Any = figure.add_subplot(projection="3d")
     x, y, z = track.tool[:, :3].T

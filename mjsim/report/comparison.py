@@ -84,9 +84,9 @@ class Group:
     label: str
     robot: str
     values: Mapping[str, Mapping[int, float]]
-    """ReportFigure -> seed -> value."""
+    """Key of a statistic -> seed -> value."""
     spreads: Mapping[str, Spread]
-    """ReportFigure -> its spread."""
+    """Key of a statistic -> its spread."""
     failed: tuple[int, ...]
     """Seeds of runs that ended early."""
     series: Mapping[int, Series]

@@ -76,7 +76,7 @@ def _touched(cells: Any, positions: Array, radius: float) -> NDArray[np.bool_]:
     pieces = shapely.points(positions[:1])
     if len(positions) > 1:
         path = np.asarray(shapely.LineString(positions).simplify(0.005).coords)
-        # A segment of length zero is near nothing in this query; its point is the end of another segment, or the first
+        # This query finds nothing near a segment of length zero; its point is the end of another segment, or the first
         # one.
         pieces = np.append(pieces, shapely.linestrings(np.stack([path[:-1], path[1:]], axis=1)))
     tree = shapely.STRtree(pieces)

@@ -64,7 +64,7 @@ def _say_boxes() -> None:
 
 
 def plot_text(text: str) -> str:
-    """Return a text, such as a name of a file, that plots show as it is: not as a formula, nor left out of a legend."""
+    """Return a text, such as the name of a file, that plots show literally: not as a formula, and always in legends."""
     shown = text.replace("$", r"\$")
     return f" {shown}" if shown.startswith("_") else shown
 

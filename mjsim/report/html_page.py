@@ -26,7 +26,7 @@ class Heading(NamedTuple):
 
 
 class Paragraph(NamedTuple):
-    """A paragraph; its class may be 'run' for what a page is about, or 'fault'."""
+    """A paragraph; its class may be 'run' for the subject of a page, or 'fault'."""
 
     text: str
     kind: str = ""

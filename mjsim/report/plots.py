@@ -18,7 +18,7 @@ from mjsim.world import World
 
 TRUTH, ESTIMATE, ODOMETRY = INKS["truth"].light, INKS["estimate"].light, INKS["odometry"].light
 MAP, BUMP, FINAL, NEUTRAL = INKS["seen"].light, INKS["bump"].light, INKS["final"].light, INKS["ink"].light
-"""Colours of the look; final paths, and lines that are of no path, have their own."""
+"""Colours of the plan; final paths, and lines that show no path, have their own."""
 TRUTH_LINE_WIDTH = 4.5
 """Width of a true path, which is light, below a thin estimate: both are visible where they coincide."""
 MAX_BARS = 30
@@ -74,7 +74,7 @@ def draw_bounds(panels: Sequence[Axes], track: Track, name: str) -> None:
         axes.plot(track.time, error, color=ESTIMATE, lw=1.0, label=f"{name} - truth")
         axes.axhline(0.0, color=NEUTRAL, lw=0.5)
         axes.set_ylabel(label)
-        # A few ticks of doubt, as after a robot seemed lost, leave the scale to the others.
+        # A few uncertain ticks, as after a robot seemed lost, do not determine the scale.
         top = 1.1 * max(float(np.abs(error).max()), float(np.percentile(bound, 99.0)))
         if top > 0.0 and float(bound.max()) > 3.0 * top:
             axes.set_ylim(-top, top)
@@ -200,7 +200,7 @@ def joint_legend(axes: Axes) -> None:
 
 def sheet(rows: int, columns: int = 1, *, height: float) -> tuple[Figure, list[Axes]]:
     """Return an empty figure of a height [inches] and its panels, row by row; in a single column, they share x."""
-    figure = Figure(figsize=(9.6, height), dpi=110, layout="compressed")  # also where x and y have one scale
+    figure = Figure(figsize=(9.6, height), dpi=110, layout="compressed")  # also where x and y have the same scale
     panels = list(np.ravel(figure.subplots(rows, columns, sharex=columns == 1)))
     for axes in panels:
         axes.grid(color="#dddddd", lw=0.6)

@@ -199,7 +199,7 @@ def _path_figures(truth: Array, poses: Array, keys: tuple[str, str, str, str]) -
 
 
 def _final_figures(part: Track) -> dict[str, Any]:
-    """Return the errors of the final trajectory at its own times; empty without one, or without truth then."""
+    """Return the errors of the final trajectory at its own times; empty without one, or without truth there."""
     truth = metrics.poses_at(part.path[:, 0], part.moments, part.truth)
     known = np.isfinite(truth).all(axis=1)
     return _path_figures(truth[known], part.path[known, 1:], FINAL_FIGURES) if known.any() else {}
@@ -317,7 +317,7 @@ def recoveries(time: Array, position: Array, lifted: Sequence[float]) -> list[di
 CELL_SIDE, MAX_CELLS = 0.01, 4_000_000
 """Side of a cell of the raster [m], and its maximum number of cells, above which cells are larger."""
 STEP, TURN = 0.02, math.radians(3.0)
-"""Poses that are nearer than this to the one before are left out [m, rad]; the area between two is swept too."""
+"""Poses nearer than this to the previous one are left out [m, rad]; the area between two poses is swept too."""
 FRACTION_BITS = 8
 """Bits of a fraction of a cell in the drawing of polygons."""
 

@@ -190,7 +190,7 @@ def odometry(
 def point_cloud(cloud: PointCloud, frame: str, sheet: SensorInfo) -> Any:
     """Return one revolution of a 3-D lidar, with the fields of `CLOUD_FIELDS`."""
     rows = cloud.rows()
-    field, numbers = _of("sensor_msgs/msg/PointField"), {"<f4": 7, "<u2": 4}  # its FLOAT32 and UINT16
+    field, numbers = _of("sensor_msgs/msg/PointField"), {"<f4": 7, "<u2": 4}  # FLOAT32 and UINT16 of PointField
     fields = [
         field(name, offset, numbers[CLOUD_FIELDS[name]], 1)
         for name, (_, offset, *_) in (rows.dtype.fields or {}).items()
@@ -244,7 +244,7 @@ def imu(reading: ImuReading, frame: str, sheet: SensorInfo) -> Any:
 
 
 def heading(reading: CompassReading, frame: str, sheet: SensorInfo) -> Any:
-    """Return a heading as the orientation of an inertial sensor (REP 145), whose roll and pitch may be anything."""
+    """Return a heading as the orientation of an inertial sensor (REP 145), with unknown roll and pitch."""
     half, nothing = 0.5 * reading.heading, (_vector((0.0, 0.0, 0.0)), _unknown())
     return _of("sensor_msgs/msg/Imu")(
         _header(reading.stamp, frame),
@@ -256,7 +256,7 @@ def heading(reading: CompassReading, frame: str, sheet: SensorInfo) -> Any:
 
 
 def _unknown() -> Array:
-    """Return the covariance of what an inertial sensor does not measure."""
+    """Return the covariance that marks a quantity as not measured by an inertial sensor."""
     return np.array([-1.0, *[0.0] * 8])
 
 
@@ -278,7 +278,7 @@ SENSOR_TOPICS = {
     "imu": SensorTopic("imu", "sensor_msgs/msg/Imu", imu),
     "compasses": SensorTopic("heading", "sensor_msgs/msg/Imu", heading),
 }
-"""Field of `Observation` -> topic of each sensor that it has readings of; pictures are in several topics."""
+"""Field of `Observation` -> topic of each sensor with readings in it; pictures are in several topics."""
 
 
 def picture(stamp: float, frame: str, image: Picture) -> Any:

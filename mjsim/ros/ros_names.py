@@ -8,7 +8,7 @@ from mjsim.spelling import ascii_name, spellings
 
 
 def plain_names(names: Iterable[str], *, of: str) -> dict[str, str]:
-    """Return each name in a form allowed in ROS, as `ascii_name` spells it; say so where letters are replaced.
+    """Return each name in a form allowed in ROS, as `ascii_name` spells it; report replaced letters.
 
     Args:
         names: Names in the world.

@@ -171,7 +171,7 @@ def run(
         record: The MCAP file to write, or its name from `reserve`; by default a temporary file, deleted with the
             recording. It is created at the first tick.
         watch: Called with each tick, after it is recorded.
-        realtime: Go no faster than the clock.
+        realtime: Run no faster than real time.
         pictures: Whether to record camera pictures, which are most of the data, and the map as a grid; they can be
             rendered again.
         overwrite: Whether `record` may replace a file; that stays until the first tick of the new one is written.
@@ -308,11 +308,11 @@ class Falls:
     """Detects falls of robots from their true poses; a fall ends when the robot stands upright again."""
 
     def __init__(self) -> None:
-        """Begin with all upright."""
+        """Start with all robots upright."""
         self._lying: set[str] = set()
 
     def noted(self, orders: Mapping[str, Order], poses: Mapping[str, Pose3], time: float) -> dict[str, Order]:
-        """Return the orders of a tick with the falls that begin now among their events."""
+        """Return the orders of a tick, with falls that begin now added to their events."""
         return {
             name: replace(order, events=(*order.events, RobotEvent(time, "fall", Sentence("{name} fell over", name))))
             if name in poses and self._falls(name, poses[name])

@@ -66,8 +66,8 @@ def replay(
         estimator: Processes all observations once, from first to last.
         observer: Replaces that of the run; by default the estimator gets all sightings of the run.
         record: The MCAP file to write; by default a temporary file, deleted with the recording.
-        uses: Classes of the modules and their arguments, by 'estimator' and 'observer': kept in the recording, so that
-            `compare` can tell replays apart; by default, it tells them apart by the names of their classes.
+        uses: Classes of the modules and their arguments, by 'estimator' and 'observer': stored in the recording, so
+            that `compare` can tell replays apart; by default it uses the names of their classes.
         progress: Called with the simulated time of each tick once it is done [s].
         overwrite: Whether `record` may replace a file; that stays until the first ticks of the new one are written.
 

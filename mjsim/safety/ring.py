@@ -1,4 +1,4 @@
-"""The built-in obstacle avoidance, based on the ring of proximity rays; it prefers directions that are new."""
+"""The built-in obstacle avoidance, based on the ring of proximity rays; it prefers unvisited directions."""
 
 import math
 from dataclasses import replace
@@ -50,7 +50,7 @@ class RingAvoidance:
     AHEAD = 0.3
     """A ray counts as ahead if the cosine of its angle to the direction of motion exceeds this."""
     SLENDER = 3.0
-    """A robot that reaches more half widths from its origin does not turn on the spot: its rear swings out too far."""
+    """Robots that extend farther from their origin, in half widths, do not turn on the spot: the rear swings out."""
     HOLD = 1.5
     """Time for which a side is kept after passing an obstacle [s]."""
     MAX_HOLD = 30.0
@@ -83,7 +83,7 @@ class RingAvoidance:
         self._spins = math.isinf(robot.max_curvature) and self._body.slender < self.SLENDER
         # A steering angle far from straight takes time to return.
         self._bend = robot.max_curvature if self._spins else min(robot.max_curvature, 1.0 / robot.radius)
-        # The robot keeps space to turn on the spot, unless it cannot turn so or would need a hall for it.
+        # The robot keeps space to turn on the spot, unless it cannot do that or would need too much space.
         self._swing = Footprint(robot, clearance=self._clearance, swing=True) if self._spins else self._body
         self._deceleration = 0.5 * robot.max_acceleration
         rims = np.full(RAYS, robot.radius)
@@ -184,7 +184,7 @@ class RingAvoidance:
         return replace(command, forward=direction * slow, turn=min(max(chosen, -limit), limit))
 
     def _wary(self, direction: float) -> float:
-        """Return the speed from which it can stop within its part of the free space measured ahead [m/s]."""
+        """Return the speed from which the robot can stop within its part of the free space measured ahead [m/s]."""
         nears = direction * self._cosines
         ahead = nears > self.AHEAD
         room = self.OWN * np.maximum(self._ring[ahead] - MAX_TOUCHING_DISTANCE, 0.0)
@@ -348,7 +348,7 @@ class Trail:
             self._count += 1
 
     def worn(self, x: float, y: float, headings: Array) -> Array:
-        """Return how often it has been in each direction from a place, weighted by proximity, shape (k,), in [0, 1].
+        """Return how often the robot was in each direction from a place, weighted by proximity, (k,), in [0, 1].
 
         Args:
             x: x of the place, frame of odometry [m].

@@ -64,7 +64,7 @@ class ByHand(ABC):
         return event.short if isinstance(event, ReachEvent) else 0.0
 
     def set_goal(self, robot: str, place: Sequence[float], heading: float | None = None) -> None:
-        """Give a robot's navigator a new goal from the next tick on, in place of the others.
+        """Give a robot's navigator a new goal from the next tick on, instead of all others.
 
         This is a touch; see `touch`.
 

@@ -35,7 +35,7 @@ class Gate:
         self.changed = threading.Condition(lock)
         """Notified of every change of the attributes below."""
         self.ticked = threading.Condition(lock)
-        """Separate, so that threads that wait for the end are not woken by every tick."""
+        """Separate, so that ticks do not wake threads that wait for the end."""
         self.pace = Pace(speed)
         self.state: State = "loading"
         self.error: BaseException | None = None
@@ -149,7 +149,7 @@ class Gate:
                 self._requests.popleft()[1].set_exception(_closed())
 
     def _until_due(self, simulated: float, *, first: bool) -> float | None:
-        """Return how long to wait for the tick of a simulated time [s]; None for as long as it is held."""
+        """Return how long to wait for the tick of a simulated time [s]; None while the run is held."""
         if first or self._owed:
             return 0.0
         if self._held:
@@ -162,7 +162,7 @@ class Gate:
         while self._requests:
             work, done = self._requests.popleft()
             if not done.set_running_or_notify_cancel():
-                continue  # Who asked for it no longer waits.
+                continue  # The caller no longer waits.
             if sim is None:
                 done.set_exception(UsageError("the world is not loaded yet; wait until the run has begun"))
                 continue

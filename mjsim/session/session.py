@@ -96,7 +96,7 @@ class Session(ByHand, Closes):
         self._thread = threading.Thread(target=self._work, name="mjsim-session", daemon=True)
 
     def start(self, *, paused: bool = False) -> None:
-        """Start; if paused, stop after the first tick, which shows the start."""
+        """Start; if paused, stop after the first tick, which shows the initial state."""
         self._gate.hold(paused)
         self._thread.start()
 
@@ -175,9 +175,8 @@ class Session(ByHand, Closes):
 
         Args:
             keys: As in a world file, without `time`: `{"move": "scout", "to": [5, 2]}`, `{"open": "gate"}`.
-            follows: Whether a `reach` or `lead` gives a later target to a motion that an earlier touch began, as while
-                something is dragged. It becomes a row of `then` in the event of that touch, and `on_change` is not
-                called.
+            follows: Whether a `reach` or `lead` gives a new target to a motion that an earlier touch began, such as
+                dragging. It becomes a row of `then` in the event of that touch, and `on_change` is not called.
 
         Returns:
             The event with its time; numbers are rounded as in a world file.

@@ -63,7 +63,7 @@ class Touches:
     """Touches of a run until now, as events of the world file."""
 
     def __init__(self, events: Iterable[WorldEvent] = ()) -> None:
-        """Start with events of the start."""
+        """Start with initial events."""
         self.events = tuple(events)
         """Each with the time of its tick."""
         self._time = -1.0
@@ -111,7 +111,7 @@ class Touches:
         return touch
 
     def _continued(self, touch: WorldEvent) -> tuple[int, WorldEvent] | None:
-        """Return the index of the event of which a target is a part, and the event with it; None if there is none."""
+        """Return the index of the event that a target continues, and the extended event; None if there is none."""
         for place in reversed(range(len(self.events))):
             if (whole := with_target(self.events[place], touch)) is not None:
                 return place, whole

@@ -27,7 +27,7 @@ class Watcher:
 
         Raises:
             TimeoutError: Nothing came in that time.
-            MjsimError: The run failed; after the last tick, this is why.
+            MjsimError: The run failed; raised after the last tick.
         """
         found = self._newer(self._seen, timeout)
         if found is None:

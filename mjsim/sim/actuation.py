@@ -16,7 +16,7 @@ class Actuation(Protocol):
     """
 
     every: int
-    """Physics steps from one call to the next; it divides those of a tick."""
+    """Physics steps from one call to the next; a divisor of those per tick."""
 
     def act(self, step: int) -> None:
         """Write to `data.ctrl`, before the physics step of that number, counted from 0 at the start of the run."""
@@ -38,5 +38,5 @@ class ServoActuation:
         self.every = every
 
     def act(self, step: int) -> None:
-        """Write the set-points that the servos reach for until the next tick."""
+        """Write the set-points of the servos until the next tick."""
         self._data.ctrl[self._servos] = self._gear.profile.advance()

@@ -59,7 +59,7 @@ class ArmAtWork:
         return self._encoders.read(stamp)
 
     def command(self, goal: JointGoal) -> None:
-        """Take a goal, which is extrapolated with its velocities and accelerations for one tick, and then held.
+        """Take a goal; it is extrapolated with its velocities and accelerations for one tick, then held.
 
         Raises:
             UsageError: It does not match the arm, or is not finite.

@@ -14,7 +14,7 @@ from mjsim.sim.contact_bound import ContactBound
 from mjsim.world import Robot, World, item_names
 
 MIN_SUPPORT_COSINE = 0.5
-"""A contact whose normal is steeper than this supports wheels and casters, and is not a bump: they climb steps of half
+"""A contact whose normal is steeper than this supports wheels and casters and is not a bump: they climb steps of half
 their radius."""
 MAX_KNOWN = 1000
 """Number of sets of contacts that are known to touch no robot."""
@@ -42,7 +42,7 @@ class Bumper:
         """Keep the state, read at each measurement, and find the geoms of the robot and the floor."""
         self._data = data
         self._base = model.body(f"{robot.name}/base").id
-        # All touching parts of the base except casters, which have a group of their own.
+        # All colliding parts of the base except casters, which have a group of their own.
         self._body = (model.geom_bodyid == self._base) & (model.geom_contype != 0) & (model.geom_group != RUNNING_GEAR)
         self._own = model.body_rootid[model.geom_bodyid] == self._base
         self._floor = _floor(model, world)
@@ -54,10 +54,10 @@ class Bumper:
         self._held.clear()
 
     def hold(self, key: bytes) -> bool:
-        """Hold the current contacts; return whether any part of the robot touches anything, be it what it rolls on.
+        """Hold the current contacts; return whether any part of the robot touches anything, including the ground.
 
         Args:
-            key: Bytes of the pairs of geoms in contact; of several contacts of the same pairs the last are held.
+            key: Bytes of the pairs of geoms in contact; for the same pairs, the last contacts are held.
         """
         if key not in self._touches:
             pairs = self._data.contact.geom
@@ -70,7 +70,7 @@ class Bumper:
         contact, place, turned = self._data.contact, self._data.xpos[self._base], self._data.xmat[self._base]
         steep = np.abs(contact.frame[:, 2]) < MIN_SUPPORT_COSINE
         key += steep.tobytes()
-        self._held.pop(key, None)  # The order is that of the last contacts.
+        self._held.pop(key, None)  # Keep the order of the last contacts.
         self._held[key] = _Contacts(contact.geom.copy(), contact.pos.copy(), steep, place.copy(), turned.copy())
         return True
 
@@ -112,7 +112,7 @@ class Bumpers:
         self._bound = ContactBound(model, data, roots, _floor(model, world), dt=dt)
 
     def before_tick(self, *, forced: bool) -> list[Callable[[], None]]:
-        """Return what to call after each step of the coming tick: nothing if no robot can touch anything.
+        """Return the functions to call after each step of the coming tick: none if no robot can touch anything.
 
         Args:
             forced: Whether forces or motions from outside act in this tick.
@@ -124,13 +124,13 @@ class Bumpers:
         return []
 
     def after_step(self) -> None:
-        """Hold the contacts at the start of the step just taken; a tick's first step starts where they were read."""
+        """Hold the contacts at the start of the step just taken; those at the start of a tick were read before."""
         first, self._count = self._count == 0, (self._count + 1) % self._steps
         if first:
             for bumper in self._bumpers:
                 bumper.release()
             return
-        # Mostly wheels stand on the floor, as often before.
+        # Usually only wheels touch the floor: a known set of contacts.
         if (pairs := self._data.contact.geom.tobytes()) in self._known:
             return
         if not any([bumper.hold(pairs) for bumper in self._bumpers]):

@@ -1,4 +1,4 @@
-"""Distance of robots from all that they could touch, to know for some ticks that they touch nothing."""
+"""Distance of robots from everything that they could touch, to skip contact checks for some ticks."""
 
 import math
 
@@ -9,23 +9,23 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 
 MAX_ACCELERATION = 100.0
-"""Acceleration below which a robot stays that touches only the floor, ten times what friction and gravity give
+"""Upper bound of the acceleration of a robot that touches only the floor, ten times that by friction and gravity
 [m/s^2]."""
 PAUSE = 25
-"""Ticks between two measurements of the distance, which take longer than what they save among obstacles."""
+"""Ticks between two measurements of the distance, which cost more than they save near obstacles."""
 
 
 class ContactBound:
     """Bounds when robots can touch anything except the floor.
 
-    Each moving body is replaced by the sphere about its root that contains it in every state of its joints, what is
-    static by the boxes of its geoms. In a world with slides nothing is known.
+    Each moving body is replaced by the sphere about its root that contains it in every state of its joints, static ones
+    by the boxes of their geoms. In a world with slides there is no bound.
     """
 
     def __init__(
         self, model: mujoco.MjModel, data: mujoco.MjData, robots: list[int], floor: NDArray[np.bool_], *, dt: float
     ) -> None:
-        """Find what moves and what does not.
+        """Find the moving and the static geoms.
 
         Args:
             model: The world.
@@ -64,9 +64,9 @@ class ContactBound:
         return not self._reaches()
 
     def _reaches(self) -> bool:
-        """Return whether something may come as near in this tick as the clearance measured last."""
+        """Return whether motion since the last measurement may have used up the clearance in this tick."""
         moved, speed = self._qpos[self._in_qpos] - self._from, self._qvel[self._in_qvel]
-        # NaN is near.
+        # NaN counts as near.
         return not math.sqrt(moved.dot(moved)) + math.sqrt(speed.dot(speed)) * self._dt < self._room
 
     def _measure(self) -> None:
@@ -83,7 +83,7 @@ class ContactBound:
         spheres -= self._radii[self._robots, None]
         spheres[np.arange(len(own)), self._robots] = math.inf
         clearance = min(float(boxes.min(initial=math.inf)), float(spheres.min(initial=math.inf)))
-        # Two things approach each other by at most sqrt(2) times the norm of all motion.
+        # Two bodies approach each other by at most sqrt(2) times the norm of all motion.
         self._room = clearance / math.sqrt(2.0) - MAX_ACCELERATION * self._dt**2
 
 
@@ -91,7 +91,7 @@ def _radii(model: mujoco.MjModel, solid: NDArray[np.bool_]) -> Array:
     """Return for each root the radius about its position that contains the solid geoms of its tree [m]."""
     reach, radii = np.zeros(model.nbody), np.zeros(model.nbody)
     turns = model.jnt_type != mujoco.mjtJoint.mjJNT_FREE
-    # A joint turns the origin of its body about its own place.
+    # A joint rotates the origin of its body about its anchor.
     np.maximum.at(reach, model.jnt_bodyid[turns], 2.0 * np.linalg.norm(model.jnt_pos[turns], axis=1))
     for body in range(1, model.nbody):
         if model.body_rootid[body] != body:

@@ -80,7 +80,7 @@ class ControlActuation:
             self._data.ctrl[self._motors] = self._coming.popleft()[1] / self._gears
 
     def seconds(self) -> float:
-        """Return the wall-clock time inside the controller since the last call of this [s]."""
+        """Return the wall-clock time inside the controller since the last call of this method [s]."""
         return self._controller.seconds()
 
 

@@ -53,7 +53,7 @@ class Health:
             failure = f"a robot moves at {np.abs(speeds).max():g} m/s"
         else:
             return None
-        from mjsim.world import diverging_springs  # it loads what computes mechanisms
+        from mjsim.world import diverging_springs  # this loads the code of mechanisms
 
         cause = next((text for text, _ in diverging_springs(self._world)), "") or likely_cause(self._model)
         return f"{failure}; likely cause: {cause}" if cause else failure

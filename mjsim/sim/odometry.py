@@ -54,7 +54,7 @@ def arc_end_slopes(distance: float, turn: float) -> tuple[tuple[float, float], t
 
 
 class SmoothedAcceleration:
-    """The derivative of a speed that is smoothed twice; its mean square hardly depends on the tick."""
+    """The derivative of a speed smoothed twice; its mean square hardly depends on the period of the loop."""
 
     def __init__(self, dt: float) -> None:
         """Start at rest, with the period of the loop [s]."""

@@ -237,7 +237,7 @@ class LedHands:
         """Keep the initial orientations of the segments."""
         self._model = model
         self.people = LedPeople(world)
-        """Where their hands go."""
+        """Motions of their hands."""
         self._people = {person.name: person for person in world.people}
         self._start = model.body_quat.copy()
         self._shown: dict[str, tuple[tuple[HandLed, ...], float]] = {}

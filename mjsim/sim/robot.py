@@ -139,7 +139,7 @@ class SimulatedRobot:
         return arms if self._gear.goal is None else {"drive": self._wheel_motion(self._gear.goal()), **arms}
 
     def _wheel_motion(self, goal: Sequence[float]) -> JointMotion:
-        """Return the motion of the driven wheels relative to the body, and their rotations from set-points."""
+        """Return the motion of the driven wheels relative to the body, with their rotations by set-points as goals."""
         data, dofs = self._data, self._dofs
         return JointMotion(
             names=self._gear.wheels,

@@ -75,7 +75,7 @@ class Simulation(Viewed, Closes):
         """Ticks since the start."""
         self._compiled, self._light = Snapshot(self.model), light_source(world, self.model)
         self._canvases, self._health = Canvases(), Health(self.model, world)
-        # Created at a step, so that no controller is made that is replaced before.
+        # Created at the first step, so that no default controller is made only to be replaced.
         self._actuations: list[Actuation] | None = None
         self._set_up()
         self.catalogue: Mapping[str, BeaconInfo] = MappingProxyType(catalogue_of(world))
@@ -84,7 +84,7 @@ class Simulation(Viewed, Closes):
         """The map that modules get; None if the world has `map: unknown`."""
 
     def reset(self, seed: int | None = None) -> None:
-        """Return to the start: from now on, everything is byte for byte as in a new simulation with that seed.
+        """Return to the start: from then on, everything is byte for byte as in a new simulation with that seed.
 
         Nothing is compiled again, and cameras keep their renderers; `robots` is created again.
 
@@ -339,7 +339,7 @@ class Simulation(Viewed, Closes):
     def _set_up(self) -> None:
         """Create movers, doors and mechanisms, and put the robots at their starts, in a new state and model."""
         world = self.world
-        own = weakref.proxy(self)  # What belongs to a simulation does not keep it, and its model, in memory.
+        own = weakref.proxy(self)  # Weak, so that parts of a simulation do not keep it, and its model, in memory.
         self._script = WorldScript(
             self.model,
             self.data,

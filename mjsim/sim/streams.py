@@ -8,7 +8,7 @@ from numpy.random import Generator
 from mjsim.errors import UsageError
 
 MAX_SEED = 2**63 - 1
-"""A recording holds no larger one."""
+"""Largest seed that a recording can store."""
 Streams = Callable[[str], Generator]
 """Purpose -> random stream."""
 
@@ -17,7 +17,7 @@ def checked_seed(seed: int) -> int:
     """Return a seed.
 
     Raises:
-        UsageError: It is no whole number, negative, or larger than a recording holds.
+        UsageError: It is not a whole number, negative, or larger than a recording can store.
     """
     if not isinstance(seed, int | np.integer) or not 0 <= seed <= MAX_SEED:
         raise UsageError(f"seed is {seed!r}; it must be a whole number from 0 to {MAX_SEED}")

@@ -1,4 +1,4 @@
-"""The look of a world in a style: skirting, windows, papers, lamps and the like, for cameras alone."""
+"""The look of a world in a style: skirting, windows, papers, lamps and the like, seen only by cameras."""
 
 from mjsim.faces import face
 

@@ -1,4 +1,4 @@
-"""The picture that holds all small things, and where each is."""
+"""The texture atlas: one picture with all small things, and the position of each."""
 
 import json
 from collections.abc import Mapping, Sequence

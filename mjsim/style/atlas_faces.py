@@ -25,7 +25,7 @@ class Quad:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Axes:
-    """Axes of a viewer of a wall or the front of a thing: right, out towards the viewer, and up."""
+    """Axes for someone facing a wall or the front of a thing: right, out towards the viewer, and up."""
 
     origin: Array
     """Shape (3,) [m]."""

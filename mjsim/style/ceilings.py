@@ -30,7 +30,7 @@ def ceiling_lamps(world: World, name: StyleName, height: float) -> Mapping[int, 
 
 
 def _grid(first: float, last: float, side: float, apart: float) -> list[float]:
-    """Return where lamps begin along a room, on whole panels from the origin, centred in the room [m]."""
+    """Return the starts of lamps along a room, aligned to panels from the origin and centred in the room [m]."""
     count = max(int((last - first - side) // apart), 0)
     begin = round(((first + last - count * apart - side) / 2) / side) * side
     return [begin + k * apart for k in range(count + 1)]

@@ -1,4 +1,4 @@
-"""Furnishes a world in its style: frames of doorways and windows, what is seen through them, and things along walls."""
+"""Furnishes a world in its style: frames of doorways and windows, the view through them, and things along walls."""
 
 import math
 from collections import Counter, defaultdict
@@ -32,7 +32,7 @@ class Hanging:
     """Fills a side with things, at random; the random numbers depend only on the position of the side."""
 
     def __init__(self, side: Side, atlas: PartAtlas, counts: Counter[str]) -> None:
-        """Start with what the side has: openings, beacons and what stands before it.
+        """Start with what occupies the side: openings, beacons and things that stand in front of it.
 
         Args:
             side: The side.
@@ -112,7 +112,7 @@ LEAF_GAP = 0.0015
 
 
 def wall_faces(world: World, name: StyleName, atlas: PartAtlas) -> Mapping[int, list[Quad]]:
-    """Return what is on the walls of each room, by its number."""
+    """Return the faces on the walls of each room, by its number."""
     style, beyond = STYLES[name], _beyond(world)
     found: dict[int, list[Quad]] = {}
     counts: dict[int, Counter[str]] = defaultdict(Counter)
@@ -126,7 +126,7 @@ def wall_faces(world: World, name: StyleName, atlas: PartAtlas) -> Mapping[int, 
 
 
 def thing_faces(world: World, name: StyleName, atlas: PartAtlas) -> Iterator[list[Quad]]:
-    """Yield what is on each obstacle, in its frame."""
+    """Yield the faces on each obstacle, in its frame."""
     things = Things(world, STYLES[name], list(atlas.parts))
     return (things.of(obstacle) for obstacle in world.obstacles)
 
@@ -144,7 +144,7 @@ def leaf_faces(leaf: Leaf, thickness: float, name: StyleName) -> list[Quad]:
 
 
 def _beyond(world: World) -> "BaseGeometry":
-    """Return where a window has no view: in other rooms, and everywhere if a beacon hangs outside of all rooms."""
+    """Return where windows show no view: in rooms, or everywhere if a beacon hangs outside of all rooms."""
     import shapely
 
     rooms = shapely.union_all(room_polygons(world.walls))
@@ -191,7 +191,7 @@ def _band(side: Side, up: tuple[float, float], out: float, part: str, *, length:
 
 
 def _free(side: Side, up: tuple[float, float]) -> list[tuple[float, float]]:
-    """Return the stretches of a side in which nothing interrupts a band at some heights; none above the wall."""
+    """Return the stretches of a side in which nothing interrupts a band between two heights; none above the wall."""
     if up[1] > side.height:
         return []
     holes = [(hole.left, hole.right) for hole in side.holes if hole.opening.sill < up[1] and hole.opening.head > up[0]]
@@ -223,7 +223,7 @@ def opening_faces(
         side: The side.
         hanging: Its things.
         style: The style.
-        view: Whether a window shows the view, as nothing is beyond it.
+        view: Whether a window shows the view, because no room is behind it.
     """
     for hole in side.holes:
         if hole.opening.sill >= side.height:
@@ -259,7 +259,7 @@ def _casing(side: Side, hole: WallOpening, part: str) -> Iterator[Quad]:
 
 
 def _bare(beacon: Rectangle) -> Rectangle:
-    """Return the rectangle of a beacon with a narrow margin: a door's frame is even, and cannot be elsewhere."""
+    """Return the rectangle of a beacon with a narrow margin: a door's frame is plain, and cannot be moved."""
     less = BEACON_MARGIN - 2 * FRAME_THICKNESS
     return beacon[0] + less, beacon[1] - less, beacon[2] + less, beacon[3] - less
 

@@ -9,7 +9,7 @@ StyleName = Literal["office", "home", "museum", "warehouse"]
 
 @dataclass(frozen=True, slots=True)
 class Surfaces:
-    """Textures for what the world leaves without one, with the size of a tile [m]."""
+    """Textures for surfaces without one in the world, with the size of a tile [m]."""
 
     wall: tuple[str, float]
     floor: tuple[str, float]
@@ -45,7 +45,7 @@ class WallItem:
     low: float
     """Height of its lower edge [m]."""
     every: float
-    """One for each such length of wall, on average [m]."""
+    """Average length of wall per thing [m]."""
     depth: float = 0.012
     """[m]"""
     side: str = "gray"

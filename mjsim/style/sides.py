@@ -1,4 +1,4 @@
-"""Sides of rooms: stretches of wall as seen from inside, with what takes up space on them."""
+"""Sides of rooms: stretches of wall seen from inside, with the things that take up space on them."""
 
 import itertools
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ MAX_ANGLE_SINE = 0.02
 STANDING_DISTANCE = 0.45
 """Distance from a wall within which things stand before it [m]."""
 BEACON_MARGIN = 0.3
-"""Distance of small things from a beacon, so that what recognises it finds its surroundings as they were [m]."""
+"""Distance of small things from a beacon, so that its surroundings stay the same for detectors [m]."""
 MIN_STRETCH = 0.15
 """Shorter stretches of wall stay bare [m]."""
 HANGING_DISTANCE = 0.3
@@ -63,7 +63,7 @@ class Side:
     things: tuple[Rectangle, ...]
     """Things in front of the wall."""
     seed: list[int] = field(default_factory=list)
-    """For random choices on it: depends on its position alone."""
+    """Seed of random choices on it; depends only on its position."""
 
 
 def sides_of(world: World) -> list[Side]:
@@ -78,7 +78,7 @@ def sides_of(world: World) -> list[Side]:
 
 
 def _edges(room: "Polygon") -> list[tuple[Array, Array]]:
-    """Return the straight edges of a room, its inside to their left, in an order that depends on their place alone."""
+    """Return the straight edges of a room, its inside to their left, in an order that depends only on position."""
     import shapely
 
     found: list[tuple[Array, Array]] = []
@@ -88,7 +88,7 @@ def _edges(room: "Polygon") -> list[tuple[Array, Array]]:
 
 
 class _Walls:
-    """What is on the walls of a world, and before them."""
+    """Things on the walls of a world, and in front of them."""
 
     def __init__(self, world: World) -> None:
         import shapely
@@ -152,7 +152,7 @@ class _Walls:
 
 
 def _seen(frame: Axes, point: Array) -> tuple[float, float]:
-    """Return a point of the plan to the right of a frame, and out of it [m]."""
+    """Return a point of the plan as coordinates of a frame: right, and out [m]."""
     offset = point - frame.origin[:2]
     return float(offset @ frame.right[:2]), float(offset @ frame.out[:2])
 

@@ -26,7 +26,8 @@ MAX_CARTONS = 50
 BEACON_CLEARANCE, ROBOT_CLEARANCE = 0.1, 1.0
 """Distance before a beacon that walls may not cover, and between a table and a robot behind it [m]."""
 SIGHT_DISTANCE, EYE_HEIGHT = 8.0, 1.0
-"""Distance [m] at which a screen must not hide a beacon, and the height of eyes for which walls hide it anyway [m]."""
+"""Distance from which a screen must not hide a beacon [m], and eye height for testing whether walls hide it anyway
+[m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +132,7 @@ class Things:
         yield frame.lying((at + 0.06, at + 0.48), (rear + 0.24, rear + 0.38), 0.022, "keyboard/1")
 
     def _hides(self, obstacle: Obstacle) -> bool:
-        """Return whether something on an obstacle could stand before a beacon."""
+        """Return whether something on an obstacle could hide a beacon."""
         place = np.array(obstacle.at)
         offsets = place - self._beacons
         distances = np.linalg.norm(offsets, axis=1)
@@ -141,7 +142,7 @@ class Things:
         near, away = self._beacons[chosen], offsets[chosen] / distances[chosen, None]
         if not len(near):
             return False
-        # Walls hide it from there, or leave no room for a robot that would look past the screen.
+        # Walls hide it from there, or leave no space for a robot to look past the screen.
         lines = shapely.linestrings(np.stack([near + away * BEACON_CLEARANCE, place + away * ROBOT_CLEARANCE], axis=1))
         blocked = self._walls.query(lines, predicate="intersects")[0]
         return len(np.unique(blocked)) < len(near)

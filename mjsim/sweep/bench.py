@@ -71,7 +71,7 @@ def settle() -> None:
 
 
 def seed_the_rest(seed: int) -> None:
-    """Seed the global random generators, which modules should not use but may, the same for every run."""
+    """Seed the global random generators, which modules should not use but may, from the seed of the run."""
     random.seed(seed)
     np.random.seed(seed % 2**32)  # noqa: NPY002 - it is this one that such modules use
     cv2.setRNGSeed(seed % 2**31)

@@ -72,7 +72,7 @@ def _client(address: str) -> Iterator["Client"]:
     except ModuleNotFoundError as error:
         raise UsageError(f"Dask is not installed here; type: {how_to_install('distributed')}") from error
     try:
-        parse_host_port(parse_address(address)[1])  # A client would leave threads behind before it notices.
+        parse_host_port(parse_address(address)[1])  # A client would leave threads behind before it notices the error.
     except ValueError as error:
         raise UsageError(
             f"'{address}' is not the address of a Dask scheduler; write it as tcp://10.0.0.5:8786"

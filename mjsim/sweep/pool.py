@@ -71,7 +71,7 @@ class _Worker:
     """A process that runs one job at a time. It ends when this object is closed, or when its parent ends."""
 
     def __init__(self) -> None:
-        # Nothing is ever sent: the other side wakes when this side closes for any reason.
+        # Nothing is ever sent: the other side wakes when this side closes, for whatever reason.
         self._listening, self._lifeline = Pipe(duplex=False)
         self._executor = ProcessPoolExecutor(
             1, mp_context=get_context("spawn"), initializer=_begin, initargs=(self._listening,)
@@ -99,7 +99,7 @@ class _Worker:
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Start processes in the block that Ctrl-C, which goes to all of a terminal, does not reach; it comes afterwards.
+    """Start processes in the block that ignore Ctrl-C, which reaches every process of a terminal; handle it afterwards.
 
     A process inherits which signals are blocked, not their handlers; `_begin` ignores this one.
     """
@@ -108,7 +108,7 @@ def _uninterrupted() -> Iterator[None]:
         return
     came: list[int] = []
     before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT,))
-    ours = threading.current_thread() is threading.main_thread()  # Python calls handlers there, whatever it blocks.
+    ours = threading.current_thread() is threading.main_thread()  # Python runs handlers there despite blocks.
     handler = signal.signal(signal.SIGINT, lambda number, _: came.append(number)) if ours else None
     try:
         yield

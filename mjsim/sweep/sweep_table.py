@@ -1,4 +1,4 @@
-"""Combines outcomes to one table, with the same bytes for the same sweep in whatever order it ran."""
+"""Combines outcomes into one table, with the same bytes for the same sweep whatever order it ran in."""
 
 import csv
 import io
@@ -45,7 +45,7 @@ def rows_of(plan: SweepPlan, outcomes: Sequence[Outcome], robots: Sequence[str])
 
 
 def no_nees(outcomes: Iterable[Outcome]) -> dict[tuple[int, str], str]:
-    """Return the reason why no run has a NEES, by case and robot, for those of which none has one."""
+    """Return the reason why no run has a NEES, by case and robot, where that is so."""
     reasons: dict[tuple[int, str], set[str | None]] = {}
     for outcome in outcomes:
         for robot, figures in outcome["robots"].items():

@@ -128,7 +128,7 @@ def _entity(
     cubes: Sequence[CubePrimitive] = (),
     texts: Sequence[TextPrimitive] = (),
 ) -> SceneEntity:
-    """Return an entity in a frame; in one that moves, it moves along."""
+    """Return an entity in a frame; it moves along if the frame moves."""
     return SceneEntity(
         timestamp=stamp(time),
         frame_id=frame,

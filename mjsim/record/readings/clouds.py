@@ -34,7 +34,7 @@ def _cloud_message(cloud: PointCloud, frame_id: str) -> FoxgloveCloud:
 
 
 def _tables(given: Given) -> Iterator[SensorTable]:
-    """Yield of each lidar a table of all points, one below the other; `time` and `stamp` are those of their clouds."""
+    """Yield for each lidar a table with a row per point; `time` and `stamp` are those of its cloud."""
     for name, times, clouds in by_name(given):
         counts = [len(cloud.points) for cloud in clouds]
         whens = {when: np.repeat(column, counts) for when, column in times.items()}

@@ -98,7 +98,7 @@ class Codec:
     decode: Callable[[Any], Any]
     """JSON -> value of the field."""
     is_read: bool
-    """Whether it is read back; pictures are not, which are beside the observation."""
+    """Whether it is read back; pictures, which are stored beside the observation, are not."""
     optional: bool
     """Whether recordings may lack it."""
     sparse: bool
@@ -116,7 +116,7 @@ class Codec:
 
 
 def by_name(given: Given) -> Iterator[tuple[str, dict[str, Array], list[Any]]]:
-    """Yield for each sensor its name, when readings were received and taken (`time`, `stamp`) [s], and them."""
+    """Yield for each sensor its name, times of receiving and taking its readings (`time`, `stamp`) [s], and these."""
     found: dict[str, list[tuple[float, Any]]] = {}
     for time, readings in given:
         for name, reading in named(readings):

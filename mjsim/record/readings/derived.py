@@ -188,7 +188,7 @@ class _Key:
 
 @cache
 def _reading(kind: ReadingType) -> Wire:
-    """Return the form of a reading: packed numbers come last, and in messages keys that may be left out."""
+    """Return the form of a reading: packed numbers come last, and in messages the optional keys."""
     parts = sorted(form_fields(kind), key=lambda each: bool(each[1].packed))
     keys = [key for part, form in parts for key in _keys(part, form)]
     written = [(each.key, each.field, each.wire.encode) for each in sorted(keys, key=lambda each: each.is_optional)]

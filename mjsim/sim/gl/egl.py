@@ -56,7 +56,7 @@ class EglContext:
     def __init__(self, egl: Egl, display: int) -> None:
         self._egl, self._display = egl, display
         attributes, config, count = (c_int * len(CONFIG))(*CONFIG), c_void_p(), c_int()
-        egl.bind_api(OPENGL_API)  # holds for this thread only
+        egl.bind_api(OPENGL_API)  # applies to this thread only
         egl.choose_config(display, attributes, ctypes.byref(config), 1, ctypes.byref(count))
         self._context = egl.create_context(display, config, None, None) if count.value else None
         if not self._context:

@@ -56,7 +56,7 @@ class GlCalls:
         for feature in (LIGHTING, CULL_FACE, FOG, TEXTURE_2D):
             disable(feature)
         self.function(b"glDepthMask", None, c_ubyte)(0)
-        # MuJoCo's depth is 1 near and 0 far: only where nothing was drawn is 0 not behind other objects.
+        # MuJoCo's depth is 1 near and 0 far: a depth of 0 is visible only where nothing was drawn.
         self.function(b"glDepthRange", None, c_double, c_double)(0.0, 0.0)
         for mode in (PROJECTION, MODELVIEW):
             matrix_mode(mode)

@@ -135,7 +135,7 @@ def _open_egl() -> ContextMaker:
 
 
 def _egl_context(egl: Egl, display: int, width: int, height: int) -> GLContext:
-    del width, height  # It has no framebuffer.
+    del width, height  # A surfaceless context has no framebuffer.
     return EglContext(egl, display)
 
 

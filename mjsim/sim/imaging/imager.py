@@ -39,7 +39,7 @@ class AutoExposure:
     """Sets a camera by the brightness of its pictures, with a delay of first order."""
 
     def __init__(self, camera: Camera) -> None:
-        """Start with what suits the first picture; `camera` is from the world file."""
+        """Start with the settings that suit the first picture; `camera` is from the world file."""
         self.memory: Memory = None
         self._metered = camera.exposure == "auto" or (
             isinstance(camera.exposure, Exposure) and camera.exposure.seconds is None
@@ -50,7 +50,7 @@ class AutoExposure:
 
     @property
     def metered(self) -> bool:
-        """Whether it looks at the pictures."""
+        """Whether the settings depend on the pictures."""
         return self._metered or self._balance == "auto"
 
     @property
@@ -136,7 +136,7 @@ class PlainImager:
         self.remembers = False
 
     def light(self, picture: Picture) -> Picture:
-        """Return what is averaged over the exposure: the pixel values."""
+        """Return the quantity that is averaged over the exposure: the pixel values."""
         return picture
 
     def picture(self, seen: Picture | NDArray[np.float32], stamp: float) -> Picture:
@@ -256,7 +256,7 @@ class Imager:
         np.copyto(self._roots, root, casting="unsafe")
 
     def _expose(self, stamp: float) -> None:
-        """Multiply the light by what exposure time, gain and white balance make of it."""
+        """Multiply the light by the factors of exposure time, gain and white balance."""
         means = np.array(cv2.mean(self._roots)[:3]) if self._auto.metered else np.ones(3)
         if self._camera.monochrome:
             means[:] = means[0]
@@ -265,7 +265,7 @@ class Imager:
             self._tabulate(settings.gain)
         factors = np.sqrt(settings.factors)
         if not np.allclose(factors, 1.0, rtol=1e-6):
-            # A diagonal matrix takes less than half the time of a product with numbers.
+            # A diagonal matrix takes less than half the time of multiplying by factors.
             matrix = np.diag(factors[: self._roots[0, 0].size]).astype(np.float32)
             cv2.transform(self._roots, matrix, dst=self._roots)
 
@@ -304,7 +304,7 @@ def _compressed(image: Picture, quality: int) -> Picture:
 
 
 def _fall_off(camera: Camera, dirt: Generator) -> NDArray[np.int16] | None:
-    """Return the root of the share of light that reaches each pixel, in units of 1 / ROOTS; None if all does."""
+    """Return the root of the share of light that reaches each pixel, in integer units; None if all light does."""
     if not camera.vignetting and not camera.dirt:
         return None
     share = vignette(camera) * (1.0 - specks(camera, dirt))
@@ -325,7 +325,7 @@ def vignette(camera: Camera) -> Array:
 
 
 def specks(camera: Camera, dirt: Generator) -> Array:
-    """Return the share of light that soft specks on the lens take, on average the camera's, shape (height, width)."""
+    """Return the share of light that soft specks on the lens absorb, on average that of the camera, (height, width)."""
     loss = np.zeros((camera.height, camera.width))
     if not camera.dirt:
         return loss

@@ -1,7 +1,7 @@
 """Lens distortion: a precomputed table with the position of each pixel in undistorted pictures.
 
-A plane grows with the tangent of the angle, and most pixels of a wide one end in few of the lens. A wide lens therefore
-looks at several planes, each turned to its part of the view.
+A planar picture grows with the tangent of the angle, and most pixels of a wide one map to few pixels of the lens. A
+wide lens therefore looks at several planes, each turned to its part of the view.
 """
 
 import math
@@ -112,7 +112,7 @@ class BentView:
         v, u = np.mgrid[: intrinsics.height, : intrinsics.width].reshape(2, -1)
         bent = np.stack([(u - intrinsics.cx) / intrinsics.fx, (v - intrinsics.cy) / intrinsics.fy], axis=-1)
         straight = lens.straighten(bent)
-        seen = np.abs(straight).max(axis=1) <= MAX_TANGENT  # NaN is not.
+        seen = np.abs(straight).max(axis=1) <= MAX_TANGENT  # NaN compares as false.
         planes = _cheapest(np.column_stack([straight[seen], np.ones(seen.sum())]), intrinsics.fx)
         # As fine as the camera's own pixels at the centre, unless that is too large.
         focal = min(intrinsics.fx, MAX_SIDE / 2 / float(planes.half.max()) - 1.0)

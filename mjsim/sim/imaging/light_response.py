@@ -24,7 +24,7 @@ def srgb_light(values: NDArray[np.floating[Any]]) -> Array:
 
 
 def light_for(values: NDArray[np.floating[Any]], response: str | tuple[float, ...]) -> Array:
-    """Return the light in [0, 1] that a camera with a response shows as values in [0, 255]."""
+    """Return the light in [0, 1] that a camera with this response encodes as values in [0, 255]."""
     if isinstance(response, str):
         shares = np.asarray(values, dtype=float) / 255.0
         return srgb_light(shares) if response == "srgb" else shares

@@ -22,7 +22,7 @@ class PixelNoise:
             deviation: Standard deviation.
             stream: Random stream.
         """
-        from scipy.special import ndtri  # A camera without noise need not wait for it.
+        from scipy.special import ndtri  # Computed later, so that a camera without noise does not wait for it.
 
         self._normal = ndtri((np.arange(1 << 16) + 0.5) / (1 << 16))
         self._stream, self._errors = stream, np.empty((0, 0), dtype=np.int16)

@@ -26,7 +26,8 @@ class Shutter:
     """The instants at which the rows of a camera are exposed, seen from the camera as it moves.
 
     Rows are read out in sequence, the middle one at the stamp of the image, and each is the mean over its
-    exposure time. The camera moves with the velocity of the robot at the stamp; everything else is assumed at rest.
+    exposure time. The camera moves with the velocity of the robot at the stamp; everything else is assumed to be at
+    rest.
     """
 
     def __init__(self, model: mujoco.MjModel, robot: str, camera: Camera, *, focal: float) -> None:

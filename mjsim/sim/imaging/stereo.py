@@ -19,11 +19,11 @@ UNITS_PER_SIGMA = 4096.0
 
 
 class StereoDepth:
-    """Errors of the depth from two pictures; the camera's own is the left one, as of most such devices.
+    """Errors of the depth from two pictures; the camera's own is the left one, as in most such devices.
 
-    The disparity of a point at depth z is f b / z. Matching averages over a window, so errors within it are alike, and
-    finds nothing where the window shows nothing, two surfaces, a surface that is nearly seen from its side, or one that
-    the second camera does not see.
+    The disparity of a point at depth z is f b / z. Matching averages over a window, so errors within it are correlated.
+    It fails where the window shows no texture, two surfaces, a surface at a grazing angle, or one that the second
+    camera does not see.
 
     References:
         Keselman et al., Intel RealSense stereoscopic depth cameras, CVPR workshops 2017; Grunnet-Jepsen, Sweetser,
@@ -64,7 +64,7 @@ class StereoDepth:
 
         Args:
             depth: True depth, +inf for no surface, of that shape [m].
-            picture: What is matched, without noise.
+            picture: The picture that is matched, without noise.
         """
         inverse = np.reciprocal(depth, dtype=np.float32, casting="unsafe")
         true = inverse * np.float32(self._scale)
@@ -105,7 +105,7 @@ class StereoDepth:
         return np.asarray(cv2.dilate(bends.view(np.uint8), around), dtype=np.uint8).view(np.bool_)
 
     def _grazing(self, inverse: NDArray[np.float32]) -> NDArray[np.bool_]:
-        """Return where the normal is nearly across the line of sight.
+        """Return where the normal is nearly perpendicular to the line of sight.
 
         On a plane n x = c, 1 / z = (n_x x/z + n_y y/z + n_z) / c: its derivatives are the normal.
         """
@@ -134,7 +134,7 @@ def occluded(disparity: NDArray[np.float32], columns: NDArray[np.float32]) -> ND
         columns: Columns of the pixels, shape (1, width).
     """
     other = columns - disparity
-    # What lies to the right of a pixel and appears left of it in the second picture is in front of it.
+    # A pixel to the right that appears to the left in the second picture is in front.
     first = np.minimum.accumulate(other[:, ::-1], axis=1)[:, ::-1]
     hidden = other < -0.5
     hidden[:, :-1] |= other[:, :-1] > first[:, 1:]

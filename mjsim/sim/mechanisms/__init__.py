@@ -1,4 +1,4 @@
-"""Simulated mechanisms: motions, closed loops, controllers, sensors, and what holds and pushes them."""
+"""Simulated mechanisms: motions, closed loops, controllers, sensors, holding and pushing by hand."""
 
 from mjsim.faces import face
 

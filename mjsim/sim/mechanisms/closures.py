@@ -52,6 +52,6 @@ class Closures:
             spatial = np.zeros(6)
             kind = mujoco.mjtObj.mjOBJ_SITE
             mujoco.mj_objectAcceleration(self._model, data, kind, site, spatial, 0)
-            # For accelerations, MuJoCo gives those that an accelerometer would measure.
+            # MuJoCo's accelerations are those that an accelerometer would measure.
             ends.append(spatial[3:] if self._model.site_bodyid[site] else -self._model.opt.gravity)
         return np.asarray(ends[0] - ends[1])

@@ -42,7 +42,7 @@ class Blend:
         """
         # The maximum speed of such a motion from rest is 15/8 of its mean.
         seconds = max(MIN_DURATION, 15.0 / 8.0 * max(abs(goal - value), far) / MAX_JOINT_SPEED)
-        # A motion that first reverses has farther to go than from rest.
+        # A motion that reverses first has a longer path than one from rest.
         stretches = STRETCHES if speed * (goal - value) < 0.0 else STRETCHES[:1]
         blends = [
             cls._within(seconds * stretch, goal, begin=begin, value=value, speed=speed, change=change)

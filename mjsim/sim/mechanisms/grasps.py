@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # Imported where it is used: it needs scipy.
 
 
 class Grasp(Protocol):
-    """What a hand holds: `size` values that move independently, 1 or 3."""
+    """The part that a hand holds: `size` values that move independently, 1 or 3."""
 
     @property
     def size(self) -> int:
@@ -30,7 +30,7 @@ class Grasp(Protocol):
 
     @property
     def period(self) -> float:
-        """What may be added to its value without any change: 2 pi or the length of a closed curve; otherwise 0."""
+        """Period of its value: 2 pi, or the length of a closed curve; otherwise 0."""
         ...
 
     def now(self, data: mujoco.MjData) -> Array:
@@ -42,7 +42,7 @@ class Grasp(Protocol):
         ...
 
     def missing(self, data: mujoco.MjData, goal: Array, speeds: Array, seconds: float) -> Array:
-        """Return the motion that is missing to a goal after a time at constant speeds, shape (size,) [rad, m]."""
+        """Return the motion that remains to a goal after a time at constant speeds, shape (size,) [rad, m]."""
         ...
 
     def rates(self, goal: Array, changes: Array) -> Array:
@@ -120,7 +120,7 @@ class Rotation:
         return np.asarray(turning if self.axis is None else self.axis[None] @ turning)
 
     def missing(self, data: mujoco.MjData, goal: Array, speeds: Array, seconds: float) -> Array:
-        """Return the rotation vector from the rotation then to the goal; of an angle, the shorter way."""
+        """Return the rotation vector from the rotation at that time to the goal; for an angle, the shorter way."""
         if self.axis is not None:
             return shorter(goal - self.now(data) - seconds * speeds, self.period)
         ahead = rotation_of(seconds * speeds) @ self._turned(data)
@@ -174,7 +174,7 @@ class Along:
         return np.asarray(turned[None] @ (rows[0] - rows[1]) / float(tangent @ tangent))
 
     def missing(self, data: mujoco.MjData, goal: Array, speeds: Array, seconds: float) -> Array:
-        """Return the difference, of a closed curve the shorter way."""
+        """Return the difference, on a closed curve the shorter way."""
         return shorter(goal - self.now(data) - seconds * speeds, self.period)
 
     def rates(self, goal: Array, changes: Array) -> Array:
@@ -203,7 +203,7 @@ def period_of(assembly: Assembly, column: int) -> float:
 
 
 def grasp_of(model: mujoco.MjModel, mechanism: Mechanism, places: Places, name: str) -> tuple[Grasp, tuple[int, ...]]:
-    """Return what a hand holds by a value of a joint, and the columns of all its values: three of a ball."""
+    """Return the grasp of a joint's value, and the columns of all its values: three for a ball."""
     found = mechanism.assembly
     column = found.names.index(name)
     for track in found.tracks:
@@ -268,7 +268,7 @@ def yielding(model: mujoco.MjModel, data: mujoco.MjData, slopes: Array, equaliti
     mujoco.mj_solveM(model, data, answers, both)
     if not own:
         return answers
-    # Gauss's principle: constraints of softness R subtract what they would have to prevent.
+    # Gauss's principle: constraints of softness R subtract the motion that they prevent.
     count = len(slopes)
     stiff = answers[count:] @ held.T + np.diag(data.efc_R[own])
     return np.asarray(answers[:count] - (slopes @ answers[count:].T) @ np.linalg.solve(stiff, answers[count:]))

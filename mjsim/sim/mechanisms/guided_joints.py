@@ -71,7 +71,7 @@ class Leading:
         return self._sources.get(joint) or self.locks.moves_most(joint, step, self._values(data))
 
     def _near(self, joint: str, goal: float, data: mujoco.MjData) -> float:
-        """Return a goal the shorter way, where the physics has no joint that counts turns or rounds of a curve."""
+        """Return a goal the shorter way, where the physics has no joint that counts turns or laps of a curve."""
         column = self._assembly.names.index(joint)
         if column in self._places.columns:
             return goal
@@ -99,7 +99,7 @@ class Leading:
 
 
 MAX_STEP_BACK = 1e-12
-"""Change of a distance, squared, by which it may go back through rounding [m^2]."""
+"""Decrease of a squared distance that counts as rounding [m^2]."""
 TRIED_POSITIONS = 9
 """Number of positions along the path of a led joint at which closing of the loops is tested."""
 

@@ -59,7 +59,7 @@ class Holds:
         self._held: dict[int, _Hold] = {}
         """By the first column."""
         self._pulls: dict[int, Array] = {}
-        """Forces of each on all degrees of freedom of the world in the last step, shape (nv,) [N m, N]."""
+        """Forces of each hold on all degrees of freedom of the world in the last step, shape (nv,) [N m, N]."""
         self._before = np.zeros(model.nv)
         """Their sum in the step before."""
         self._step = -1
@@ -80,8 +80,8 @@ class Holds:
     def lead(self, goals: Mapping[str, float | None], step: int, data: mujoco.MjData, scratch: mujoco.MjData) -> None:
         """Stop joints, and move them to values from a step on [rad, m]; None releases one.
 
-        A joint that is already held continues from the position of the hand at that time. Of a ball, values that are
-        not named stay where they are.
+        A joint that is already held continues from the position of the hand at that time. Values of a ball that are not
+        named stay where they are.
 
         Args:
             goals: Goals by the names of values.

@@ -192,7 +192,7 @@ def _point(now: MechanismState, body: int, place: Place) -> Array:
     mujoco.mj_objectAcceleration(model, data, kind, body, change, 0)
     arm = data.xmat[body].reshape(3, 3) @ place.at
     velocity = speed[3:] + np.cross(speed[:3], arm)
-    # MuJoCo gives what an accelerometer would measure.
+    # MuJoCo gives the acceleration that an accelerometer would measure.
     felt = change[3:] + np.cross(change[:3], arm) + np.cross(speed[:3], np.cross(speed[:3], arm))
     acceleration = felt + model.opt.gravity
     return np.concatenate([data.xpos[body] + arm, velocity, acceleration, speed[:3], change[:3], data.xquat[body]])

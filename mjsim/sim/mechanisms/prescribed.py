@@ -32,7 +32,7 @@ class LedMechanism(MechanismAtWork):
 
     @property
     def moved(self) -> bool:
-        """Whether something drives it: always true."""
+        """Whether it is driven: always true."""
         return True
 
     def act(self, step: int) -> None:

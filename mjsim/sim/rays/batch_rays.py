@@ -65,7 +65,7 @@ class BatchRays:
         return self._hits(states, limit)
 
     def cast_between(self, beams: Array, states: Array, shares: Array, *, limit: float) -> RayHits:
-        """Return the hits of the rays of a turn, of a sensor that moves evenly from state to state.
+        """Return the hits of the rays of a turn; the sensor moves evenly from state to state.
 
         Args:
             beams: Unit vectors in the sensor's frame, shape (n, 3).

@@ -72,7 +72,7 @@ class Standing:
 
 
 def is_clear(model: mujoco.MjModel) -> NDArray[np.bool_]:
-    """Return whether rays ignore a geom as invisible, as in MuJoCo, shape (ngeom,)."""
+    """Return which geoms rays ignore as invisible, as in MuJoCo, shape (ngeom,)."""
     of_material = np.append(model.mat_rgba[:, 3], 1.0)[model.geom_matid]
     clear: NDArray[np.bool_] = np.where(model.geom_matid < 0, model.geom_rgba[:, 3], of_material) == 0.0
     return clear

@@ -66,11 +66,11 @@ class Fan:
         """
         self._model, self._data = model, data
         self.geoms = np.full(capacity, -1, dtype=np.int32)
-        """Geoms hit by the last cast, -1 for none, shape (most,)."""
+        """Geoms hit by the last cast, -1 for none, shape (capacity,)."""
         self.distances = np.empty(capacity)
-        """Distances of these hits, shape (most,) [m]."""
+        """Distances of these hits, shape (capacity,) [m]."""
         self.normals = np.zeros((capacity, 3)) if normals else None
-        """Surface normals of these hits, world frame, shape (most, 3)."""
+        """Surface normals of these hits, world frame, shape (capacity, 3)."""
         bodies = np.unique(model.geom_bodyid[SOLID[model.geom_group].astype(bool)])
         self._turned = bool((np.abs(model.body_iquat[bodies, 0]) < 1.0 - COSINE_TOLERANCE).any())
 

@@ -32,9 +32,10 @@ BACKGROUND_COLOR = (0.87, 0.91, 0.95)
 MAX_IDLE = 2
 """Maximum number of OpenGL contexts that are kept for the next canvases."""
 _idle: list[GLContext] = []
-"""Contexts of closed canvases, empty except for what OpenGL compiled: in software that takes a new one 0.2 s."""
+"""Contexts of closed canvases, empty except for code that OpenGL compiled: in software that takes 0.2 s for a new
+one."""
 if sys.platform != "win32":
-    os.register_at_fork(after_in_child=_idle.clear)  # A child has none of the threads that draw.
+    os.register_at_fork(after_in_child=_idle.clear)  # A forked child has none of the threads that draw.
 _left: list[tuple[GLContext, mujoco.MjrContext]] = []
 """Resources of canvases that were never closed. MuJoCo frees by numbers in the context that is current: if the garbage
 collector did that, a canvas at work could lose its own resources, and its pictures would freeze."""
@@ -95,7 +96,7 @@ class Canvas:
         if self._context is None:
             return
         self._context.make_current()
-        # What baked light needs goes with its context.
+        # The resources of baked light are freed with its context.
         is_kept = self._unclosed is not None and self.lit is None and len(_idle) < MAX_IDLE
         if self._unclosed is not None:
             self._unclosed.detach()
@@ -133,7 +134,7 @@ class Canvas:
 
 
 def _empty_context(width: int, height: int) -> GLContext:
-    """Return a context, not yet current, in which there is nothing: one that was kept, or a new one."""
+    """Return an empty context, not yet current: one that was kept, or a new one."""
     try:
         return _idle.pop()
     except IndexError:
@@ -153,7 +154,7 @@ class Canvases(Closes):
     """The canvas of each quality, made for its first renderer; OpenGL is not used before the first picture."""
 
     def __init__(self) -> None:
-        """Begin without any."""
+        """Start without canvases."""
         self._made: dict[Quality, Canvas] = {}
 
     def of(self, model: mujoco.MjModel, quality: Quality, light: LightSource | None) -> Canvas:
@@ -163,7 +164,7 @@ class Canvases(Closes):
         return self._made[quality]
 
     def close(self) -> None:
-        """Release them; a second call does nothing."""
+        """Release all canvases; a second call does nothing."""
         for canvas in self._made.values():
             canvas.close()
 
@@ -189,7 +190,7 @@ SAME_COLOR, SAME_DEPTH = 2, 1e-5
 """Tolerances of a pixel value, as light has half precision, and of MuJoCo's depth."""
 
 
-@functools.cache  # Constant in a process: it draws by one OpenGL library.
+@functools.cache  # Constant in a process, which uses one OpenGL library.
 def why_not_lit() -> str:
     """Return why baked light cannot be drawn, '' if it can; the reason is also printed, once."""
     reason = _difference()
@@ -199,7 +200,7 @@ def why_not_lit() -> str:
 
 
 def _difference() -> str:
-    """Return what differs from the expected in a small picture."""
+    """Return how a small picture differs from the expected one."""
     model = mujoco.MjModel.from_xml_string(SCENE)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)

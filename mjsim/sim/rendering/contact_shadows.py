@@ -1,4 +1,4 @@
-"""Contact shadows: how much of the ambient light each moving object keeps from the floor around it.
+"""Contact shadows: how much ambient light each moving object blocks from the floor around it.
 
 The shadow of an object is a small picture that moves and turns with it, computed once from its shape at the start: for
 each of many directions of light, the union of the outlines of its parts is projected on the floor.
@@ -32,7 +32,7 @@ FRACTION_BITS = 4
 MAX_OUTLINE_DISTANCE = 1000.0
 """Outlines are cut off at this distance [px]."""
 MAX_LIFT = 0.4
-"""Height above its initial one at which a thing has no shadow any more [m]."""
+"""Height above its initial one at which a thing no longer has a shadow [m]."""
 CELLS_PER_SIDE, MAX_CORNERS = 10, 200
 """Shapes of more corners than this are simplified to cells, this many along their longest side."""
 MIN_FREE_DOFS = 2
@@ -54,7 +54,7 @@ class Shadow:
     height: float
     """Height of the body at the start [m]."""
     opacity: NDArray[np.uint8]
-    """Share of the light, encoded, that it takes away, shape (SIDE, SIDE); rows along y, columns along x."""
+    """Share of the light that it blocks, encoded, shape (SHADOW_SIDE, SHADOW_SIDE); rows along y, columns along x."""
 
 
 def shadows_of(model: mujoco.MjModel, geoms: NDArray[np.intp]) -> list[Shadow]:
@@ -70,7 +70,7 @@ def shadows_of(model: mujoco.MjModel, geoms: NDArray[np.intp]) -> list[Shadow]:
     parts: dict[int, dict[int, Array]] = defaultdict(dict)
     for geom in geoms.tolist():
         carrier = int(carriers[model.geom_bodyid[geom]])
-        # The light of the surroundings knows the leaves of doors.
+        # The ambient light already includes the leaves of doors.
         if model.body(carrier).name.startswith(DOOR):
             continue
         if carrier > 0 and (points := _points(model, data, geom)) is not None:
@@ -80,7 +80,7 @@ def shadows_of(model: mujoco.MjModel, geoms: NDArray[np.intp]) -> list[Shadow]:
 
 
 class PlacedShadows:
-    """Places shadows on the floor; what does not change is computed once."""
+    """Places shadows on the floor; constant values are computed once."""
 
     def __init__(self, shadows: Sequence[Shadow]) -> None:
         """Keep the shadows."""
@@ -138,7 +138,7 @@ def _shadow(
     """Return the shadow of geoms, each given by points in the world.
 
     Args:
-        data: The state that they are given in.
+        data: The state in which the points are given.
         body: Body that they move with.
         shapes: Points of each geom, shape (n, 3) [m].
         known: Opacity by shape, for things of the same shape; added to.
@@ -159,7 +159,7 @@ def _shadow(
 
 
 def _opacity(parts: list[Array], low: Array, pixel: Array) -> NDArray[np.uint8]:
-    """Return how much of the light parts take from each pixel, encoded, shape (SIDE, SIDE)."""
+    """Return how much light the parts block from each pixel, encoded, shape (SHADOW_SIDE, SHADOW_SIDE)."""
     covered, mask = np.zeros((SHADOW_SIDE, SHADOW_SIDE)), np.empty((SHADOW_SIDE, SHADOW_SIDE), dtype=np.uint8)
     for slope in _slopes():
         mask[:] = 0
@@ -176,9 +176,9 @@ def _opacity(parts: list[Array], low: Array, pixel: Array) -> NDArray[np.uint8]:
 
 
 def _slopes() -> Array:
-    """Return how far light from each direction goes sideways per height, each with the same irradiance, (n, 2)."""
+    """Return the sideways distance per height of light from directions with equal irradiance, shape (n, 2)."""
     ring, spoke = np.meshgrid(np.arange(RINGS), np.arange(SPOKES), indexing="ij")
-    # Irradiance on the floor is the area of the projection of the hemisphere on it.
+    # The irradiance on the floor is proportional to the area of the hemisphere projected onto it.
     sine = np.sqrt((ring + 0.5) / RINGS)
     angle = 2.0 * np.pi * (spoke + 0.5 * (ring % 2)) / SPOKES
     tangent = sine / np.sqrt(1.0 - sine**2)

@@ -41,14 +41,14 @@ def _own_box(model: mujoco.MjModel, geom: int) -> tuple[Array, Array]:
     """Return middle and half sides of a box around a geom, in its frame, shapes (3,) [m]."""
     middle, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
     if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
-        # One without sizes has no end; infinity times 0 would be no number.
+        # A plane without sizes is infinite; infinity times 0 would be NaN.
         sizes = np.where(model.geom_size[geom, :2] > 0.0, model.geom_size[geom, :2], ENDLESS)
         middle, half = np.zeros(3), np.append(sizes, 0.0)
     return middle, half
 
 
 ENDLESS = 1e9
-"""Half a side of a plane without an end [m]."""
+"""Half a side of an infinite plane [m]."""
 
 
 def _box(model: mujoco.MjModel, geom: int) -> Array:

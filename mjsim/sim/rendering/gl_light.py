@@ -1,6 +1,6 @@
-"""OpenGL calls for light maps: a map in texture unit 2, and display lists whose corners have a place in it.
+"""OpenGL calls for light maps: a map in texture unit 2, and display lists with its texture coordinates.
 
-MuJoCo uses the texture units 0 (pictures of materials) and 1 (shadows) alone, and leaves unit 2 as it is. Colours are
+MuJoCo uses only the texture units 0 (pictures of materials) and 1 (shadows), and leaves unit 2 unchanged. Colours are
 (colour of the geom) x (picture of its material) x (light map).
 
 References:
@@ -29,7 +29,7 @@ Floats = NDArray[np.float32]
 
 
 class GlLight:
-    """The light map of one context, and the display lists of what it lights; use it while the context is current."""
+    """The light map of one context, and the display lists of lit surfaces; use it while the context is current."""
 
     def __init__(self, gl: GlCalls, *, width: int, height: int) -> None:
         """Make a dark map.
@@ -48,7 +48,7 @@ class GlLight:
         self._environment(TEXTURE_ENV, ENV_MODE, MODULATE)
         self._active(TEXTURE0)
         self.enter, self.leave = self._states()
-        """Display lists: from now on surfaces with a light map are drawn; or what MuJoCo draws by lists of its own."""
+        """Display lists that switch to surfaces with a light map, and back to MuJoCo's own display lists."""
         self.require_no_error("light map")
 
     def upload(self, picture: NDArray[np.uint8], first_row: int = 0) -> None:
@@ -104,7 +104,7 @@ class GlLight:
         return made
 
     def texture(self, picture: NDArray[np.uint8]) -> int:
-        """Return a new texture of a picture with one channel, opacity, or three; smooth between its pixels."""
+        """Return a new texture of a picture with one channel (opacity) or three, interpolated between pixels."""
         made = c_uint()
         self._new_textures(1, byref(made))
         self._bind(TEXTURE_2D, made.value)
@@ -127,7 +127,7 @@ class GlLight:
     def _states(self) -> tuple[int, int]:
         """Return `enter` and `leave`."""
         enter = int(self._new_lists(2))
-        # One colour for a surface need not be interpolated.
+        # The colour of a surface is constant and need not be interpolated.
         self._record_state(enter, light=self._disable, map_=self._enable, shade=FLAT)
         self._record_state(enter + 1, light=self._enable, map_=self._disable, shade=SMOOTH)
         return enter, enter + 1

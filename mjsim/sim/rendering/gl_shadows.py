@@ -34,7 +34,7 @@ class GlShadows:
         self._corners = np.full((count, 4, 3), SHADOW_HEIGHT, dtype=np.float32)
         self._colors = np.zeros((count, 4, 4), dtype=np.float32)
         self._places, self._chosen_places = (np.empty((count, 4, 2), dtype=np.float32) for _ in range(2))
-        # Not to the border of a part, where that of its neighbour would shine through.
+        # Not up to the border of a part, where its neighbour would bleed in.
         unit = np.array(
             [[0.5, 0.5], [SHADOW_SIDE - 0.5, 0.5], [SHADOW_SIDE - 0.5, SHADOW_SIDE - 0.5], [0.5, SHADOW_SIDE - 0.5]]
         )
@@ -73,7 +73,7 @@ class GlShadows:
         self._call_list(self._after)
 
     def _list_states(self, gl: GlCalls) -> None:
-        """Record how OpenGL is set before and after."""
+        """Record the OpenGL states before and after drawing."""
         enable, disable = gl.function(b"glEnable", None, c_uint), gl.function(b"glDisable", None, c_uint)
         new_list, end_list = gl.function(b"glNewList", None, c_uint, c_uint), gl.function(b"glEndList")
         self._before = int(gl.function(b"glGenLists", c_uint, c_int)(2))

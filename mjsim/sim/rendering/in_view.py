@@ -5,7 +5,7 @@ behind it is visible unless it is higher. A plan is therefore sufficient: one de
 the nearest wall; whatever is farther in all its columns is hidden. A level camera sees along each column in one
 direction of the plan, so no pixel changes.
 
-What is left is sorted: where near things are rendered first, the surfaces behind them are neither lit nor textured.
+The rest is sorted: if near things are rendered first, hidden surfaces behind them are neither lit nor textured.
 
 References:
     Teller, Sequin, Visibility preprocessing for interactive walkthroughs, SIGGRAPH 1991: walls of buildings as
@@ -27,7 +27,7 @@ from mjsim.sim.rendering.scene_geoms import as_bytes, geoms_of, same_layout
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frustum:
-    """Where a camera is and how far it sees to all sides; world frame."""
+    """Pose and field of view of a camera; world frame."""
 
     eye: Array
     """Shape (3,) [m]."""
@@ -77,7 +77,7 @@ def frustum_of(scene: mujoco.MjvScene, *, width: int, height: int) -> Frustum:
 
 
 class InView:
-    """Finds the geoms that a camera may see; what does not change is computed once."""
+    """Finds the geoms that a camera may see; constant values are computed once."""
 
     def __init__(self, model: mujoco.MjModel, drawn: NDArray[np.intp]) -> None:
         """Initialise.
@@ -91,7 +91,7 @@ class InView:
         """Those that are transparent."""
         self._planes = np.asarray(model.geom_type[drawn] == mujoco.mjtGeom.mjGEOM_PLANE)
         sizes = model.geom_size[drawn]
-        # Of a sphere around each [m]; a plane without sizes has no end.
+        # Radius of a sphere around each [m]; a plane without sizes is infinite.
         flat = np.where(sizes[:, :2].min(axis=1, initial=np.inf) > 0.0, np.hypot(sizes[:, 0], sizes[:, 1]), np.inf)
         self._radii = np.where(self._planes, flat, model.geom_rbound[drawn])
         self._boxes = GeomBoxes(model, drawn)
@@ -102,7 +102,7 @@ class InView:
         self._hiding = Hiding(model)
 
     def sort(self, scene: mujoco.MjvScene, view: Frustum) -> None:
-        """Sort the geoms of a scene: what is in front of others first, level ones such as floors and ceilings last.
+        """Sort the geoms of a scene: those in front first, level ones such as floors and ceilings last.
 
         Args:
             scene: Scene in the state of the last call of `unseen`.
@@ -122,8 +122,8 @@ class InView:
     def _from_front(self, chosen: NDArray[np.intp], eye: Array) -> Array:
         """Return a number for each of some geoms, given by their places among the drawn ones: smaller if in front.
 
-        That is its distance. Where the eye is within the box around a geom, as with the walls of a room, what lies
-        within that box is in front of it, and everything else behind it.
+        That is its distance. If the eye is within the box around a geom, such as the walls of a room, things within
+        that box are in front of it, and everything else behind it.
         """
         low, high = (each[chosen] for each in self._boxes.last)
         order = np.linalg.norm(np.clip(eye, low, high) - eye, axis=1)
@@ -138,7 +138,7 @@ class InView:
         return np.asarray(order)
 
     def unseen(self, data: mujoco.MjData, view: Frustum) -> NDArray[np.intp]:
-        """Return the drawn geoms that lie wholly beside or behind the view or behind walls, or show a bare back."""
+        """Return the drawn geoms that lie wholly outside the view or behind walls, or only show their back."""
         offsets = data.geom_xpos[self._drawn] - view.eye
         normals = data.geom_xmat[self._drawn, 2::3]
         unseen = self._planes & (np.einsum("ij,ij->i", offsets, normals) > 0.0)
@@ -162,9 +162,9 @@ WALL_EXTENSION = 1e-9
 """Extension of a wall beyond its ends in the picture, so that no column falls between two adjoining walls [m at 1 m].
 """
 LEVEL_HEIGHT, LAST = 0.4, 1e12
-"""Height of a level geom, which is longer and wider [m], and what is added to its distance [m]."""
+"""Maximum height of a level geom, which is longer and wider [m], and offset added to its distance [m]."""
 FAR, WALL_DEPTH = 1e6, 0.3
-"""What is added to the distance of geoms behind a room, and how far what hangs on its walls reaches out of it [m]."""
+"""Offset added to the distance of geoms behind a room, and how far things on its walls extend outside it [m]."""
 
 
 class Hiding:

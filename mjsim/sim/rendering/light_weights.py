@@ -14,7 +14,7 @@ DOOR_STEPS = 32
 
 
 class LightWeights:
-    """Weights of the groups of light in the current state of a model; what events change is in the model itself."""
+    """Weights of the groups of light in the current state of a model; changes by events are in the model itself."""
 
     def __init__(self, model: mujoco.MjModel, baked: BakedLight) -> None:
         """Find lamps and doors by the names of the groups."""
@@ -24,7 +24,7 @@ class LightWeights:
         self._general = [place for place, name in enumerate(names) if name == GENERAL]
         self._lamps = [place for place, name in enumerate(names) if name.startswith(LAMP)]
         own = np.array([model.light(names[place]).id for place in self._lamps], dtype=int)
-        # Those with a map of their own first.
+        # Lamps with a map of their own first.
         self._lights = np.concatenate([own, np.setdiff1d(lamp_lights(model), own)])
         self._start = lamp_brightness(model, self._lights)
         self._doors = [place for place, name in enumerate(names) if name.startswith(DOOR)]

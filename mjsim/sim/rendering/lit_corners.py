@@ -1,4 +1,4 @@
-"""Baked light as colours of corners, for files whose viewers know no light maps."""
+"""Baked light as colours of corners, for files whose viewers do not support light maps."""
 
 import mujoco
 import numpy as np
@@ -9,7 +9,7 @@ from mjsim.geometry import Array
 from mjsim.light import GAMMA, BakedLight, LitSurface
 
 MAX_EDGE = 0.4
-"""Longest edge of a triangle whose corners have the light [m]."""
+"""Longest edge of a triangle with light at its corners [m]."""
 TURN_DISTANCE = 0.2
 """Distance that counts as much as a surface turned by a right angle [m]."""
 

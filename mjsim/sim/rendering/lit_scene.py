@@ -1,10 +1,10 @@
-"""Draws a scene in its baked light: surfaces by lists of our own, moving things in the light where they are.
+"""Draws a scene in its baked light: surfaces by our own display lists, moving things in the light at their position.
 
 MuJoCo draws a mesh by calling the display list `baseMesh + dataid`. Geoms with a light map are therefore handed to it
 as meshes with the number of a list of ours; its own lists, and all it draws by them, stay as they are.
 
-What moves has the light of the probes where it is. The light map that is drawn is the sum of the maps of groups of
-lights, each times a weight, encoded in 8 bits.
+Moving things get the light of the probes at their position. The drawn light map is the weighted sum of the maps of
+groups of lights, encoded in 8 bits.
 """
 
 import mujoco
@@ -35,7 +35,7 @@ from mjsim.sim.rendering.merged_geoms import moving_bodies
 from mjsim.sim.rendering.scene_geoms import as_bytes, geoms_of, mesh_geom
 
 CAST = (0, 1, UNSEEN)
-"""Geom groups of what casts shadows, or did before it was removed."""
+"""Geom groups of things that cast shadows, or did before they were removed."""
 MESH, GEOM = int(mujoco.mjtGeom.mjGEOM_MESH), int(mujoco.mjtObj.mjOBJ_GEOM)
 
 
@@ -130,10 +130,10 @@ class LitScene:
                 points.astype(np.float32)[corners],
                 surface.lightcoords[corners],
                 np.asarray(surface.texcoords, dtype=np.float32)[corners] if pictured else None,
-                # Of planes, they are counted from the corner that MuJoCo chooses.
+                # For planes, they are relative to the corner that MuJoCo chooses.
                 scaled=not pictured or model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_PLANE,
             )
-            # MuJoCo draws what is transparent after all else.
+            # MuJoCo draws transparent geoms last.
             self._apart[geom] = clear = bool(rgba_of(model, geom)[3] < 1.0)
             self._lists[geom] = (self._gl.apart(listed) if clear else listed) - mjr.baseMesh
         self._gl.require_no_error("surfaces of a light map")
@@ -153,7 +153,7 @@ def light_moving_things(scene: mujoco.MjvScene) -> None:
 
 
 def _may_be_listed(model: mujoco.MjModel, geom: int) -> bool:
-    """Return whether a surface looks the same as a mesh: MuJoCo maps pictures on all sides by shapes of its own."""
+    """Return whether a surface looks the same when drawn as a mesh: MuJoCo maps cube textures by its own shapes."""
     texture = texture_of(model, geom)
     return texture < 0 or is_flat(model, texture)
 
@@ -178,7 +178,7 @@ CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
 
 
 class MovingLight:
-    """Colours that the surroundings give to geoms without a light map: one for all of a body, from all directions."""
+    """Ambient colours of geoms without a light map: one for each body, from all directions."""
 
     def __init__(self, model: mujoco.MjModel, baked: BakedLight) -> None:
         """Find the place of each body by its largest geom."""
@@ -191,7 +191,7 @@ class MovingLight:
         by_size = np.lexsort([-model.geom_rbound, bodies])
         found, first = np.unique(bodies[by_size], return_index=True)
         largest = by_size[first][np.searchsorted(found, bodies)]
-        # What is part of the building has the light of its own place.
+        # Parts of the building have the light of their own position.
         self._points = np.where(bodies > 0, largest, np.arange(model.ngeom))
         self._light = np.zeros((0, 3))
 

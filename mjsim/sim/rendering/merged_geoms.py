@@ -52,7 +52,7 @@ class SolidBody:
 
 
 def moving_bodies(model: mujoco.MjModel) -> NDArray[np.intp]:
-    """Return, of each body, the nearest at or above it that can move, 0 for none, shape (nbody,)."""
+    """Return, for each body, the nearest movable body at or above it, 0 for none, shape (nbody,)."""
     found = np.zeros(model.nbody, dtype=np.intp)
     for body in range(1, model.nbody):
         moves = model.body_jntnum[body] > 0 or model.body_mocapid[body] >= 0 or is_upper(model, body)
@@ -116,7 +116,7 @@ def _merged(
     crowd: frozenset[int],
     light: LitCorners | None,
 ) -> list[MergedSurface]:
-    """Return geoms of one look as one surface in the frame of a body; none when none of them has a surface."""
+    """Return geoms of one material as a surface in the frame of a body; none if no geom has a surface."""
     names, shapes, colors = [], [], []
     for geom in geoms:
         shape = triangles_of(model, geom)

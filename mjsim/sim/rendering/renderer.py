@@ -76,7 +76,7 @@ class Renderer(Closes):
         self._option.geomgroup[:] = [group in groups for group in range(len(self._option.geomgroup))]
         self._option.sitegroup[:] = 0
         self._clear = False
-        """Whether something in the last image is transparent, which leaves no depth behind."""
+        """Whether something in the last image is transparent, which writes no depth."""
         self._fixed = mujoco.MjvCamera()
         self._fixed.type = mujoco.mjtCamera.mjCAMERA_FIXED
         self._rgba = np.empty((height, width, 4), dtype=np.uint8)
@@ -117,7 +117,7 @@ class Renderer(Closes):
                 canvas.lit.draw(self._rect, self._scene, canvas.mjr, data)
             canvas.paint_background(general_light(self._model))
             self._read(canvas)
-            # Lists of a light map round otherwise, by millimetres at edges.
+            # Display lists of a light map round differently, by millimetres at edges.
             shared = canvas.lit is None and not self._clear
             if depths is not None and shared:
                 depths.append(self._read_depth(canvas))
@@ -159,7 +159,7 @@ class Renderer(Closes):
     def _read(self, canvas: Canvas) -> None:
         """Read the rendered image into `_rgba`, top row first."""
         if canvas.mjr.offSamples:
-            mujoco.mjr_readPixels(self._rgb, None, self._rect, canvas.mjr)  # makes one of the samples of a pixel
+            mujoco.mjr_readPixels(self._rgb, None, self._rect, canvas.mjr)  # merges the samples of each pixel into one
             cv2.cvtColor(self._rgb, cv2.COLOR_RGB2RGBA, dst=self._rgba)
         else:
             canvas.gl.read(self._rgba)

@@ -39,7 +39,7 @@ def geoms_of(scene: mujoco.MjvScene) -> NDArray[Any]:
 
 
 def mesh_geom(dataid: int) -> NDArray[Any]:
-    """Return the record of a white mesh of a number that belongs to nothing, shape (1,)."""
+    """Return the record of a white mesh with a number, without an object, shape (1,)."""
     record = np.zeros(1, dtype=GEOM)
     record["type"], record["dataid"] = mujoco.mjtGeom.mjGEOM_MESH, dataid
     record["objtype"], record["objid"], record["matid"], record["texid"] = mujoco.mjtObj.mjOBJ_UNKNOWN, -1, -1, -1

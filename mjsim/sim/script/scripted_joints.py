@@ -41,7 +41,7 @@ class Joints:
         self._motions: dict[str, _Motion] = {}
 
     def value(self, name: str) -> float:
-        """Return where a joint is [rad, m]."""
+        """Return the value of a joint [rad, m]."""
         return float(self._data.qpos[self._placed[name].position])
 
     def move(self, name: str, goal: float) -> None:

@@ -220,7 +220,7 @@ class WorldScript:
 
     @property
     def acts(self) -> bool:
-        """Whether it moves or pushes something between ticks."""
+        """Whether it moves or pushes anything between ticks."""
         return bool(self._movers or self._joints.moving or self._shoves)
 
     def run(
@@ -324,7 +324,7 @@ class WorldScript:
             raise wrong
 
     def _reached(self, event: ReachEvent) -> tuple[Array, UsageError | None]:
-        """Return the joint values requested by an event, from the current goals, and what is wrong with them."""
+        """Return the joint values requested by an event, based on the current goals, and an error if invalid."""
         item, now = arm_of_event(self._world, event), self._arm(event.reach, event.arm).goal()
         return reached_joints(item, event, now)
 
@@ -345,7 +345,7 @@ class WorldScript:
             )
 
     def require_room(self, event: WorldEvent) -> None:
-        """Raise UsageError if a move names what does not exist, or puts it into anything but robots, which may swap."""
+        """Raise UsageError if a move names something unknown, or puts it into anything but robots, which may swap."""
         self._check(event)
         if isinstance(event, MoveEvent):
             mobile = [robot.name for robot in self._world.robots if robot.base != "fixed"]

@@ -114,7 +114,7 @@ class BeaconDevice:
         return polar, in_sight
 
     def _chances(self) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_], Array]:
-        """Return errors (n, 2), which are missed (n,), which are outliers (n,) and where (n, 2), visible or not."""
+        """Return errors (n, 2), which are missed (n,), which are outliers (n,), and these (n, 2), visible or not."""
         count, sensor = len(self._names), self._sensor
         if sensor.heavy_tails is None:
             errors = self._errors.standard_normal((count, 2))

@@ -79,7 +79,7 @@ class Sensed:
         """True beacon of each sighting, None for a false sighting; never for modules."""
 
     def add(self, sensor: AnySensor, reading: Any) -> None:
-        """Add what a sensor gave to the field of its kind: under its name, or after the others where all are in one."""
+        """Add a reading to the field of its kind: under the sensor's name, or after the others in a common sequence."""
         if isinstance(reading, BeaconReading):
             self.identities += reading.identities
             reading = reading.sightings

@@ -18,7 +18,7 @@ class EncoderDevice:
 
         Args:
             encoders: Encoders of the world file.
-            mounting: Where they sit; the robot's odometry counts in steps.
+            mounting: Their mounting; the robot's odometry counts in steps.
         """
         ticks = mounting.robot.odometry.ticks
         assert ticks is not None, "the model of the robot has checked it"
@@ -33,7 +33,7 @@ class EncoderDevice:
         )
 
     def retune(self, encoders: sensors.Encoders) -> None:
-        """Go on as before: counters have no noise."""
+        """Do nothing: counters have no noise."""
 
     def take(self, stamp: float) -> WheelTicks:
         """Return the current counts; `stamp` is the simulated time [s]."""

@@ -158,7 +158,7 @@ class ImuDevice:
         """Return mean specific force [m/s^2] and turn [rad/s] of each step in the sensor's frame, shape (steps, 6).
 
         Args:
-            rows: Values before the first step and after each one, shape (steps + 1, ROW).
+            rows: Values before the first step and after each one, shape (steps + 1, STATE_LENGTH).
         """
         world_from_base = _matrices(rows[:, :4])
         velocities, turns = rows[:, 4:7], rows[:, 7:]
@@ -173,19 +173,19 @@ class ImuDevice:
 
 
 def _of_base(mounting: Mounting) -> Callable[[], list[float]]:
-    """Return a function that gives the motion of a robot's base, ROW numbers."""
+    """Return a function that gives the state of a robot's base, STATE_LENGTH numbers."""
     free, data = mounting.model.joint(f"{mounting.robot.name}/free"), mounting.data
     turned, moved = int(free.qposadr[0]) + 3, int(free.dofadr[0])
     return lambda: [*data.qpos[turned : turned + 4].tolist(), *data.qvel[moved : moved + 6].tolist()]
 
 
 def _of_link(mounting: Mounting, name: str) -> Callable[[], list[float]]:
-    """Return a function that gives the motion of a body, ROW numbers."""
+    """Return a function that gives the state of a body, STATE_LENGTH numbers."""
     model, data, number = mounting.model, mounting.data, mounting.model.body(name).id
     velocity = np.zeros(6)
 
     def row() -> list[float]:
-        # A step leaves body poses as they were before it.
+        # After a step, body poses are still those before it.
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
         mujoco.mj_comVel(model, data)

@@ -11,7 +11,7 @@ from mjsim.sim.sensors.lidar import LidarDevice
 from mjsim.world import sensors
 
 EPSILON = 1e-9
-"""Share of a step by which a beam may be off its end by rounding."""
+"""Share of a step by which a beam may miss the end of the step through rounding."""
 
 
 class RotatingLidarDevice(LidarDevice):

@@ -137,7 +137,7 @@ class _Again:
         return self._camera.frame(data, stamp)
 
     def _pass(self, number: int) -> None:
-        """Pass over a picture; one that later pictures depend on is taken."""
+        """Skip a picture; it is taken if later pictures depend on it."""
         data = self._state_at(number * self._ticks) if self._camera.imager.remembers else None
         if data is None:
             self._camera.pass_over()

@@ -88,7 +88,7 @@ class Scenery:
         model.body_conaffinity[0] |= GHOST
 
     def removed_after(self, events: Iterable[WorldEvent]) -> frozenset[str]:
-        """Return the names of what is removed after some events."""
+        """Return the names of the objects that are removed after some events."""
         looks = self._looks
         for each in events:
             if isinstance(each, RemoveEvent | RestoreEvent):
@@ -125,7 +125,7 @@ class Scenery:
 
 
 def _hands_of(model: mujoco.MjModel, world: World) -> "LedHands | None":
-    """Return what moves the hands of people; where there are none, nothing of people is loaded."""
+    """Return the object that moves people's hands; without people, no code for them is loaded."""
     if not world.people:
         return None
     from mjsim.sim.person_hands import LedHands
