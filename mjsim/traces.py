@@ -15,7 +15,7 @@ Hook = Callable[[type[BaseException], BaseException, TracebackType | None], Any]
 
 
 def shorten_traces() -> None:
-    """Print errors of mjsim that end a program with the user's own frames alone; others are printed as before."""
+    """Print errors of mjsim that end a program with only the user's own frames; others are printed as before."""
     sys.excepthook = partial(_print_error, sys.excepthook)
 
 

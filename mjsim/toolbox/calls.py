@@ -28,7 +28,7 @@ def write_recorders(folder: Path) -> None:
         body = f"  [varargout{{1:max(nargout, 1)}}] = mjsim_recorded('{name}', varargin, nargout);\n"
         (folder / f"{name}.m").write_text(f"{head}{body}  if nargout == 0, varargout = {{}}; end\nend\n")
     for name in INTERACTIVE:
-        told = f"{name} waits for a person, but a script runs alone here: write its answer into the script"
+        told = f"{name} waits for input, but scripts run unattended here; write its answer into the script"
         (folder / f"{name}.m").write_text(f"function varargout = {name}(varargin)\n  error('{told}');\nend\n")
 
 

@@ -41,7 +41,7 @@ class AxesPane:
     lines: int = 0
     """Lines drawn, which choose the colour of the next."""
     labelled: list[Any] = field(default_factory=list)
-    """What a legend names, in order."""
+    """Artists that a legend names, in order."""
 
 
 @dataclass(slots=True, eq=False)
@@ -59,7 +59,7 @@ class ArmMotion:
 
 
 Drawing = Callable[["ScriptFigures", FigureCall], Any]
-"""Draws a call; returns what a handle names, if there is anything."""
+"""Draws a call; returns the artists to which its handle refers, if any."""
 
 
 class ScriptFigures:
@@ -257,7 +257,7 @@ class ScriptFigures:
                 artist.set_cmap(made)
 
     def set_properties(self, call: FigureCall) -> None:
-        """Set properties of what a handle names."""
+        """Set properties of the artists to which a handle refers."""
         if not call.arguments or not isinstance(call.arguments[0], np.ndarray):
             return
         handles, words = np.ravel(call.arguments[0]).tolist(), call.arguments[1:]
@@ -272,7 +272,7 @@ class ScriptFigures:
                 set_on(artist, pairs)
 
     def artists(self, handle: float) -> list[Any]:
-        """Return what a handle names: axes, a line, or all that its call made."""
+        """Return the artists to which a handle refers: axes, a line, or all that its call made."""
         number, part = divmod(float(handle), 1.0)
         artists = self._handles.get(int(number), [])
         if part == HANDLE and int(number) in self._axes:
@@ -285,7 +285,7 @@ class ScriptFigures:
         self._handles[int(handle)] = [artist]
 
     def delete(self, call: FigureCall) -> None:
-        """Remove what handles name."""
+        """Remove the artists to which handles refer."""
         for handle in np.ravel(call.arguments[0]).tolist() if call.arguments else []:
             for artist in self.artists(handle):
                 artist.remove()

@@ -81,7 +81,7 @@ def _more_points(drawn: ScriptFigures, call: FigureCall) -> None:
     for artist in drawn.artists(float(np.ravel(handle)[0])):
         kept = artist.get_data_3d() if hasattr(artist, "get_data_3d") else artist.get_data()
         if len(points) == 3 and len(kept) == 2:
-            # The first points tell that the line is in space.
+            # The first points show whether the line is 3-D.
             artist.remove()
             pane = drawn.pane(call.figure, solid=True)
             (line,) = pane.axes.plot([], [], [], color=artist.get_color())
@@ -92,7 +92,7 @@ def _more_points(drawn: ScriptFigures, call: FigureCall) -> None:
 
 
 def _pattern(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
-    """Draw where a matrix is not 0."""
+    """Draw the nonzero elements of a matrix."""
     axes = drawn.cleared(call.figure).axes
     axes.spy(data_of(call)[0], markersize=4)
     return [axes]

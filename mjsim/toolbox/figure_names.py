@@ -25,7 +25,7 @@ DRAWN = (
     *("tiledlayout", "nexttile", "daspect", "colormap", "colorbar", "print", "saveas", "exportgraphics", "savefig"),
     *("hgsave", "sgtitle", "suptitle", "hgexport", "export_fig"),
 )
-"""Those that a picture shows."""
+"""Functions that have an effect on a picture."""
 WITHOUT_EFFECT = (
     *("drawnow", "pause", "waitbar", "rotate3d", "camproj", "lighting", "material", "light", "hidden", "zoom"),
     *("pan", "sgrid", "zgrid", "shading", "box", "refresh", "camlight", "lightangle", "diffuse"),
@@ -37,13 +37,13 @@ WITHOUT_EFFECT = (
     *("clearpoints", "commandwindow", "beep", "axtoolbar", "disableDefaultInteractivity", "figurepalette"),
     *("plotbrowser", "propertyeditor", "iptsetpref", "tightfig", "opengl", "colordef", "datacursormode", "brush"),
 )
-"""Those that change nothing on a picture, or belong to windows."""
+"""Functions without effect on a picture, or about windows."""
 NOT_DRAWN = (
     *("annotation", "datetick", "gtext", "pareto", "plotmatrix", "slice", "streamline", "streamtube"),
     *("streamribbon", "stemleaf", "isocaps", "tetramesh", "pie3", "surfnorm", "semilogxerr", "semilogyerr"),
     *("loglogerr", "swarmchart", "heatmap", "geoplot", "parallelcoords", "boxchart", "bubblechart", "quiverc"),
 )
-"""Names that a script excludes from drawing."""
+"""Functions that are recorded but not drawn."""
 FIGURE_FUNCTIONS = (*DRAWN, *WITHOUT_EFFECT, *NOT_DRAWN)
 """All functions that are recorded."""
 INTERACTIVE = (

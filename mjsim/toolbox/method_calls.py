@@ -7,7 +7,7 @@ from mjsim.toolbox.local_functions import bare_line
 TWO_RESULTS = re.compile(
     r"(\[[^\[\]=]*[\s,][^\[\]=]*\]\s*=\s*)([A-Za-z]\w*(?:\.\w+(?:\(\))?)?)\.(ikine|ikcon|ikunc|fdyn|jtraj)(\(\s*\)|\()?"
 )
-"""Methods of which a script wants several results."""
+"""Calls of methods with several results."""
 INDEX = r"(?:\([^()]*\)|\{[^{}]*\})"
 OF_LINK = re.compile(
     rf"(?<![\w.])([A-Za-z]\w*(?:\.links?)?{INDEX}?)\."
@@ -23,7 +23,7 @@ OF_SOME = re.compile(r"(?<=[\[{])\s*([A-Za-z]\w*)\.links(\([^()]*\)\.[A-Za-z]\w*
 OLD = re.compile(r"(?m)^\s*(?:puma560|twolink)\b|\b(?:link|robot)\s*\(")
 NEW = re.compile(r"\b(?:SerialLink|Link|Revolute|Prismatic|mdl_\w+|trot[xyz]|rpy2r|eul2r|t2r|r2t)\b")
 POSES = re.compile(r"\btransl\s*\([^;\n]*\)\s*\*\s*rot[xyz]\b|\brot[xyz]\s*\([^;\n*]*\)\s*\*\s*transl\b")
-"""A rotation that is multiplied with a pose, as only the old toolbox can."""
+"""A rotation multiplied with a pose, which only the old toolbox allows."""
 
 
 def is_old(text: str) -> bool:

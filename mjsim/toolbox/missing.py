@@ -31,7 +31,7 @@ INSTEAD = (
     ),
     (
         r"mdl_\w+",
-        "arms that come along are mdl_puma560, mdl_stanford, mdl_twolink, mdl_planar1, 2 and 3; make others of links",
+        "shipped arms are mdl_puma560, mdl_stanford, mdl_twolink, mdl_planar1, 2 and 3; make others of links",
     ),
     (
         r"table|timetable|\w+2table|readtable|writetable|readmatrix|writematrix",

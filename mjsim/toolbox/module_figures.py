@@ -19,7 +19,7 @@ VARIABLE = "MJSIM_FIGURES"
 def module_figures(recording: Path, *, overwrite: bool) -> Iterator[list[str]]:
     """Let modules in .m files call figure functions; after the run their figures are in a folder beside the recording.
 
-    So they are after a run that ends with a fault.
+    This also holds for a run that ends with a fault.
 
     Args:
         recording: The recording; the folder has its name with `-figures` behind it, and a number if there is such a

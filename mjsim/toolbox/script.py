@@ -44,7 +44,7 @@ CJK = ("Noto Sans CJK JP", "Noto Sans CJK SC", "Noto Sans CJK TC", "Noto Sans CJ
 """Installed fonts for characters that the usual one lacks."""
 GLYPH = re.compile(r"Glyph (\d+) ")
 MARK = "mjsim-error: "
-"""Before the error of a script on standard error."""
+"""Prefix of the error of a script on standard error."""
 NOISE = re.compile(r"DISPLAY|GUI features|^warning: called from|^ {4}\S+ at line \d+|ignoring const exec|^\s*$")
 """Lines on standard error that are not about the script."""
 MAX_WARNINGS = 20

@@ -1,4 +1,4 @@
-"""A script and the files beside it as Octave can run them: functions take the place of syntax that MATLAB has."""
+"""Translates a script and the files beside it for Octave: functions replace syntax that only MATLAB has."""
 
 import re
 from collections.abc import Collection, Mapping
@@ -48,7 +48,7 @@ def translate(script: Path, own: Path) -> Translation:
     plain = {file: without_fields(with_calls(text)) for file, text in texts.items()}
     changed = {file.stem for file in texts if plain[file].encode() != file.read_bytes()}
     names = {file.stem for file in texts if file != script}
-    # What calls a changed function calls it by another name, and is changed too.
+    # Callers of a changed function call it by another name, so they are changed too.
     while more := {file.stem for file, text in plain.items() if renamed(text, changed & names) != text} - changed:
         changed |= more
     for file, text in plain.items():
@@ -99,7 +99,7 @@ def _is_variable(name: str, text: str) -> bool:
 
 
 def in_files_of(script: Path, own: Path, error: str) -> str:
-    """Return an error with the files and functions that the user has."""
+    """Return an error with the names of the user's own files and functions."""
     place = re.compile(rf"{re.escape(str(own))}/(?:{OWN})?(\w+\.m)")
     named = place.sub(lambda at: at[1] if (script.parent / at[1]).is_file() else script.name, error)
     return named.replace(OWN, "")

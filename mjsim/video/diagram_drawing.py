@@ -83,7 +83,7 @@ def draw_mechanism(drawing: Paper, drawn: Drawn) -> None:
         x, y, _ = drawn.joint(joint).tolist()
         if any(place.body == GROUND for place in drawn.mechanism.assembly.places[joint.name]):
             draw_ground(drawing, Pose(x, y, 0.0))
-    # What is welded to a hinge must not hide it.
+    # Bodies welded at a hinge must not hide it.
     for joint in sorted(drawn.mechanism.joints, key=lambda each: each.kind != "weld"):
         place, along = _placed(drawn, joint)
         draw_joint(drawing, joint.kind, place, along=along)

@@ -27,7 +27,7 @@ RATIOS = (10, 15, 20, 25, 30, 40, 50, 75, 100, 150, 200, 250, 500, 750, 1000, 20
 WIDTH = 250.0
 """Maximum side of a plan [mm]."""
 COLUMN, CLOSE_UP = 85.0, "close-up"
-"""The same for the robot with what it sees, a paper's column [mm]; name of that view."""
+"""Width of a close-up of the robot and what it sees, that of a paper's column [mm]; name of that view."""
 BELIEF = ("true robot", "estimated robot", "pose ellipse", "sighting")
 """Roles that a close-up shows whole."""
 PAPER = (".svg", ".pdf")
@@ -127,7 +127,7 @@ def _plan(
 
 
 def _magnified(moment: Moment, radius: float) -> tuple[Moment, str]:
-    """Return what a robot believes with ellipses that a column shows, at most as large as its body, and a note."""
+    """Return a moment with ellipses magnified to be visible, at most to the size of the body, and a note."""
     if not np.isfinite(moment.estimate).all():
         return moment, ""
     factor = ellipse_magnification(moment.covariance[:2, :2], radius)

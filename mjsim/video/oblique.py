@@ -87,7 +87,7 @@ class ObliqueView:
         """Bounds of all postures, minimum and maximum of (x, y), shape (2, 2) [m]."""
 
     def items(self, moment: Moment, row: int) -> list[PlanItem]:
-        """Return what is seen at a row of the recording, the farthest first."""
+        """Return the visible items at a row of the recording, the farthest first."""
         solids = sorted(self._solids(moment), key=lambda pair: pair[0])
         return [*self._floor(), *(item for _, items in solids for item in items), *self._tools(row)]
 

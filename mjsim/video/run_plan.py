@@ -1,4 +1,4 @@
-"""The display list of a run at an instant: what stands, what moves, what one robot believes, and what modules show."""
+"""The display list of a run at an instant: static and moving things, one robot's belief, and items of modules."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace

@@ -9,7 +9,7 @@ from mjsim.web.server import LOOPBACK, LateRoutes, Loaded, Server, page_routes
 from mjsim.web.worlds import Folder, is_shipped
 
 PRELOAD = ("/api/folder", "/api/schema")
-"""Facts that the page requests first."""
+"""Data that the page requests first."""
 
 
 class Studio(Closes):

@@ -1,4 +1,4 @@
-"""Does once, in a thread while the browser starts, what the first page would wait for."""
+"""Prepares, in a thread while the browser starts, data that the first page would otherwise wait for."""
 
 import threading
 from functools import cache

@@ -83,7 +83,7 @@ class ChangeAsk(Ask):
 
 
 class TrustAsk(TextAsk):
-    """Allows the code of a text, with what the user was shown of that code."""
+    """Allows the code of a text, with the code that the user was shown."""
 
     code: dict[str, str]
     drivers: Annotated[Drivers, Field(default_factory=dict)]
@@ -96,7 +96,7 @@ class SourceAsk(TextAsk):
 
 
 class JudgeAsk(TextAsk):
-    """Asks what recognition makes of pictures that may be added to a world."""
+    """Asks how well pictures that may be added to a world can be recognised."""
 
     images: Annotated[list[str], Field(max_length=MAX_JUDGED)]
 

@@ -69,7 +69,7 @@ def _described(head: Head, topic: str) -> dict[str, Any]:
 
 
 def _units_in(schema: Any, name: str = "", depth: int = 0) -> Iterator[tuple[str, str]]:
-    """Yield field and unit of what a JSON Schema describes with a unit, also inside of lists and objects."""
+    """Yield field and unit of each value with a unit in a JSON Schema, including those in lists and objects."""
     if not isinstance(schema, dict) or depth > MAX_DEPTH:
         return
     if unit := _UNIT.search(str(schema.get("description", ""))):

@@ -20,7 +20,7 @@ class JointFacts(TypedDict):
     held: NotRequired[bool]
     """In a mechanism: whether a hand pulls it against its forces; otherwise the hand replaces its motion."""
     period: NotRequired[float]
-    """Length of the closed curve along which it goes [m]; its position grows with each round."""
+    """Length of the closed curve along which it moves [m]; its position grows with each lap."""
 
 
 @_DOCUMENTED
@@ -64,7 +64,7 @@ class BallFrame(TypedDict):
 
 @_DOCUMENTED
 class CurveFrame(TypedDict):
-    """The curve along which a point goes, now."""
+    """The current curve along which a point moves."""
 
     points: list[float]
     """x, y, z of points at equal distances along it, in sequence, world frame [m]; the last is at its end."""

@@ -178,7 +178,7 @@ class RunApi:
         try:
             event = session.touch(request.event, follows=follows)
         except OutOfReachError as miss:
-            if not round(miss.short, 3):  # It is turned otherwise.
+            if not round(miss.short, 3):  # Only its orientation is wrong.
                 raise
             if request.drag is not None and miss.nearest is not None:
                 # At the edge of its reach, the nearest place may be just beyond it.

@@ -38,7 +38,7 @@ def pack_files() -> None:
 def packed_response(
     request: Request, data: bytes, kind: str, *, more: Mapping[str, str] = MappingProxyType({})
 ) -> Response:
-    """Return the response with data that stays the same, compressed once, for clients that accept that."""
+    """Return the response with static data, compressed once, for clients that accept that."""
     if "gzip" in request.headers.get("accept-encoding", ""):
         headers = {**HEADERS, **more, "Content-Encoding": "gzip", "Vary": "Accept-Encoding"}
         return Response(pack(data), media_type=kind, headers=headers)
@@ -58,6 +58,6 @@ def _contents(name: str) -> bytes:
 
 @cache
 def pack(data: bytes) -> bytes:
-    """Compress data that stays the same."""
+    """Compress static data."""
     # Without a time stamp, so that the same file gives the same bytes.
     return gzip.compress(data, mtime=0)

@@ -42,7 +42,7 @@ from mjsim.world import (
 )
 
 THICKNESS = 0.03
-"""Thickness of a beacon that is taken hold of [m]."""
+"""Thickness of the outline by which a beacon is dragged [m]."""
 LISTS = ("walls", "obstacles", "beacons", "lamps", "robots", "mechanisms", "people")
 _DECIMALS = 4
 
@@ -127,7 +127,7 @@ def _things(world: World) -> Iterator[Thing]:
 
 
 def _beacon(item: Hung) -> list[PlanItem]:
-    """Return a beacon with an outline to take hold of instead of the line of its face."""
+    """Return a beacon with an outline for dragging instead of the line of its face."""
     half, thin = item.beacon.width / 2, THICKNESS / 2
     outline = np.array([[-thin, -half], [thin, -half], [thin, half], [-thin, half]])
     first, *others = beacon_shapes(item)

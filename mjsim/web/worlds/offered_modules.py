@@ -130,7 +130,7 @@ def _offered(files: Sequence[tuple[Path, str]], source: Source, *, but: str = "\
 def _offer_json(offer: Offer, source: Source) -> Json:
     required = [key.name for key in offer.keys if key.required]
     options = {"type": "object", "properties": {key.name: _key_json(key) for key in offer.keys}, "required": required}
-    # A key that is called as a kind of sensor names the sensor that the module cannot do without.
+    # A key named after a kind of sensor names a sensor that the module needs.
     named = {SENSOR_KINDS[key.name].reading for key in offer.keys if key.name in SENSOR_KINDS}
     needs = sorted(named or readings_needed(offer.use, offer.role, source))
     named_by = {"use": offer.use, "title": offer.title, "about": offer.about}

@@ -67,7 +67,7 @@ def bring_picture(folder: Folder, data: bytes, *, name: str, world: str | None) 
 
 
 def judged_pictures(world: World, images: Sequence[str]) -> Json:
-    """Return what recognition makes of pictures that may be added to a world, by path: `distance` [m] and `fault`."""
+    """Return how well pictures that may be added to a world are recognised, by path: `distance` [m] and `fault`."""
     faults = {image: fault for image in images if (fault := _unreadable(world, image)) is not None}
     found = judge_images(world, [image for image in images if image not in faults], width=WIDTH)
     judged = {image: {"distance": round(each.distance, 1), "fault": each.fault} for image, each in found.items()}

@@ -1,4 +1,4 @@
-"""Notes on a valid world: defaults that decide results, starts outside the walls, and mended files of arms."""
+"""Notes on a valid world: defaults that decide results, starts outside the walls, and corrected files of arms."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -20,7 +20,7 @@ def world_notes(world: World) -> list[Problem]:
 
 
 def _usual(world: World) -> Iterator[tuple[tuple[str | int, ...], str]]:
-    """Yield where noise is not given, and what it is then; starts outside; and what is not as in the files of arms."""
+    """Yield notes on default noise, starts outside the walls, and differences from the files of arms."""
     corners = [point for wall in world.walls for point in wall.points]
     for index, robot in enumerate(world.robots):
         if corners and (message := starts_outside(robot, np.array(corners))) is not None:

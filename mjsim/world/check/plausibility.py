@@ -37,7 +37,7 @@ def check_world(world: World) -> list[Problem]:
 
 
 def _gigantic(world: World) -> Iterator[Finding]:
-    """Yield what was perhaps written in millimetres."""
+    """Yield values that were perhaps written in millimetres."""
     for index, beacon in enumerate(world.beacons):
         if beacon.has_face and beacon.width > MAX_BEACON:
             sentence = Sentence("beacon '{name}' is {width:g} m wide; lengths are in metres", beacon.name, beacon.width)
@@ -49,7 +49,7 @@ def _gigantic(world: World) -> Iterator[Finding]:
 
 
 def _diverging(world: World) -> Iterator[Finding]:
-    if world.mechanisms:  # Most worlds have none, and need not load what computes them.
+    if world.mechanisms:  # Most worlds have none, and need not load the code for them.
         from mjsim.world.check.springs import diverging_springs
 
         yield from diverging_springs(world)

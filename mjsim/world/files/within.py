@@ -1,4 +1,4 @@
-"""Files that a text of somebody else names: one check of where they are and what they are."""
+"""Checks files that someone else's text names: their location, and whether they are regular files."""
 
 import errno
 import os

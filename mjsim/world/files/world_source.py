@@ -144,7 +144,7 @@ def _read(path: Path, name: str) -> bytes:
 
 
 def _suggestion(name: str, source: Source) -> str:
-    """Return '; did you mean ...?' if a file of the same folder has a similar name, or one of assets this, or ''."""
+    """Return '; did you mean ...?' for a similar name in the same folder, or this one in assets; otherwise ''."""
     folder = PurePosixPath(name).parent
     known: list[str] = []
     with contextlib.suppress(OSError):  # a folder with a name too long for the system

@@ -93,7 +93,7 @@ class Shaped:
 
 
 def _said(shape: str, choice: Any) -> str:
-    """Return what a value of a shape is called; a list of fixed length with that length."""
+    """Return the name of a value of a shape; for a list of fixed length, with its length."""
     count = choice.get("max_length")
     fixed = shape == "list" and count is not None and count == choice.get("min_length")
     return Sentence("a list of {count} numbers", count) if fixed else _SHAPES[shape][0]

@@ -1,4 +1,4 @@
-"""Names: which there may be, which are reserved, and those of items unnamed in the world file."""
+"""Names: valid ones, reserved ones, and those of items unnamed in the world file."""
 
 import unicodedata
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ INVISIBLE = frozenset(
     "\u034f\u115f\u1160\u17b4\u17b5\u180b\u180c\u180d\u180f\u3164\uffa0"
     + "".join(map(chr, (*range(0xFE00, 0xFE10), *range(0xE0100, 0xE01F0))))
 )
-"""Letters and marks that Unicode lists as ignorable by default: they change nothing that is seen."""
+"""Letters and marks that Unicode lists as ignorable by default: they are invisible."""
 
 
 def legible(name: str) -> str:
@@ -74,8 +74,8 @@ class TakenNames:
 
         Args:
             name: The name.
-            owner: What has it, for later faults.
-            each: What should have a name of its own.
+            owner: Owner of the name, for later faults.
+            each: Word for the things that need a name of their own.
         """
         name, look = composed(name), look_of(name)
         if look not in self._owners:

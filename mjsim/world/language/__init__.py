@@ -1,4 +1,4 @@
-"""`include`, `variables`, `repeat` and arithmetic: what a text stands for; and the JSON Schema."""
+"""Expands `include`, `variables`, `repeat` and arithmetic in a text; and the JSON Schema."""
 
 from mjsim.faces import face
 

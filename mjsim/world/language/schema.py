@@ -31,7 +31,7 @@ def editor_schema() -> Schema:
                 {"$ref": "#/$defs/Repeat"},
                 {"type": "array", "minItems": 1, "maxItems": MAX_REPEATS, "items": {"$ref": "#/$defs/Repeat"}},
             ],
-            "description": "The item several times over; a list of repeats within each other makes a grid.",
+            "description": "Repeats the item; a list of nested repeats makes a grid.",
         }
     kinds["Repeat"] = _with_expressions(repeat)
     kinds["Expression"] = {

@@ -1,4 +1,4 @@
-"""The world seen from above: outlines of solid things, corners of walls, doors, routes, where beacons hang."""
+"""The world seen from above: outlines of solid things, corners of walls, doors, routes, positions of beacons."""
 
 from mjsim.faces import face
 

@@ -33,7 +33,7 @@ class DifferentialDrive(AnyDrive):
 
     @property
     def on_casters(self) -> bool:
-        """Always."""
+        """Always true."""
         return True
 
     @property

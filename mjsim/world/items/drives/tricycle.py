@@ -76,7 +76,7 @@ class TricycleDrive(AnyDrive):
 
     @property
     def turn_acceleration(self) -> float:
-        """That of the driven wheel, standing across, on its circle about the origin; at most the key [rad/s^2]."""
+        """Acceleration of the driven wheel, turned across, about the origin; at most that of the key [rad/s^2]."""
         return min(super().turn_acceleration, self.max_acceleration / self.wheelbase)
 
     @property

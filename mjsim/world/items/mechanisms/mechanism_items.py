@@ -64,7 +64,7 @@ INSTEAD = {
     ("bodies", "variable_inertia"): "an inertia that changes is not simulated; move a mass on a prismatic joint with"
     " position: JOINT",
 }
-"""By the list and the key."""
+"""Messages by list and key."""
 
 
 def refuse(keys: Any) -> None:

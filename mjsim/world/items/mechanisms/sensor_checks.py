@@ -1,4 +1,4 @@
-"""Checks that what the sensors of a mechanism measure is there, once each."""
+"""Checks that the sensors of a mechanism measure parts that exist, each only once."""
 
 from mjsim.errors import did_you_mean
 from mjsim.sentences import Sentence

@@ -1,4 +1,4 @@
-"""Couplings that the constraints of a mechanism stand for."""
+"""Couplings between values that the constraints of a mechanism impose."""
 
 import math
 

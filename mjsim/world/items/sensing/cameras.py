@@ -38,7 +38,7 @@ class Exposure(Model):
     time_constant: Annotated[float, Field(ge=0, le=60)] = 0.0
     """Time constant of automatic exposure and white balance [s]."""
     longest: Seconds = 0.03
-    """Longest automatic exposure time; what is missing then is gain [s]."""
+    """Longest automatic exposure time; beyond it, gain increases [s]."""
 
     @model_validator(mode="after")
     def _fixed_or_automatic(self) -> Self:
@@ -168,7 +168,7 @@ class Camera(Bought):
     vignetting: Share = 0.0
     """Share of the light that does not reach the corners."""
     dirt: Share = 0.0
-    """Share of the light that specks on the lens take, on average."""
+    """Share of the light that specks on the lens absorb, on average."""
     monochrome: bool = False
     """Whether pictures are grey."""
     response: Response = "srgb"

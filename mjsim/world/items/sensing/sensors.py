@@ -197,7 +197,7 @@ class HeadingNoise(Model):
 
 
 class HeadingBias(Model):
-    """A smooth random field: a bias by place, such as steel in a building causes in the field of the earth."""
+    """A smooth random bias by place, such as steel in a building causes in the earth's magnetic field."""
 
     amplitude_deg: Annotated[float, Field(ge=0, le=90)] = 0.0
     """Standard deviation over all places [deg]."""
@@ -227,7 +227,7 @@ class Compass(SensorModel):
     bias: HeadingBias = HeadingBias()
     """Bias by place."""
     declination_deg: Degrees = 0.0
-    """Magnetic north, clockwise from the world's y axis; modules are not told."""
+    """Magnetic north, clockwise from the world's y axis; not given to modules."""
 
 
 AnySensor = Camera | Lidar | BeaconSensor | Imu | Encoders | Uwb | Lidar3d | Compass

@@ -53,7 +53,7 @@ def last_time(event: WorldEvent) -> float:
 
 
 def as_motions(events: Iterable[WorldEvent]) -> list[WorldEvent]:
-    """Return what happened with targets that follow each other joined into one event, for people who read it."""
+    """Return events with successive targets of a motion joined into one event, for display."""
     found: dict[int, WorldEvent] = {}
     for number, event in enumerate(events):
         before, whole = extend_motion(found, event)
