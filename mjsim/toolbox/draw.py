@@ -21,7 +21,7 @@ from mjsim.toolbox.script_arms import arm_of
 ORDER = ("#0072bd", "#d95319", "#edb120", "#7e2f8e", "#77ac30", "#4dbeee", "#a2142f")
 """Colours of successive lines, as MATLAB has them."""
 AXES = ("axes", "gca", "subplot", "nexttile", "newplot")
-"""Functions that return handles of axes, which end in this part of 1."""
+"""Functions that return handles of axes; the fraction of such a handle is HANDLE."""
 HANDLE = 2.0**-13
 LINE = 2.0**-20
 """Lines of one call have handles that differ by this."""

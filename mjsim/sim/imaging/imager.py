@@ -315,7 +315,7 @@ def _fall_off(camera: Camera, dirt: Generator) -> NDArray[np.int16] | None:
 def vignette(camera: Camera) -> Array:
     """Return the share of light that the lens lets through, 1 in the middle, shape (height, width).
 
-    It is the law of the fourth power of the cosine, with the angle at which the corners lose the given share.
+    It falls as cos^4 of the angle from the axis, scaled so that corners lose the fraction `vignetting`.
     """
     y, x = np.mgrid[: camera.height, : camera.width]
     middle_x, middle_y = (camera.width - 1) / 2, (camera.height - 1) / 2

@@ -53,7 +53,7 @@ class World(Viewed, Model):
     once for everything that stands still and kept in a cache."""
     style: Literal["plain", "office", "home", "museum", "warehouse"] = "plain"
     """How rooms look: all but plain have small things on walls, ceilings, doors and furniture, and textures where the
-    world names none; for cameras alone: nothing of it collides, and lidars do not see it."""
+    world names none; for cameras alone: nothing collides with it, and lidars do not see it."""
     robots: Annotated[tuple[Robot, ...], Field(strict=False, max_length=32)] = ()
     """Wheeled robots, up to 32."""
     mechanisms: Annotated[tuple[Mechanism, ...], Field(strict=False, max_length=100)] = ()

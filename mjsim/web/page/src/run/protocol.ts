@@ -41,7 +41,7 @@ export interface Chosen {
   avoidance: boolean | string;
 }
 
-/** The curve along which a point goes, now. */
+/** The current curve along which a point moves. */
 export interface CurveFrame {
   /** x, y, z of points at equal distances along it, in sequence, world frame [m]; the last is at its end. */
   points: number[];
@@ -113,7 +113,7 @@ export interface JointFacts {
   upper: number | null;
   /** In a mechanism: whether a hand pulls it against its forces; otherwise the hand replaces its motion. */
   held?: boolean;
-  /** Length of the closed curve along which it goes [m]; its position grows with each round. */
+  /** Length of the closed curve along which it moves [m]; its position grows with each lap. */
   period?: number;
 }
 

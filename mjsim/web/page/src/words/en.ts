@@ -338,7 +338,7 @@ export const EN = {
   "review.in": "in",
   "review.labelAndSeed": "{label}, seed {seed}",
   "review.less": "{second} minus {first}",
-  "review.linesButNotOf": "{lines}; no paths were kept of {labels}",
+  "review.linesButNotOf": "{lines}; no paths were kept for {labels}",
   "review.linesEstimatesWideAndPale": "lines: estimates; wide and pale: the truth",
   "review.linesOfRuns": "{lines}; {drawn} of {runs} runs",
   "review.markAPartToGet":
