@@ -14,11 +14,12 @@ from numpy.random import Generator
 from mjsim.geometry import Array, Pose
 from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Sighting
 
-from .estimation.ekf_models import corrected, landmark_from, odometry_motion
+from .estimation.constant_errors import LARGE_SENSOR
+from .estimation.ekf_models import landmark_from, odometry_motion
+from .estimation.graph_errors import MOTION, GraphErrors
 from .estimation.graph_factors import (
     HUBER,
     PoseSightings,
-    SharedPrior,
     leg_factor,
     pose_factor,
     prior_factor,
@@ -29,8 +30,8 @@ from .estimation.graph_factors import (
 from .estimation.graph_refinement import Displacement, Leg, MeasuredGraph, moved_path, refined_poses, sound_sightings
 from .estimation.held_frame import HeldFrame
 from .estimation.look_checks import GATE, LookChecks, PosedSighting
-from .estimation.odometry_errors import COUNT, OdometryErrors
-from .estimation.range_errors import RANGE_ERRORS, RangeErrors
+from .estimation.pose_graph import compose
+from .estimation.range_errors import RANGE_ERRORS
 from .estimation.recent_motion import RecentMotion
 from .estimation.relocation import ANYWHERE, Relocation
 from .picture_errors import PictureErrors, each_of
@@ -45,8 +46,6 @@ RELINEARISED = 0.01
 """A pose or landmark whose solution has moved by more than this is linearised again [m, rad]. With ten times that,
 gtsam's
 default, a corridor of 14 m bends by 0.1 m more."""
-CHANGED = 1.2
-"""The prior of systematic errors is replaced when a variance has changed by this factor."""
 
 
 class GraphSlam:
@@ -103,10 +102,11 @@ class GraphSlam:
         self._gtsam: Any = gtsam
         self._distance, self._turn = distance, np.radians(turn_deg)
         self._scale, self._systematic, self._held = sighting_scale, systematic, frame == "map"
+        self._errors = GraphErrors(gtsam, length=systematic, scale=sighting_scale)
         self._nod, self._repeat = math.radians(nod_deg), repeat
         self._step: Array = np.zeros(3)
         self._step_covariance: Array = np.zeros((3, 3))
-        self._slopes: Array = np.zeros((3, COUNT))
+        self._slopes: Array = np.zeros((3, MOTION))
 
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
         """Start the graph with the robot's prior."""
@@ -115,7 +115,6 @@ class GraphSlam:
         parameters.setRelinearizeThreshold(_thresholds(gtsam))
         parameters.setFactorization("QR")  # Short legs are a hundred times as stiff as sightings.
         self._solver = gtsam.ISAM2(parameters)
-        self._common, self._ranges = gtsam.symbol("e", 0), gtsam.symbol("r", 0)
         self._motion = odometry_motion()
         self._recent = RecentMotion()
         self._picture_errors = PictureErrors(robot, nod=self._nod, repeat=self._repeat)
@@ -129,12 +128,8 @@ class GraphSlam:
         self._sightings: list[tuple[int, Sighting]] = []
         self._failing: list[tuple[int, Sighting]] = []  # since one agreed, by tick
         self._displacements: list[Displacement] = []
-        self._odometry_errors, self._systematic_variances = OdometryErrors(self._systematic), np.zeros(COUNT)
-        self._systematic_prior = SharedPrior(gtsam, self._common, changed=CHANGED)
-        self._range_prior = SharedPrior(gtsam, self._ranges, changed=CHANGED)
-        self._range_errors, self._range_mean = RangeErrors(scale=self._scale), np.zeros(RANGE_ERRORS)
-        self._errors, self._error_covariance = np.zeros(COUNT), np.zeros((COUNT, COUNT))
-        self._pose = robot.prior.as_array()
+        self._errors = GraphErrors(gtsam, length=self._systematic, scale=self._scale)
+        self._pose = self._believed_pose = robot.prior.as_array()
         self._poses = self._pose[None]
         self._frame = HeldFrame(self._pose)
         # A pose known exactly has no square root of its information.
@@ -142,9 +137,10 @@ class GraphSlam:
         graph, first = gtsam.NonlinearFactorGraph(), gtsam.Values()
         graph.add(prior_factor(gtsam, self._key(), self._pose, covariance))
         first.insert(self._key(), gtsam.Pose2(*self._pose))
-        first.insert(self._common, self._errors)
-        if self._ranges_may_err:
-            first.insert(self._ranges, self._range_mean)
+        motion, sensor = self._errors.keys
+        first.insert(motion, np.zeros(MOTION))
+        if self._errors.possible:
+            first.insert(sensor, np.zeros(len(self._errors.mean) - MOTION))
         self._solver.update(graph, first)
         self._covariance = self._first_covariance = covariance
         self._map: dict[Hashable, tuple[Array, Array]] = {}
@@ -153,18 +149,14 @@ class GraphSlam:
     def update(self, seen: Observation) -> Estimate:
         """Return the belief after this tick's odometry and sightings."""
         moved = seen.odometry
-        control, slopes, gained = self._odometry_errors.step(
-            moved, moved.covariance, seen.dt, delay=float(self._errors[3])
-        )
+        control, slopes = self._errors.step(moved, seen.dt)
         self._recent.move(moved, seen.time)
         self._step, F, G = self._motion(self._step, control)
         floor = np.diag([1.0, 1.0, 0.0]) * FLOOR**2 * abs(moved.turn)
-        self._slopes, self._systematic_variances = F @ self._slopes + G @ slopes, self._systematic_variances + gained
+        self._slopes = F @ self._slopes + G @ slopes
         self._step_covariance = F @ self._step_covariance @ F.T + G @ moved.covariance @ G.T + floor
         named_sightings = [sighting for sighting in seen.sightings if sighting.name is not None]
-        if self._ranges_may_err:
-            self._range_errors.begin(named_sightings)
-            self._range_errors.constraint(named_sightings, self._recent)
+        self._errors.see(named_sightings, self._recent)
         named = [self._recent.to_now(each) for each in named_sightings]
         self._doubt(named)
         if self._relocation.lost:
@@ -192,7 +184,7 @@ class GraphSlam:
         for sighting in sightings:
             name = sighting.name or ""
             if name in self._names and not self._checks.is_young(name):
-                distance = self._checks.distance(pose, self._places[name], self._mended(sighting), moved=moved)
+                distance = self._checks.distance(pose, self._places[name], self._errors.mended(sighting), moved=moved)
                 was_lost = self._relocation.lost
                 self._relocation.record(name, sighting, distance, gate=GATE)
                 if distance < GATE and not was_lost:
@@ -205,18 +197,18 @@ class GraphSlam:
 
         The step of odometry since the last pose is replaced by an unknown one.
         """
-        found = self._relocation.find(self._recent, time, self._places, corrected=self._mended)
+        found = self._relocation.find(self._recent, time, self._places, corrected=self._errors.mended)
         if found is None:
             return []
         self._displace()
         self._step = (Pose.from_array(self._pose).inverse() @ Pose.from_array(found.pose)).as_array()
-        self._step_covariance, self._slopes = np.diag(ANYWHERE) ** 2, np.zeros((3, COUNT))
+        self._step_covariance, self._slopes = np.diag(ANYWHERE) ** 2, np.zeros((3, MOTION))
         return list(found.sightings.values())
 
     def _displace(self) -> None:
         """Record that the robot was displaced: what it has seen since sightings began to fail is from elsewhere."""
         end = len(self._steps)
-        failing = [(tick, self._mended(sighting)) for tick, sighting in self._failing if tick < end]
+        failing = [(tick, self._errors.mended(sighting)) for tick, sighting in self._failing if tick < end]
         self._failing.clear()
         if failing:
             self._displacements.append(Displacement(end, self._number, self._step, self._slopes, failing))
@@ -225,10 +217,15 @@ class GraphSlam:
 
     @property
     def range_errors(self) -> tuple[Array, Array]:
-        """Estimated offset [m] and relative error of ranges, (2,), and their covariance; (0,) without such errors."""
-        if not (self._ranges_may_err and self._names):
+        """Estimated offset [m] and relative error of ranges, (2,), and their covariance; (0,) without such errors.
+
+        They are those within the data sheet.
+        """
+        if not (self._errors.possible and self._names):
             return np.zeros(0), np.zeros((0, 0))
-        return self._range_mean.copy(), np.asarray(self._solver.marginalCovariance(self._ranges))
+        ranges = slice(MOTION, MOTION + RANGE_ERRORS)
+        mean, covariance = self._errors.usual
+        return mean[ranges], covariance[ranges, ranges]
 
     def path(self) -> Sequence[tuple[float, Pose]]:
         """Return the final trajectory: time [s] and pose of each tick, from solving the whole graph again."""
@@ -247,8 +244,8 @@ class GraphSlam:
             landmarks=dict(self._places),
             first_covariance=self._first_covariance,
             legs=self._legs,
-            sightings=[(number, self._mended(sighting)) for number, sighting in self._sightings],
-            systematic_variances=self._systematic_variances,
+            sightings=[(row, self._errors.mended(each, self._errors.chosen)) for row, each in self._sightings],
+            systematic_variances=self._errors.variances[:MOTION],
         )
 
     def _extend(self, sightings: list[Sighting], time: float) -> None:
@@ -262,9 +259,10 @@ class GraphSlam:
         self._legs.append(Leg(self._step, covariance, self._slopes))
         values.insert(self._key(), gtsam.Pose2(*pose))
         self._poses = np.concatenate([self._poses, pose[None]])
-        self._checks.move(F, G @ (covariance + self._slopes @ self._error_covariance @ self._slopes.T) @ G.T)
+        self._checks.move(F, G @ (covariance + self._slopes_covariance()) @ G.T)
         placed = [(self._place_key(posed, values), *posed) for posed in self._believed(sightings, time)]
-        self._add_factors(graph, (before, self._key(), self._common), (self._step, covariance, self._slopes), placed)
+        keys = before, self._key(), self._errors.keys[0]
+        self._add_factors(graph, keys, (self._step, covariance, self._slopes), placed)
         self._solve(graph, values)
         self._read()
         self._forget_step()
@@ -276,7 +274,7 @@ class GraphSlam:
             if name not in self._names:
                 self._checks.begin(name)
                 yield self._number, sighting
-            elif self._checks.agrees(self._poses[-1], self._places[name], self._mended(sighting)):
+            elif self._checks.agrees(self._poses[-1], self._places[name], self._errors.mended(sighting)):
                 yield self._number, sighting
             elif agreeing := self._checks.wait(self._number, sighting, self._recent, time):
                 if self._checks.is_young(name):
@@ -293,7 +291,7 @@ class GraphSlam:
         if name not in self._names:
             self._names[name] = gtsam.symbol("l", self._landmarks)
             self._landmarks += 1
-            mended = self._mended(sighting)
+            mended = self._errors.mended(sighting)
             self._places[name], _ = landmark_from(self._poses[number], np.array([mended.range, mended.bearing]))
             values.insert(self._names[name], self._places[name])
         self._sightings.append(posed)
@@ -314,76 +312,71 @@ class GraphSlam:
             leg: Step of odometry between both, its covariance and its slopes.
             placed: Key of the landmark, number of the pose and sighting of each.
         """
-        gtsam, may_err = self._gtsam, self._ranges_may_err and self._range_errors.is_possible
+        gtsam, sensor = self._gtsam, self._errors.keys[1]
         loss = gtsam.noiseModel.mEstimator.Huber.Create(HUBER)
-        newest = [(place, sighting) for place, number, sighting in placed if may_err and number == self._number]
+        newest = [(place, seen) for place, number, seen in placed if self._errors.possible and number == self._number]
         if newest:
             covariances = [sighting.covariance * self._scale**2 for _, sighting in newest]
-            seen = PoseSightings(
-                self._ranges, [place for place, _ in newest], [sighting for _, sighting in newest], covariances
-            )
-            graph.add(pose_factor(gtsam, keys, leg, seen))
+            places, sightings = [place for place, _ in newest], [sighting for _, sighting in newest]
+            graph.add(pose_factor(gtsam, keys, leg, PoseSightings(sensor, places, sightings, covariances)))
         else:
             graph.add(leg_factor(gtsam, keys, *leg))
         for place, number, sighting in placed:
             at, covariance = gtsam.symbol("x", number), sighting.covariance * self._scale**2
-            if not may_err:
+            if not self._errors.possible:
                 graph.add(sighting_factor(gtsam, (at, place), sighting, covariance, loss))
             elif number != self._number:
-                graph.add(shared_sighting_factor(gtsam, (at, place, self._ranges), sighting, covariance, loss))
-
-    def _mended(self, sighting: Sighting) -> Sighting:
-        """Return a sighting corrected for the systematic errors of ranges."""
-        true, _, _ = corrected(np.array([sighting.range, sighting.bearing]), self._range_mean)
-        return replace(sighting, range=float(true[0]))
-
-    @property
-    def _ranges_may_err(self) -> bool:
-        return not math.isinf(self._systematic)
+                graph.add(shared_sighting_factor(gtsam, (at, place, sensor), sighting, covariance, loss))
 
     def _solve(self, graph: Any, values: Any) -> None:
-        """Add new factors and values, and replace priors of the systematic errors that have changed."""
-        outdated = self._systematic_prior.renew(graph, self._systematic_variances + SOFT)
-        if self._ranges_may_err:
-            outdated += self._range_prior.renew(graph, self._range_errors.variances + SOFT)
-        added = self._solver.update(graph, values, outdated).getNewFactorsIndices()
-        self._systematic_prior.added(added)
-        self._range_prior.added(added)
+        """Add new factors and values, and replace priors of the constant errors that have changed."""
+        outdated = self._errors.renew(graph)
+        self._errors.added(self._solver.update(graph, values, outdated).getNewFactorsIndices())
 
     def _read(self) -> None:
-        """Read pose, map and systematic errors from the solver."""
-        gtsam, values = self._gtsam, self._solver.calculateEstimate()
+        """Read pose, map and constant errors from the solver."""
+        values = self._solver.calculateEstimate()
         # They are in the order of their numbers.
-        self._poses = gtsam.utilities.extractPose2(values)
+        self._poses = self._gtsam.utilities.extractPose2(values)
         self._pose = self._poses[-1]
-        # The covariance of a pose is given in the pose's own axes.
-        self._covariance = turned_covariance(self._solver.marginalCovariance(self._key()), self._pose[2])
-        self._errors = np.asarray(values.atVector(self._common))
-        if self._ranges_may_err:
-            self._range_mean = np.asarray(values.atVector(self._ranges))
-        self._error_covariance = np.asarray(self._solver.marginalCovariance(self._common))
+        self._places = {name: np.asarray(values.atPoint2(key)) for name, key in self._names.items()}
+        keys = self._errors.keys if self._errors.possible else ()
+        P = self._solver.jointMarginalCovariance([*keys, self._key(), *self._names.values()]).fullMatrix()
+        step = np.zeros(len(P))
+        if keys:
+            step, P = self._errors.average(np.concatenate([values.atVector(key) for key in keys]), P)
+        self._publish(step, P)
+
+    def _publish(self, step: Array, P: Array) -> None:
+        """Set pose and map from the solution by a step and the covariance of both, the pose in its own axes."""
+        self._covariance = turned_covariance(P[:3, :3], self._pose[2])
+        self._believed_pose = compose(self._pose, step[:3])
         if self._held:
             self._frame.add(self._poses, float(np.sqrt(self._covariance[2, 2])))
-        self._places = {name: np.asarray(values.atPoint2(key)) for name, key in self._names.items()}
         self._map = {
-            name: self._frame.landmark(place, self._solver.marginalCovariance(self._names[name]))
-            for name, place in self._places.items()
+            name: self._frame.landmark(place + step[row : row + 2], P[row : row + 2, row : row + 2])
+            for row, (name, place) in zip(range(3, len(P), 2), self._places.items(), strict=True)
         }
 
     def _belief(self) -> Estimate:
         """Return the last pose of the graph, propagated by odometry, and the map."""
-        pose, F, G = self._motion(self._frame.pose(self._pose), self._mended_step())
-        own = self._step_covariance + self._slopes @ self._error_covariance @ self._slopes.T
-        covariance = F @ self._frame.pose_covariance(self._pose, self._covariance) @ F.T + G @ own @ G.T
+        step = self._step + self._slopes @ self._errors.mean[:MOTION]
+        pose, F, G = self._motion(self._frame.pose(self._believed_pose), step)
+        own = self._step_covariance + self._slopes_covariance()
+        covariance = F @ self._frame.pose_covariance(self._believed_pose, self._covariance) @ F.T + G @ own @ G.T
         return Estimate(Pose.from_array(pose), covariance, dict(self._map))
 
     def _mended_step(self) -> Array:
-        """Return the step since the last pose, corrected for the systematic errors of odometry, shape (3,)."""
-        return np.asarray(self._step + self._slopes @ self._errors)
+        """Return the step since the last pose, corrected for the errors of odometry in the graph, shape (3,)."""
+        return np.asarray(self._step + self._slopes @ self._errors.solved[:MOTION])
+
+    def _slopes_covariance(self) -> Array:
+        """Return the covariance of that step from the uncertainty of the errors, shape (3, 3)."""
+        return np.asarray(self._slopes @ self._errors.covariance[:MOTION, :MOTION] @ self._slopes.T)
 
     def _forget_step(self) -> None:
         self._step, self._step_covariance = np.zeros(3), np.zeros((3, 3))
-        self._slopes = np.zeros((3, COUNT))
+        self._slopes = np.zeros((3, MOTION))
 
     def _key(self) -> int:
         return int(self._gtsam.symbol("x", self._number))
@@ -395,7 +388,7 @@ def _thresholds(gtsam: Any) -> Any:
     Errors of ranges never are: a range is linear in them, apart from their product with the position.
     """
     thresholds = gtsam.ISAM2ThresholdMap()
-    for kind, size in (("x", 3), ("l", 2), ("e", COUNT)):
+    for kind, size in (("x", 3), ("l", 2), ("e", MOTION)):
         thresholds.insert((kind, np.full(size, RELINEARISED)))
-    thresholds.insert(("r", np.full(RANGE_ERRORS, np.inf)))
+    thresholds.insert(("r", np.full(len(LARGE_SENSOR), np.inf)))
     return thresholds

@@ -23,6 +23,7 @@ from numpy.random import Generator
 from mjsim.geometry import Array, Pose, wrap_angles
 from mjsim.interface import BeaconInfo, Estimate, Observation, Odometry, RobotInfo, Sighting
 
+from ..estimation.constant_errors import LARGE_MOTION, LARGE_SENSOR
 from ..estimation.ekf_models import bicycle_motion, odometry_motion
 from ..estimation.odometry_errors import COUNT, DELAY, OdometryErrors
 from ..estimation.range_errors import RANGE_ERRORS, RangeErrors
@@ -33,7 +34,6 @@ from .association import joint_compatibility, nearest_neighbour
 from .ekf_filter import EkfSlamFilter, Jacobians
 from .invariant_ekf import InvariantEkfSlamFilter
 from .landmark_merging import DuplicateLandmarks
-from .large_errors import LARGE_MOTION, LARGE_SENSOR
 from .map_management import Probation
 from .past_positions import Mark, PastPositions
 from .rival_filters import RivalFilters

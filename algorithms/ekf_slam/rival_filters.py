@@ -18,23 +18,15 @@ from numpy.typing import ArrayLike
 
 from mjsim.geometry import Array, wrap_angle
 
+from ..estimation.constant_errors import DECIDED, DISPROVED, DOUBTED, KINDS, LARGE_ODDS, POSITIVE
 from ..estimation.ekf_models import MotionModel
 from .ekf_filter import EkfSlamFilter
-from .large_errors import KINDS, LargeErrors
+from .large_errors import LargeErrors
 
-POSITIVE = 1.0
-"""Logarithm of the Bayes factor from which evidence is positive (Kass, Raftery, Bayes Factors, JASA 90, 1995)."""
-DECIDED = 20.0
-"""Logarithm of the Bayes factor against the filter without errors after which it is given up."""
 SMALL = 1e-3
 """Minimum probability that counts."""
-PRIOR_ODDS = np.array([0.1] + [0.02] * len(KINDS))
+PRIOR_ODDS = np.append(0.1, LARGE_ODDS)
 """Prior odds of rough odometry and of each kind of large errors, against errors within the data sheets."""
-DISPROVED = 7.0
-"""Logarithm of the Bayes factor that disproves that there are no errors; if there are none, at most one run in exp(7) =
-1100 ever exceeds it (Ville's inequality)."""
-DOUBTED = 5.0
-"""How much more probable errors beyond the data sheets are once that is disproved."""
 CAUTION = 5.0
 """How much more probable large errors must be for the mean than for the covariance: effects outside the model, such as
 one skid, may look like them for a while."""

@@ -20,10 +20,10 @@ def leg_factor(gtsam: Any, keys: tuple[int, int, int], step: Array, covariance: 
 
     Args:
         gtsam: The module.
-        keys: Keys of the first pose, the second pose, and the systematic errors (4,).
+        keys: Keys of the first pose, the second pose, and the errors of odometry (e,).
         step: Second pose in the frame of the first if there are no such errors, shape (3,) [m, m, rad].
         covariance: Covariance of the step, in the frame of the first pose, shape (3, 3).
-        slopes: Jacobian of the step by the errors, shape (3, 4).
+        slopes: Jacobian of the step by the errors, shape (3, e).
     """
     one, other, common = keys
     expected, by_errors = step.tolist(), -slopes
@@ -56,11 +56,12 @@ def sighting_factor(gtsam: Any, keys: tuple[int, int], sighting: Sighting, covar
 def shared_sighting_factor(
     gtsam: Any, keys: tuple[int, int, int], sighting: Sighting, covariance: Array, loss: Any
 ) -> Any:
-    """Return the factor of a sighting from a pose to a landmark, with errors that all ranges have in common.
+    """Return the factor of a sighting from a pose to a landmark, with errors that all sightings have in common.
 
     Args:
         gtsam: The module.
-        keys: Keys of the pose, the landmark, and the errors of ranges (2,): offset [m] and relative error.
+        keys: Keys of the pose, the landmark, and the errors of the sensor (3,): offset [m] and relative error of
+            ranges, and offset of bearings [rad].
         sighting: The measurement.
         covariance: Covariance of range and bearing, shape (2, 2).
         loss: A robust loss of gtsam's `noiseModel.mEstimator`.
@@ -79,10 +80,10 @@ def shared_sighting_factor(
 
 
 class PoseSightings(NamedTuple):
-    """Sightings from one pose, with errors that all ranges have in common."""
+    """Sightings from one pose, with errors that all have in common."""
 
     common: int
-    """Key of these errors (2,): offset [m] and relative error."""
+    """Key of these errors (3,), as in `shared_sighting_factor`."""
     places: list[int]
     """Key of the landmark of each."""
     sightings: list[Sighting]
@@ -113,7 +114,7 @@ def pose_factor(gtsam: Any, keys: tuple[int, int, int], leg: tuple[Array, Array,
     def error(_: Any, values: Any, jacobians: list[Array] | None) -> Array:
         second, ranges = values.atPose2(other), values.atVector(seen.common).tolist()
         residual, by_first, by_second = _leg(values.atPose2(one), second, expected)
-        stacked, J = np.zeros(rows), [np.zeros((rows, size)) for size in (3, 3, 2, *[2] * len(places))]
+        stacked, J = np.zeros(rows), [np.zeros((rows, size)) for size in (3, 3, 3, *[2] * len(places))]
         stacked[:3] = _wrapped(np.array(residual) + by_errors[:3] @ values.atVector(errors))
         J[0][:3], J[1][:3] = np.array(by_first).reshape(3, 3), np.array(by_second).reshape(3, 3)
         row = 3
@@ -123,7 +124,7 @@ def pose_factor(gtsam: Any, keys: tuple[int, int, int], leg: tuple[Array, Array,
             weight = math.sqrt(HUBER / max(math.sqrt(nu @ weights @ nu), HUBER))
             stacked[row : row + 2] = weight * nu
             J[1][row : row + 2] = weight * np.array(by_pose).reshape(2, 3)
-            J[2][row : row + 2] = weight * np.array(by_ranges).reshape(2, 2)
+            J[2][row : row + 2] = weight * np.array(by_ranges).reshape(2, 3)
             J[3 + places.index(place)][row : row + 2] = weight * np.array(by_place).reshape(2, 2)
             row += 2
         if jacobians is not None:
@@ -150,19 +151,19 @@ def _leg(first: Any, second: Any, expected: list[float]) -> tuple[tuple[float, .
 
 
 def _sighting(pose: Any, place: Array, errors: list[float], sighting: Sighting) -> tuple[tuple[float, ...], ...]:
-    """Return expected minus measured range and bearing, and derivatives by pose (6,), landmark (4,) and errors (4,)."""
-    (x, y), (offset, scale), heading = place.tolist(), errors, pose.theta()
+    """Return expected minus measured range and bearing, and derivatives by pose (6,), landmark (4,) and errors (6,)."""
+    (x, y), (offset, scale, turned), heading = place.tolist(), errors, pose.theta()
     dx, dy = x - pose.x(), y - pose.y()
     c, s = math.cos(heading), math.sin(heading)
     forward, left = c * dx + s * dy, c * dy - s * dx
     distance, stretch = max(math.hypot(forward, left), MIN_RANGE), 1.0 + scale
     squared, ratio = distance * distance, stretch / distance
-    bearing = wrap_angle(math.atan2(left, forward) - sighting.bearing)
+    bearing = wrap_angle(math.atan2(left, forward) + turned - sighting.bearing)
     return (
         (offset + stretch * distance - sighting.range, bearing),
         (-ratio * forward, -ratio * left, 0.0, left / squared, -forward / squared, -1.0),
         (ratio * dx, ratio * dy, -dy / squared, dx / squared),
-        (1.0, distance, 0.0, 0.0),
+        (1.0, distance, 0.0, 0.0, 0.0, 1.0),
     )
 
 
@@ -201,6 +202,11 @@ class SharedPrior:
         self._variances, self._place = variances, graph.size()
         graph.add(self._gtsam.PriorFactorVector(self._key, np.zeros(len(variances)), noise))
         return [] if self._factor < 0 else [self._factor]
+
+    @property
+    def variances(self) -> Array:
+        """Those in the graph; zeros before the first."""
+        return np.zeros(0) if self._variances is None else self._variances
 
     def added(self, factors: Any) -> None:
         """Remember the index that the solver has given to the prior, if it was added; `factors` has all new indices."""

@@ -190,7 +190,7 @@ def test_the_derivatives_of_the_factor_of_a_look_match_central_differences():
     at, place, common = gtsam.symbol("x", 0), gtsam.symbol("l", 0), gtsam.symbol("r", 0)
     loss = gtsam.noiseModel.mEstimator.Huber.Create(1e6)  # so large that all residuals count in full
     for _ in range(20):
-        pose, landmark, errors = rng.uniform(-2.0, 2.0, 3), rng.uniform(3.0, 4.0, 2), rng.uniform(-0.1, 0.1, 2)
+        pose, landmark, errors = rng.uniform(-2.0, 2.0, 3), rng.uniform(3.0, 4.0, 2), rng.uniform(-0.1, 0.1, 3)
         seen = dataclasses.replace(look("post", 0.5), range=2.0)
         factor = shared_sighting_factor(gtsam, (at, place, common), seen, np.eye(2), loss)
 
@@ -202,8 +202,8 @@ def test_the_derivatives_of_the_factor_of_a_look_match_central_differences():
             linear = factor.linearize(values)
             return np.array(linear.getA()), -np.array(linear.getb())
 
-        A, _ = off(np.zeros(7))
-        for column, offset in enumerate(np.eye(7) * step):
+        A, _ = off(np.zeros(8))
+        for column, offset in enumerate(np.eye(8) * step):
             slope = (off(offset)[1] - off(-offset)[1]) / (2 * step)
             np.testing.assert_allclose(slope, A[:, column], atol=1e-6)
 
@@ -211,7 +211,7 @@ def test_the_derivatives_of_the_factor_of_a_look_match_central_differences():
         values = gtsam.Values()
         values.insert(at, gtsam.Pose2(*pose))
         values.insert(place, landmark)
-        values.insert(common, np.zeros(2))
+        values.insert(common, np.zeros(3))
         own = sighting_factor(gtsam, (at, place), seen, np.diag([0.1, 0.2]), loss)
         ours = shared_sighting_factor(gtsam, (at, place, common), seen, np.diag([0.1, 0.2]), loss)
         assert ours.error(values) == pytest.approx(own.error(values), rel=1e-9)
@@ -238,7 +238,7 @@ def test_one_factor_of_a_pose_is_those_of_odometry_and_of_each_look_with_its_rob
     for key, pose in zip(keys, rng.uniform(-0.2, 0.2, (2, 3)), strict=False):
         values.insert(key, gtsam.Pose2(*pose))
     values.insert(keys[2], rng.uniform(-0.1, 0.1, 4))
-    values.insert(ranges, np.array([0.05, 0.02]))
+    values.insert(ranges, np.array([0.05, 0.02, -0.03]))
     for key, place in zip(posts[:2], ((2.8, 1.0), (1.0, 2.8)), strict=True):
         values.insert(key, np.array(place))
 

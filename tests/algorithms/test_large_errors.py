@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from mjsim.algorithms import GraphSlam, TextbookEkfSlam
 from mjsim.algorithms.ekf_slam.ekf_slam import EkfSlam, EkfSlamFilter
-from mjsim.algorithms.ekf_slam.large_errors import KINDS, LARGE, LARGE_MOTION, LARGE_SENSOR, LargeErrors
+from mjsim.algorithms.ekf_slam.large_errors import LargeErrors
+from mjsim.algorithms.estimation.constant_errors import KINDS, LARGE, LARGE_MOTION, LARGE_SENSOR, averaged, reweighted
 from mjsim.bench import disturbed
 from mjsim.bench.disturbed import CASES
 
@@ -44,6 +46,45 @@ def test_the_belief_with_other_priors_is_that_of_regression_with_them(kind):
     np.testing.assert_allclose(found_mean, mean, rtol=1e-5, atol=1e-9)
     np.testing.assert_allclose(found_P, P, rtol=1e-4, atol=1e-9)
     assert large._conditions()[1][kind] == pytest.approx(likelihood - with_all, abs=1e-4)
+
+
+@pytest.mark.parametrize("factor", [0.01, 1.0, 30.0])
+def test_a_belief_under_another_prior_is_that_of_regression_with_it(factor):
+    rng, noise = np.random.default_rng(1), 0.1**2 * np.eye(12)
+    H, prior = rng.normal(size=(12, 5)), np.array([0.3, 0.2, 0.1])  # of two unknowns and three errors
+    z = H @ rng.normal(size=5)
+
+    def solved(variances):
+        P0 = np.diag([*variances, 1.0, 2.0])
+        P = np.linalg.inv(np.linalg.inv(P0) + H.T @ np.linalg.solve(noise, H))
+        return P @ H.T @ np.linalg.solve(noise, z), P, _density(z, H @ P0 @ H.T + noise)
+
+    mean, P, explained = solved(prior)
+    others = np.array([prior * factor, prior * (1.0, factor, 1.0)])
+    A, ratios = reweighted(mean[:3], P[:3, :3], prior, others)
+    for row, other in enumerate(others):
+        step, changed = averaged(P, P[:, :3], mean[:3], A, np.eye(2)[row])
+        expected, covariance, likelihood = solved(other)
+        np.testing.assert_allclose(mean + step, expected, atol=1e-9)
+        np.testing.assert_allclose(changed, covariance, atol=1e-9)
+        assert ratios[row] == pytest.approx(likelihood - explained, abs=1e-6)
+    # The average of two is a mixture.
+    step, mixed = averaged(P, P[:, :3], mean[:3], A, np.array([0.25, 0.75]))
+    means, covariances, _ = zip(*map(solved, others), strict=True)
+    np.testing.assert_allclose(mean + step, 0.25 * means[0] + 0.75 * means[1], atol=1e-9)
+    spread = [np.outer(each, each) for each in means - (mean + step)]
+    np.testing.assert_allclose(
+        mixed, 0.25 * (covariances[0] + spread[0]) + 0.75 * (covariances[1] + spread[1]), atol=1e-9
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("case", "nees"), [("turns by 0.5 degrees per second", 9.0), ("symmetrical hall", 4.0)])
+def test_a_graph_is_as_good_as_the_textbook_whether_or_not_there_are_errors(case, nees):
+    room, _ = CASES[case]
+    run = disturbed.drive({"graph": GraphSlam(), "book": TextbookEkfSlam()}, 0, room=room, seconds=50.0)
+    assert run["graph"].position.mean() < 1.2 * run["book"].position.mean()
+    assert run["graph"].nees.mean() < nees
 
 
 @pytest.mark.slow
