@@ -1,7 +1,7 @@
 // How large views share their place.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { kept, keysOf, layoutIn, layoutText, placed, sideAt } from "page/ui/docking";
+import { kept, keysOf, layoutIn, layoutText, placed, placedBeside, shareOf, sideAt } from "page/ui/docking";
 
 const TWO = { way: "row", parts: ["plan", "scene"] };
 
@@ -54,4 +54,15 @@ test("the nearest edge of a view counts in its outer thirds", () => {
     [[0.1, 0.5], [0.9, 0.5], [0.5, 0.1], [0.5, 0.9], [0.5, 0.5], [0.2, 0.1]].map(([x, y]) => sideAt(x, y)),
     ["left", "right", "top", "bottom", "middle", "top"],
   );
+});
+
+test("a view that is put to a side of all others has the share of one", () => {
+  let layout = "plan";
+  for (const key of ["noise", "events", "plot"]) layout = placedBeside(layout, key, "left");
+  assert.deepEqual(keysOf(layout), ["plot", "events", "noise", "plan"]);
+  assert.equal(shareOf(layout), 25);
+  const wide = placedBeside(layout, "charts", "bottom");
+  assert.deepEqual([wide.way, shareOf(wide)], ["column", 50]);
+  assert.equal(shareOf(placedBeside(wide, "noise", "right")), 75); // three of four columns
+  assert.equal(placedBeside("plan", "plan", "top"), "plan");
 });

@@ -1,6 +1,7 @@
 // What is done to a run by hand, and what is shown of it.
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { Current } from "page/run/current";
 import { goalEvent, measured } from "page/run/aim";
 import { cellsOf, unitOf } from "page/charts/message";
 import { holdsUp } from "page/run/hold_up";
@@ -79,4 +80,28 @@ test("a number has its unit, or that of what it is part of", () => {
   const units = { "pose.position": "m", heading: "rad" };
   assert.deepEqual(["pose.position.x", "heading", "poses[2].position.x", "pose"].map((name) => unitOf(name, units)), ["m", "rad", "", ""]);
   assert.equal(unitOf("proximity[3]", { proximity: "m" }), "m");
+});
+
+const RUN = { state: "running", number: 1, path: "room.yaml", robots: [{ name: "a", can_drive: true }], controllable: true };
+
+test("a run of another world that is over is not shown as that of the world that is open", () => {
+  const opened = { path: "room.yaml", isOpen: true, hasFile: true };
+  const current = new Current(false, opened);
+  current.run = current.own(RUN);
+  current.chosen = "a";
+  assert.ok(current.isOn && current.canDrive);
+  opened.path = "hall.yaml";
+  current.leave();
+  assert.equal(current.own({ ...RUN, state: "ended" }).state, "idle");
+  assert.equal(current.own(RUN).state, "running"); // it goes on, and is seen
+  assert.equal(current.own({ ...RUN, number: 2, state: "ended" }).state, "ended"); // begun since
+});
+
+test("a page of one run alone shows that, and who drives is asked again with each run", () => {
+  const current = new Current(true, { path: null, isOpen: false, hasFile: false });
+  current.run = current.own({ ...RUN, state: "ended" });
+  assert.deepEqual([current.run.state, current.isOn, current.canDrive, current.robot], ["ended", false, false, null]);
+  current.driven = true;
+  current.own({ ...RUN, state: "loading" });
+  assert.equal(current.driven, false);
 });

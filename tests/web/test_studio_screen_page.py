@@ -163,6 +163,31 @@ def is_above(one, other):
     assert (upper["x"], upper["width"]) == (lower["x"], lower["width"])
 
 
+def a_panel_is_dragged_to_the_left_of_a_view_and_charts_go_below_all_by_keys(page):
+    view = page.locator("#view-run")
+    outside = view.locator(".run-stage [data-view='outside']")
+    view.get_by_role("tab", name="Events").drag_to(outside, target_position={"x": 10, "y": 100})
+    events = view.locator(".run-stage [data-view='panel:events']")
+    expect(events).to_contain_text("Events appear here")
+    expect(view.get_by_role("tab", name="Events")).to_be_hidden()
+    assert events.bounding_box()["x"] < outside.bounding_box()["x"]
+    view.locator(".run-dock").get_by_role("button", name="Show beside").press("Control+ArrowDown")
+    charts = view.locator(".run-stage [data-view='panel:charts']")
+    assert charts.bounding_box()["y"] > max(each.bounding_box()["y"] for each in (events, outside))
+    expect(charts.get_by_role("button", name="Put back")).to_be_focused()
+    page.keyboard.press("Enter")
+    expect(charts).to_have_count(0)
+    expect(view.locator(".run-dock .run-chart").first).to_be_visible()
+
+
+def a_panel_that_was_elsewhere_is_there_after_a_reload_and_goes_back_to_its_tab(page):
+    view = page.locator("#view-run")
+    back = view.locator(".run-stage [data-view='panel:events']").get_by_role("button", name="Put back")
+    back.click()
+    expect(view.get_by_role("tab", name="Events")).to_be_focused()
+    expect(view.get_by_role("tabpanel")).to_contain_text("Events appear here")
+
+
 def a_chart_fills_the_window_until_escape(page):
     chart = page.locator("#view-run .run-chart").first
     before = chart.bounding_box()
@@ -192,6 +217,7 @@ def test_beside_a_large_view_it_is_said_whose_run_it_is_and_all_of_a_far_world_i
         assert holds(plan, [(500, 500), (1500, 1500)])
         two_views_stand_beside_each_other_and_a_bar_gives_a_panel_its_size(page)
         a_view_is_dragged_below_another_and_the_bar_between_them_moved(page)
+        a_panel_is_dragged_to_the_left_of_a_view_and_charts_go_below_all_by_keys(page)
         a_chart_fills_the_window_until_escape(page)
         page.keyboard.press("Control+o")
         page.get_by_role("dialog").get_by_role("button", name="near.yaml", exact=True).click()
@@ -200,7 +226,8 @@ def test_beside_a_large_view_it_is_said_whose_run_it_is_and_all_of_a_far_world_i
         expect(page.get_by_text("This is a run of far.yaml")).to_be_visible(timeout=PATIENCE)
         page.reload()
         expect(page.locator("#view-run .run-side")).to_have_css("width", "304px")
-        expect(page.locator("#view-run .run-stage .run-tile")).to_have_count(2)
+        expect(page.locator("#view-run .run-stage .run-tile")).to_have_count(3)
+        a_panel_that_was_elsewhere_is_there_after_a_reload_and_goes_back_to_its_tab(page)
         is_above(*(page.locator(f"#view-run .run-stage [data-view='{key}']") for key in ("outside", "plan")))
 
 

@@ -7,12 +7,14 @@ import { api } from "./api";
 import { Shell } from "./shell/shell";
 import { heedInputMethods } from "./ui/composing";
 import { el } from "./ui/dom";
+import { heedPresses } from "./ui/press";
 import { startTheme } from "./ui/theme";
 import "./narrow.css";
 import { word } from "./words/words";
 
 startTheme();
 heedInputMethods();
+heedPresses();
 void start();
 
 async function start(): Promise<void> {

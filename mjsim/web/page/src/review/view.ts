@@ -181,16 +181,12 @@ export class ReviewView implements View {
     const side = el("aside", { class: "run-side" }, this.tabs.element);
     const rail = el("div", { class: "run-rail", inert: true }, this.pictures.switches, this.stage.rail);
     const chips = chartChips("review.charts", FIRST_CHARTS, this.sheet, () => this.drawCharts());
-    const dock = el(
-      "div",
-      { class: "run-dock", inert: true },
-      this.scrub.element,
-      el("div", { class: "run-dock-head" }, this.robot, chips),
-      this.sheet.element,
-    );
+    const dock = el("div", { class: "run-dock", inert: true }, this.scrub.element);
+    const charts = { head: el("div", { class: "run-dock-head" }, this.robot, chips), sheet: this.sheet.element };
     this.stage.element.append(this.empty);
     this.element.append(bar);
-    return columns(this.element, { side, large: this.stage.element, rail, dock });
+    const { tabs, stage } = this;
+    return columns(this.element, { side, tabs, stage, large: stage.element, rail, dock, charts });
   }
 
   private bar(): HTMLElement {
@@ -359,7 +355,7 @@ export class ReviewView implements View {
     const { from, to } = part;
     const { recording } = this.looked;
     // What nobody sees costs nothing.
-    if (!recording || this.tabs.now !== "figures" || this.figured) return;
+    if (!recording || !this.tabs.isShown("figures") || this.figured) return;
     const isWanted = (): boolean => this.looked.recording === recording && this.looked.part === part;
     try {
       const figures = await recordings.statistics(recording.path, from, to);

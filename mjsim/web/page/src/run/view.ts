@@ -17,9 +17,9 @@ import { Advice, canMove } from "./advice";
 import { Banner } from "./banner";
 import { Bar } from "./bar";
 import { Cameras } from "./cameras";
+import { Current } from "./current";
 import { EventList, sentenceOf } from "./events";
 import { Floor } from "./floor";
-import { HOLD_UPS, holdsUp } from "./hold_up";
 import { explainJoints, JointPanel } from "./joints";
 import { type Push, Wheel } from "./keys";
 import { Link, type LinkState } from "./link";
@@ -40,7 +40,7 @@ export class RunView implements View {
   readonly element = el("section", { class: "view run", "aria-label": word("run.run") });
   private readonly record = new RunRecord();
   private readonly leader = leaderOf({
-    isLive: () => this.run?.state === "running",
+    isLive: () => this.current.run?.state === "running",
     send: (touch) => this.send(touch),
     told: () => ({ touch: this.floor.touch, hands: this.newest?.hands ?? {}, toasts: this.studio.toasts }),
   });
@@ -51,7 +51,7 @@ export class RunView implements View {
   private readonly bar: Bar;
   private readonly setup: Setup;
   private readonly noise = new NoisePanel((key, value) => this.send({ do: "set", key, value }));
-  private tabs: Tabs | null = null;
+  private readonly tabs: Tabs;
   private readonly joints = new JointPanel(this.leader);
   private readonly events = new EventList(word("run.whatHappensToRobotsAnd"));
   private readonly keep: Keep;
@@ -86,15 +86,9 @@ export class RunView implements View {
   });
   /** Whether this page shows one run alone, which was begun elsewhere. */
   private readonly live: boolean;
+  private readonly current: Current;
   private link: Link | null = null;
-  private run: RunNews | null = null;
   private newest: TickNews | null = null;
-  /** The last event of which a robot does not go on. */
-  private holdUp: EventNews | null = null;
-  private chosen = "";
-  /** Whether the run that the server tells of is of another world than the one that is open. */
-  private other = false;
-  private driven = false;
   private visible = false;
   /** The text of the run that was asked for last. */
   private begun = "";
@@ -103,6 +97,7 @@ export class RunView implements View {
 
   constructor(private readonly studio: Studio) {
     this.live = studio.folder.mode === "live";
+    this.current = new Current(this.live, studio.document);
     const orders = {
       start: () => void this.start(),
       pause: () => this.send({ do: "pause" }),
@@ -110,7 +105,7 @@ export class RunView implements View {
       tick: () => this.send({ do: "tick" }),
       restart: () => this.send({ do: "restart" }),
       stop: () => this.send({ do: "stop" }),
-      speed: (value: number | null) => this.running() && this.send({ do: "speed", value }),
+      speed: (value: number | null) => this.current.isOn && this.send({ do: "speed", value }),
     };
     this.bar = new Bar(orders, !this.live);
     this.sheet = new Sheet(FIRST_CHARTS, {}, "run");
@@ -119,6 +114,14 @@ export class RunView implements View {
     );
     this.setup = new Setup(studio);
     this.keep = new Keep(studio, this.events.element);
+    const setup: [string, string, HTMLElement][] = this.live ? [] : [["setup", word("run.setup"), this.setup.element]];
+    this.tabs = new Tabs("run.tab", [
+      ...setup,
+      ["noise", word("run.noise"), this.noise.element],
+      ["arms", word("run.joints"), this.joints.element],
+      ["plot", word("run.plot"), this.plotter.element],
+      ["events", word("run.events"), this.keep.element],
+    ]);
     this.build();
     this.arrange();
     studio.document.parsedChanged.on(() => this.visible && this.takeWorld());
@@ -145,20 +148,12 @@ export class RunView implements View {
   key(event: KeyboardEvent): boolean {
     if (this.floor.touch.key(event) || this.wheel.down(event)) return true;
     if (event.key === " ") this.bar.press();
-    else if (event.key === "." && this.run?.state === "paused") this.send({ do: "tick" });
+    else if (event.key === "." && this.current.run?.state === "paused") this.send({ do: "tick" });
     else return this.floor.key(event);
     return true;
   }
 
   private build(): void {
-    const setup: [string, string, HTMLElement][] = this.live ? [] : [["setup", word("run.setup"), this.setup.element]];
-    this.tabs = new Tabs("run.tab", [
-      ...setup,
-      ["noise", word("run.noise"), this.noise.element],
-      ["arms", word("run.joints"), this.joints.element],
-      ["plot", word("run.plot"), this.plotter.element],
-      ["events", word("run.events"), this.keep.element],
-    ]);
     const side = el("aside", { class: "run-side" }, this.tabs.element);
     const chips = chartChips("run.charts", FIRST_CHARTS, this.sheet, () => this.soon());
     this.floor.host.append(this.pad.element);
@@ -170,18 +165,15 @@ export class RunView implements View {
     this.floor.touch.leadIn(this.solids.door);
     this.floor.tools.aimIn(this.solids.door);
     this.solids.door.chosen.on((item) => item?.kind === "robot" && this.chooseRobot(item.name ?? ""));
-    this.floor.touch.missed.on((names) => explainJoints(names, this.run, this.studio.toasts));
+    this.floor.touch.missed.on((names) => explainJoints(names, this.current.run, this.studio.toasts));
     this.bar.element.prepend(sideSwitch(side));
-    const dock = el(
-      "div",
-      { class: "run-dock" },
-      el("div", { class: "run-dock-head" }, this.robot, chips),
-      this.sheet.element,
-    );
+    const dock = el("div", { class: "run-dock" });
+    const charts = { head: el("div", { class: "run-dock-head" }, this.robot, chips), sheet: this.sheet.element };
     const rail = el("div", { class: "run-rail" }, this.cameras.switches, this.noPictures, this.stage.rail);
     const middle = el("div", { class: "run-middle" }, this.stage.element, this.advice.element);
     this.element.append(this.bar.element, this.banner.element);
-    columns(this.element, { side, large: middle, rail, dock });
+    const { tabs, stage } = this;
+    columns(this.element, { side, tabs, stage, large: middle, rail, dock, charts });
   }
 
   private arrange(): void {
@@ -221,10 +213,10 @@ export class RunView implements View {
   }
 
   private take(news: News): void {
-    if (news.kind === "run") this.takeRun(this.ownRun(news));
+    if (news.kind === "run") this.takeRun(this.current.own(news));
     else if (news.kind === "touched" || news.kind === "short") this.leader.answered(news);
     else if (news.kind === "refused") void this.refused(news);
-    else if (this.live || this.run?.state !== "idle") this.takeMoment(news);
+    else if (this.live || this.current.run?.state !== "idle") this.takeMoment(news);
   }
 
   private takeMoment(news: Exclude<News, RunNews | RefusedNews | TouchAnswer>): void {
@@ -233,7 +225,7 @@ export class RunView implements View {
     else if (news.kind === "scene") {
       this.floor.scene(news.items, news.bounds);
       this.cameras.scene(news.bounds);
-      this.solids.want(news, this.run?.path ?? this.run?.name ?? "");
+      this.solids.want(news, this.current.run?.path ?? this.current.run?.name ?? "");
       this.solids.door.show(news.items, []);
     } else {
       this.record.fill(news.robots);
@@ -244,47 +236,29 @@ export class RunView implements View {
 
   private takeEvent(news: EventNews): void {
     this.events.add(news);
-    if (HOLD_UPS.includes(news.event)) this.holdUp = news;
+    this.current.event(news);
   }
 
   /** Another world was opened: what is over of the one before is no longer shown. */
   private leave(): void {
-    const { path, hasFile } = this.studio.document;
-    this.other = !this.live && !(hasFile && this.run?.path === path);
-    if (this.run) this.takeRun(this.ownRun(this.run));
-  }
-
-  /** The run as it is shown: nothing has run yet where one of another world is over. */
-  private ownRun(news: RunNews): RunNews {
-    const { path, isOpen } = this.studio.document;
-    if (!this.run) this.other = !this.live && isOpen && news.path !== path;
-    else if (this.isAnother(news)) this.other = this.driven = false;
-    const over = news.state === "ended" || news.state === "failed";
-    return this.other && over
-      ? { ...news, state: "idle", time: 0, error: null, recording: null, robots: [], mechanisms: [] }
-      : news;
-  }
-
-  /** Whether it is another run than before, or begins again; that it loads may not have been told. */
-  private isAnother(news: RunNews): boolean {
-    const begins = news.state === "loading" && this.run?.state !== "loading";
-    return begins || news.number !== this.run?.number;
+    this.current.leave();
+    if (this.current.run) this.takeRun(this.current.own(this.current.run));
   }
 
   private takeRun(news: RunNews): void {
-    const before = this.run?.state;
-    const another = this.isAnother(news);
-    this.run = news;
+    const before = this.current.run?.state;
+    const another = this.current.isAnother(news);
+    this.current.run = news;
     if (another || (news.state === "idle" && before !== "idle")) this.forget();
     if (news.state === "idle" && before !== "idle") this.takeWorld();
     this.bar.run(news);
     this.offerRobots(news);
     this.cameras.run(news.robots, news.state !== "idle");
-    this.noise.show(news.noise ?? [], this.running() && news.controllable);
-    this.tabs?.offer("noise", news.state === "idle" || (news.noise ?? []).length > 0);
+    this.noise.show(news.noise ?? [], this.current.isControllable);
+    this.tabs.offer("noise", news.state === "idle" || (news.noise ?? []).length > 0);
     this.banner.run(news.state === "failed" && news.error ? said(news.error) : null);
     this.keep.show(news);
-    this.floor.touch.enable(this.running() && news.controllable);
+    this.floor.touch.enable(this.current.isControllable);
     this.element.dataset["state"] = news.state;
   }
 
@@ -298,7 +272,8 @@ export class RunView implements View {
   private forget(): void {
     this.record.clear();
     this.events.clear();
-    this.newest = this.holdUp = null;
+    this.newest = null;
+    this.current.forgetEvents();
     this.floor.clear();
     this.cameras.clear();
   }
@@ -317,7 +292,7 @@ export class RunView implements View {
       this.bar.tick(this.newest);
       this.floor.show(this.newest);
       this.solids.door.think(this.floor.thoughts(this.newest));
-      this.joints.tick(this.newest, this.chosen);
+      this.joints.tick(this.newest, this.current.chosen);
       this.advise();
     }
     this.chartsSoon();
@@ -325,12 +300,8 @@ export class RunView implements View {
 
   private drawCharts(): void {
     if (!this.visible) return;
-    this.sheet.show(this.record.of(this.chosen).history);
+    this.sheet.show(this.record.of(this.current.chosen).history);
     void this.plotter.refresh();
-  }
-
-  private running(): boolean {
-    return this.run?.state === "running" || this.run?.state === "paused";
   }
 
   /** Take up the robots of the world that is open, for the setup. */
@@ -339,7 +310,7 @@ export class RunView implements View {
     this.bar.offer(!this.live && this.studio.document.isOpen);
     this.advise();
     if (!this.live) this.setup.world();
-    if (this.run && this.run.state !== "idle") return;
+    if (this.current.run && this.current.run.state !== "idle") return;
     this.floor.scene(items, parsed.bounds);
     this.floor.showRobots(true);
   }
@@ -364,30 +335,23 @@ export class RunView implements View {
 
   private offerRobots(news: RunNews): void {
     this.plotter.suggest(!news.robots.some((robot) => robot.can_drive));
-    const names = news.robots.map((robot) => robot.name);
-    if (!names.includes(this.chosen)) this.chosen = names[0] ?? "";
-    this.robot.hidden = names.length < 2;
-    this.chooseRobot(this.chosen);
+    this.robot.hidden = news.robots.length < 2;
+    this.chooseRobot(this.current.robot?.name ?? news.robots[0]?.name ?? "");
     this.floor.showRobots(news.state === "idle");
   }
 
   private chooseRobot(name: string): void {
     this.wheel.releaseAll();
-    this.chosen = name;
-    draw(
-      this.robot,
-      namesToChoose(
-        (this.run?.robots ?? []).map((each) => each.name),
-        name,
-      ),
-    );
-    const robot = this.run?.robots.find((each) => each.name === name);
+    this.current.chosen = name;
+    const { run, robot, driven } = this.current;
+    const names = (run?.robots ?? []).map((each) => each.name);
+    draw(this.robot, namesToChoose(names, name));
     this.pad.canStrafe(robot?.can_strafe ?? false);
-    this.sheet.offer(kindsOf(robot ?? null));
-    const navigator = this.run?.drivers?.[name]?.navigator ?? null;
-    this.pad.show(this.canDrive(), navigator, this.driven);
+    this.sheet.offer(kindsOf(robot));
+    const navigator = run?.drivers?.[name]?.navigator ?? null;
+    this.pad.show(this.canDrive(), navigator, driven);
     this.floor.tools.offer(navigator !== null && this.canDrive() ? name : null);
-    this.floor.run(this.run?.robots ?? [], name, this.run?.joints);
+    this.floor.run(run?.robots ?? [], name, run?.joints);
     this.showArms();
     this.advise();
     this.soon();
@@ -395,37 +359,29 @@ export class RunView implements View {
 
   /** Offer the arms of the robot that is chosen, and the mechanisms. */
   private showArms(): void {
-    const robot = this.run?.robots.find((each) => each.name === this.chosen) ?? null;
+    const { run, robot } = this.current;
     // A page of one arm alone is there to move it.
-    if (this.live && robot?.arms.length && this.run?.robots.length === 1 && !this.joints.hasArms)
-      this.tabs?.show("arms");
-    this.joints.show(this.run, this.chosen, this.running() && (this.run?.controllable ?? false));
-    this.tabs?.offer("arms", Object.keys(this.run?.joints ?? {}).length > 0);
+    if (this.live && robot?.arms.length && run?.robots.length === 1 && !this.joints.hasArms) this.tabs.show("arms");
+    this.joints.show(run, this.current.chosen, this.current.isControllable);
+    this.tabs.offer("arms", Object.keys(run?.joints ?? {}).length > 0);
   }
 
   private canDrive(): boolean {
-    const robot = this.run?.robots.find(({ name }) => name === this.chosen);
-    return this.visible && this.running() && (this.run?.controllable ?? false) && (robot?.can_drive ?? false);
+    return this.visible && this.current.canDrive;
   }
 
   private drive(push: Push | null): void {
-    if (push) this.pad.element.hidden = !(this.driven = true);
+    if (push) this.pad.element.hidden = !(this.current.driven = true);
     this.advise();
-    this.send({ do: "drive", robot: this.chosen, ...(push ?? { forward: null, left: null, turn: null }) });
+    this.send({ do: "drive", robot: this.current.chosen, ...(push ?? { forward: null, left: null, turn: null }) });
   }
 
   private advise(): void {
     const { path, items, parsed } = this.studio.document;
     const isBroken = parsed.problems.some(({ kind }) => kind === "error");
     const world = path === null ? null : { path, isBroken, hasMotion: items.some(canMove) };
-    this.advice.show({
-      run: this.run,
-      world,
-      live: this.live,
-      robot: this.chosen,
-      holdUp: this.holdUp && holdsUp(this.holdUp, this.chosen, this.newest?.time ?? 0) ? sentenceOf(this.holdUp) : "",
-      driven: this.driven,
-      other: this.other,
-    });
+    const { run, chosen: robot, driven, other } = this.current;
+    const held = this.current.heldUp(this.newest?.time ?? 0);
+    this.advice.show({ run, world, live: this.live, robot, holdUp: held ? sentenceOf(held) : "", driven, other });
   }
 }

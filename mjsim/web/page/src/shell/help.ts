@@ -31,6 +31,7 @@ const KEYS: [string, string][] = [
   [".  ,", word("shell.aTickOnIn")],
   ["F", word("shell.followTheRobot")],
   ["T", word("shell.touchTheRun")],
+  [word("shell.keyOnAPanel"), word("shell.panelToASide")],
   ["←  →, Home, End", word("shell.reviewASecondBack")],
   ["I  O, Esc", word("shell.reviewThePartBegins")],
 ];

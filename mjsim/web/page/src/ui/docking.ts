@@ -30,13 +30,31 @@ export function placed(layout: Layout, key: string, at: string, side: Side): Lay
   return others === null ? key : changedAt(others, at, (place) => beside(place, key, side));
 }
 
+/** Put a view to a side of all others. */
+export function placedBeside(layout: Layout, key: string, side: Exclude<Side, "middle">): Layout {
+  const others = kept(layout, (each) => each !== key);
+  return others === null ? key : beside(others, key, side);
+}
+
+/** How much of a split its first part has unless it is dragged [%]: as many shares as views stand there side by side. */
+export function shareOf({ way, parts }: Split): number {
+  const [first, second] = parts.map((part) => spanOf(part, way));
+  return (100 * (first ?? 1)) / ((first ?? 1) + (second ?? 1));
+}
+
+function spanOf(layout: Layout, way: Split["way"]): number {
+  if (typeof layout === "string") return 1;
+  const [first, second] = layout.parts.map((part) => spanOf(part, way));
+  return layout.way === way ? (first ?? 1) + (second ?? 1) : Math.max(first ?? 1, second ?? 1);
+}
+
 function changedAt(layout: Layout, at: string, change: (place: string) => Layout): Layout {
   if (typeof layout === "string") return layout === at ? change(layout) : layout;
   const [first, second] = layout.parts;
   return { way: layout.way, parts: [changedAt(first, at, change), changedAt(second, at, change)] };
 }
 
-function beside(place: string, key: string, side: Side): Layout {
+function beside(place: Layout, key: string, side: Side): Layout {
   if (side === "middle") return key;
   const way = side === "left" || side === "right" ? "row" : "column";
   return { way, parts: side === "left" || side === "top" ? [key, place] : [place, key] };

@@ -2,9 +2,21 @@
 
 import { word } from "../words/words";
 import { button, remembered } from "./controls";
-import { kept, keysOf, type Layout, layoutIn, layoutText, placed, type Side, sideAt } from "./docking";
-import { type Child, el, put } from "./dom";
-import { icon } from "./icons";
+import {
+  kept,
+  keysOf,
+  type Layout,
+  layoutIn,
+  layoutText,
+  placed,
+  placedBeside,
+  type Side,
+  shareOf,
+  sideAt,
+} from "./docking";
+import { type Child, el, isTyping, put } from "./dom";
+import { draggedBy } from "./dragging";
+import { type IconName, icon } from "./icons";
 import { Signal } from "./signal";
 import { splitter } from "./splitter";
 
@@ -15,14 +27,31 @@ export interface Tile {
 
 /** Frame a view. */
 export function makeTile(key: string, title: string, body: HTMLElement, ...actions: Child[]): Tile {
-  const head = el("h2", { draggable: "true" }, title);
-  head.addEventListener("dragstart", (event) => event.dataTransfer?.setData(DRAGGED, key));
-  const parts = [el("header", {}, head, ...actions), body];
+  const parts = [el("header", {}, el("h2", {}, title), ...actions), body];
   return { key, element: el("section", { class: "run-tile", "data-view": key, "aria-label": title }, ...parts) };
 }
 
-/** What of a tile is dragged: its key. */
-const DRAGGED = "application/x-mjsim-view";
+/** A panel that has a place of its own, and may stand among the large views instead. */
+export interface Lodger {
+  key: string;
+  title: string;
+  body: HTMLElement;
+  /** It is dragged by that from its own place. */
+  handle: HTMLElement;
+  isThere: () => boolean;
+  /** It goes to the large views, or comes back. */
+  lodge: (isAway: boolean) => void;
+}
+
+/** Where the pointer would drop a view: at a side of a large one, or back to its own place. */
+type Spot = { over: HTMLElement; side: Side } | "home" | null;
+
+const ARROWS: Record<string, Exclude<Side, "middle">> = {
+  ArrowLeft: "left",
+  ArrowRight: "right",
+  ArrowUp: "top",
+  ArrowDown: "bottom",
+};
 
 /** A split of the place of large views, with the bar between its parts. */
 interface Halves {
@@ -30,13 +59,15 @@ interface Halves {
   bar: HTMLElement;
 }
 
-/** The large views, and a rail with the others. */
+/** The large views, and a rail with the others; panels come from places of their own. */
 export class Stage {
   readonly element = el("div", { class: "run-stage" });
   readonly rail = el("div", { class: "run-tiles" });
   /** Told with the keys of the large views when these may be others. */
   readonly arranged = new Signal<readonly string[]>();
   private tiles: Tile[] = [];
+  private readonly lodgers = new Map<string, Lodger & { tile: Tile }>();
+  private readonly homes: HTMLElement[] = [this.rail];
   /** What is to be large; what is not there now may come. */
   private layout: Layout | null;
   /** Splits by their places among the others, as "stage-10": the second part of all, and of that the first. */
@@ -46,27 +77,49 @@ export class Stage {
   /** @param key under which the browser keeps what is large */
   constructor(private readonly key: string) {
     this.layout = layoutIn(remembered(key));
-    for (const kind of ["dragover", "dragleave", "drop"] as const)
-      for (const place of [this.element, this.rail])
-        place.addEventListener(kind, (event) => this.drag(event, place === this.rail));
+  }
+
+  /** Let panels stand among the large views, too; dropped on their home they go back there. */
+  lodge(home: HTMLElement, lodgers: Lodger[]): void {
+    this.homes.push(home);
+    for (const lodger of lodgers) {
+      const tile = makeTile(lodger.key, lodger.title, el("div", { class: "run-panel" }));
+      this.lodgers.set(lodger.key, { ...lodger, tile });
+      this.addWays(tile);
+      this.lead(lodger.handle, lodger.key);
+      lodger.handle.addEventListener("keydown", (event) => this.move(event, lodger.key));
+    }
+  }
+
+  /** What there is may be other than before. */
+  refresh(): void {
+    if (this.tiles.length) this.arrange();
   }
 
   /** Show these; the first one is large unless others of them were chosen. */
   show(tiles: Tile[]): void {
-    for (const tile of tiles) if (!this.tiles.includes(tile)) this.addButtons(tile);
+    for (const tile of tiles) if (!this.tiles.includes(tile)) this.addWays(tile);
     this.tiles = tiles;
     this.arrange();
   }
 
-  /** Make one of them large, alone or beside the first of those that are. */
-  enlarge(key: string, beside = false): void {
-    const [first] = keysOf(this.shown());
-    this.choose(beside && first ? placed(this.shown(), key, first, "right") : key);
+  /** Make one of them large, alone. */
+  enlarge(key: string): void {
+    this.choose(key);
   }
 
-  private choose(layout: Layout): void {
+  /** Make it large beside the largest of those that are, along its longer side. */
+  addLarge(key: string): void {
+    const boxes = keysOf(this.shown()).map((at) => ({ at, box: this.tile(at)?.element.getBoundingClientRect() }));
+    const area = (box?: DOMRect): number => (box ? box.width * box.height : 0);
+    const { at, box } = boxes.reduce((one, other) => (area(other.box) > area(one.box) ? other : one));
+    this.choose(placed(this.shown(), key, at, box && box.height > box.width ? "bottom" : "right"));
+    this.focus(key, "back");
+  }
+
+  private choose(layout: Layout | null): void {
     this.layout = layout;
-    remembered(this.key, layoutText(layout));
+    remembered(this.key, layout === null ? "" : layoutText(layout));
     this.arrange();
     this.rail.scrollTop = 0;
   }
@@ -77,51 +130,100 @@ export class Stage {
   }
 
   private tile(key: string): Tile | undefined {
-    return this.tiles.find((tile) => tile.key === key);
+    const lodger = this.lodgers.get(key);
+    return lodger?.isThere() ? lodger.tile : this.tiles.find((tile) => tile.key === key);
   }
 
-  private addButtons({ key, element }: Tile): void {
-    if (element.querySelector(".run-enlarge")) return;
-    const add = (title: string, name: "enlarge" | "beside"): HTMLElement =>
-      button({ class: `quiet square run-${name}`, title }, () => this.enlarge(key, name === "beside"), icon(name));
-    const parts = [add(word("ui.showBeside"), "beside"), add(word("run.showLarge"), "enlarge")];
-    element.querySelector("header")?.append(el("span", { class: "run-ways" }, ...parts));
+  private addWays({ key, element }: Tile): void {
+    const header = element.querySelector("header");
+    if (!header || header.querySelector(".run-ways")) return;
+    const add = (kind: string, title: string, press: () => void, name: IconName): HTMLElement =>
+      button({ class: `quiet square run-${kind}`, title }, press, icon(name));
+    const ways = [
+      add("beside", word("ui.showBeside"), () => this.addLarge(key), "beside"),
+      add("enlarge", word("run.showLarge"), () => this.enlarge(key), "enlarge"),
+      add("back", word("ui.putBack"), () => this.putBack(key), "close"),
+    ];
+    header.append(el("span", { class: "run-ways" }, ...ways));
+    this.lead(header.querySelector("h2") ?? header, key);
+    header.addEventListener("keydown", (event) => this.move(event, key));
   }
 
   /** Views are dragged by their heads: to an edge of a large one to split it there, to its middle to take its place. */
-  private drag(event: DragEvent, isRail: boolean): void {
-    if (!event.dataTransfer?.types.includes(DRAGGED)) return;
+  private lead(head: HTMLElement, key: string): void {
+    draggedBy(head, {
+      over: (at) => this.point(at && this.spotAt(at)),
+      drop: (at) => {
+        const spot = this.spotAt(at);
+        if (spot === "home") this.putBack(key);
+        else if (spot) this.choose(placed(this.shown(), key, spot.over.dataset["view"] ?? "", spot.side));
+      },
+    });
+  }
+
+  /** Ctrl and an arrow put a view to that side of all others. */
+  private move(event: KeyboardEvent, key: string): void {
+    const side = ARROWS[event.key];
+    if (!side || !event.ctrlKey || isTyping(event.target)) return;
     event.preventDefault();
-    const over = isRail ? null : (event.target as Element).closest<HTMLElement>(".run-tile");
-    const side = over ? sideOf(over, event) : "middle";
-    this.point(event.type === "dragover" ? over : null, side);
-    if (event.type !== "drop") return;
-    const key = event.dataTransfer.getData(DRAGGED);
-    if (!this.tile(key)) return;
-    const at = over?.dataset["view"];
-    const layout = isRail ? kept(this.shown(), (each) => each !== key) : at && placed(this.shown(), key, at, side);
-    if (layout) this.choose(layout);
+    event.stopPropagation();
+    this.choose(placedBeside(this.shown(), key, side));
+    this.focus(key, "back");
+  }
+
+  private putBack(key: string): void {
+    this.choose(kept(this.shown(), (each) => each !== key));
+    const lodger = this.lodgers.get(key);
+    if (lodger) lodger.handle.focus();
+    else this.focus(key, "enlarge");
+  }
+
+  private focus(key: string, way: string): void {
+    this.tile(key)?.element.querySelector<HTMLElement>(`.run-${way}`)?.focus();
+  }
+
+  private spotAt({ clientX, clientY }: PointerEvent): Spot {
+    const at = document.elementFromPoint(clientX, clientY);
+    if (this.homes.some((home) => home.contains(at))) return "home";
+    const over = at?.closest<HTMLElement>(".run-tile");
+    if (!over || !this.element.contains(over)) return null;
+    const { left, top, width, height } = over.getBoundingClientRect();
+    return { over, side: sideAt((clientX - left) / width, (clientY - top) / height) };
   }
 
   /** Show where a view would come. */
-  private point(over: HTMLElement | null, side: Side): void {
+  private point(spot: Spot): void {
+    const over = spot && spot !== "home" ? spot.over : null;
     if (this.target !== over) delete this.target?.dataset["drop"];
     this.target = over;
-    if (over) over.dataset["drop"] = side;
+    if (over && spot && spot !== "home") over.dataset["drop"] = spot.side;
+    for (const home of this.homes) home.toggleAttribute("data-home", spot === "home");
   }
 
   private arrange(): void {
     const shown = this.shown();
     const keys = keysOf(shown);
+    this.lend(keys);
     const large = this.drawn(shown, this.key.replace(".", "-"));
     put(this.element, large ? [large] : []);
     this.element.toggleAttribute("data-split", keys.length > 1);
+    const others = this.tiles.filter((tile) => !keys.includes(tile.key));
     put(
       this.rail,
-      this.tiles.filter((tile) => !keys.includes(tile.key)).map((tile) => tile.element),
+      others.map((tile) => tile.element),
     );
-    this.rail.hidden = keys.length >= this.tiles.length;
+    this.rail.hidden = others.length === 0;
     this.arranged.emit(keys);
+  }
+
+  /** Bring the panels that are among the large views there, and the others home. */
+  private lend(keys: string[]): void {
+    for (const { key, body, tile, lodge } of this.lodgers.values()) {
+      const [place, isAway] = [tile.element.querySelector(".run-panel"), keys.includes(key)];
+      if (isAway === (body.parentElement === place)) continue;
+      lodge(isAway);
+      if (isAway) place?.append(body);
+    }
   }
 
   /** The element of a view, or of a split with both of its parts; what stays where it is is not touched. */
@@ -129,6 +231,7 @@ export class Stage {
     if (typeof layout === "string") return this.tile(layout)?.element;
     const { element, bar } = this.halvesAt(place);
     element.dataset["way"] = layout.way;
+    element.style.setProperty("--share", `${shareOf(layout)}%`);
     const [first, second] = layout.parts.map((part, k) => this.drawn(part, `${place}${k}`));
     put(
       element,
@@ -149,8 +252,3 @@ export class Stage {
 
 /** Properties of the style of a split for the size of its first part. */
 const SIZES = { width: "--first", height: "--first-high" };
-
-function sideOf(tile: HTMLElement, { clientX, clientY }: DragEvent): Side {
-  const { left, top, width, height } = tile.getBoundingClientRect();
-  return sideAt((clientX - left) / width, (clientY - top) / height);
-}

@@ -635,6 +635,7 @@ export const EN = {
   "shell.keyInText": "F8 in the text",
   "shell.keyMenu": "Shift F10, right click",
   "shell.keyOpen": "open a world",
+  "shell.keyOnAPanel": "Ctrl and an arrow, on a tab or a button of a view",
   "shell.keySpace": "Space",
   "shell.keys": "Keys",
   "shell.keysShortcut": "Keys (?)",
@@ -664,6 +665,7 @@ export const EN = {
   "shell.openThisAddressIn": "Open this address in the other browser:",
   "shell.opened": "Opened",
   "shell.overwriteIt": "Overwrite it",
+  "shell.panelToASide": "Run, Review: move that panel or view to the side of all others",
   "shell.pickAToolThen":
     "Pick a tool, then click on the plan: walls, doors and windows, boxes, pictures on walls, robots. Drag things to move them.",
   "shell.planAndTextChange":
@@ -738,7 +740,9 @@ export const EN = {
   "step.ungroup": "Ungroup {things}",
   "step.wasReloaded": "the world was reloaded in the meantime; make this change again",
   "step.wasTyped": "the text was changed in the meantime; make this change again",
+  "ui.charts": "Charts",
   "ui.fillTheWindow": "Fill the window",
+  "ui.putBack": "Put back",
   "ui.showBeside": "Show beside the large view",
   "ui.sizeOfTheCharts": "Size of the charts",
   "ui.sizeOfThePanel": "Size of the panel",
