@@ -108,7 +108,8 @@ class OpenGLError(MjsimError):
 
 def one_line(text: str) -> str:
     """Return a text on one line: white space is collapsed, control characters are escaped, and a long text is cut."""
-    return _shortened(printable(" ".join(text.split())))
+    joined = " ".join(text.split())
+    return _shortened(printable(text if text == joined else joined))
 
 
 def _shortened(line: str) -> str:

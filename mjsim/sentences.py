@@ -32,6 +32,18 @@ class Sentence(str):
         self.template, self.values = plain(template), values
         return self
 
+    @classmethod
+    def received(cls, template: str, values: Mapping[str, str]) -> Self:
+        """Return the sentence of a plain template and its values, which come from another process.
+
+        Raises:
+            ValueError: Braces of the template hold anything else than names of the values.
+        """
+        fields = [(name, form, as_) for _, name, form, as_ in _FORMATTER.parse(template) if name is not None]
+        if any(form or as_ or not name.isidentifier() or name not in values for name, form, as_ in fields):
+            raise ValueError(f"{template!r:.80} is no template of {', '.join(values)!r:.80}")
+        return cls(template, *(values[name] for name in dict.fromkeys(name for name, _, _ in fields)))
+
     def __str__(self) -> str:
         """Return the sentence itself, so that the text of an error made from one is still a sentence."""
         return self

@@ -18,6 +18,7 @@ from mjsim.compile.model_looks import LookOf
 from mjsim.compile.room import COLLISION, VISUAL, Covers, shape_triangles
 from mjsim.geometry import Array
 from mjsim.models import ModelShape, no_warnings, seen_and_touched
+from mjsim.sentences import Sentence
 from mjsim.world import ModelObstacle
 
 SEEN = 0
@@ -165,11 +166,15 @@ def _heavier(obstacle: ModelObstacle, model: mujoco.MjModel) -> float:
     """Return the factor of the masses of a file."""
     total = float(model.body_mass.sum())
     if not total < MAX_MASS:
-        raise ValueError(f"'{obstacle.model}' weighs {total:g} kg, too much for an object; check its units")
+        raise ValueError(
+            Sentence("'{model}' weighs {total:g} kg, too much for an object; check its units", obstacle.model, total)
+        )
     # The part that moves as a whole consists of the bodies that no joint of the file moves.
     base = float(model.body_mass[model.body_weldid == 0].sum())
     if base <= 0.0 and (obstacle.movable or obstacle.path is not None):
-        raise ValueError(f"'{obstacle.model}' is movable but has no mass; give its geoms a mass or a density")
+        raise ValueError(
+            Sentence("'{model}' is movable but has no mass; give its geoms a mass or a density", obstacle.model)
+        )
     return obstacle.mass / total if obstacle.mass is not None else obstacle.scale**3
 
 
@@ -180,7 +185,11 @@ def _set_inertia(body: mujoco.MjsBody, model: mujoco.MjModel, number: int, *, he
         body.ipos, body.iquat = model.body_ipos[number] * scale, model.body_iquat[number]
         body.inertia = model.body_inertia[number] * heavier * scale**2
         if min(*body.inertia, body.mass) < MIN_INERTIA:
-            raise ValueError(f"a part of {body.mass:g} kg is too small for the physics; scale it up or make it heavier")
+            raise ValueError(
+                Sentence(
+                    "a part of {mass:g} kg is too small for the physics; scale it up or make it heavier", body.mass
+                )
+            )
 
 
 def _add_joint(body: mujoco.MjsBody, model: mujoco.MjModel, number: int, *, scale: float, name: str) -> None:

@@ -5,6 +5,7 @@ import re
 import mujoco
 
 from mjsim.errors import UsageError, one_line
+from mjsim.sentences import Sentence
 
 _NAMED = re.compile(r"\s+Element name '([^']*)'.*", re.DOTALL)
 
@@ -22,4 +23,6 @@ def compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
         named = _NAMED.search(text)
         subject = f"'{named[1]}'" if named else "this world"
         reason = one_line(_NAMED.sub("", text))
-        raise UsageError(f"MuJoCo cannot compile {subject}: {reason}; make sizes and masses larger") from error
+        raise UsageError(
+            Sentence("MuJoCo cannot compile {subject}: {reason}; make sizes and masses larger", subject, reason)
+        ) from error

@@ -25,6 +25,7 @@ from mjsim.compile.room import COLLISION, VISUAL, Covers, surface_of
 from mjsim.compile.textures import add_matte, color_of, tint_of
 from mjsim.errors import WorldError
 from mjsim.geometry import Array
+from mjsim.sentences import Sentence
 from mjsim.world import (
     BoxObstacle,
     CylinderObstacle,
@@ -160,7 +161,7 @@ def _add_shape(spec: mujoco.MjSpec, stand: ObstacleBody, obstacle: Obstacle, nam
             return [stand.add_geom(name=name, type=geoms.mjGEOM_MESH, meshname=name, **keys)]
         case StepsObstacle():
             return [stand.add_geom(type=geoms.mjGEOM_BOX, **step, **keys) for step in _steps(obstacle, name)]
-    raise AssertionError(f"no shape for {obstacle}")
+    raise AssertionError(Sentence("no shape for {obstacle}", obstacle))
 
 
 def _steps(obstacle: StepsObstacle, name: str) -> Iterator[dict[str, Any]]:

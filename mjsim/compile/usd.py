@@ -14,6 +14,7 @@ from mjsim.compile.mujoco_model import compiled
 from mjsim.compile.scene import compile_world
 from mjsim.errors import UsageError, how_to_install
 from mjsim.output import require_free, write_files
+from mjsim.sentences import Sentence
 from mjsim.world import World
 
 SUFFIXES = (".usda", ".usdc", ".usd")
@@ -37,14 +38,20 @@ def write_usd(world: World, path: str | Path, *, overwrite: bool = False) -> Pat
     """
     path = Path(path)
     if path.suffix not in SUFFIXES:
-        raise UsageError(f"'{path}' ends in '{path.suffix}'; a USD file ends in {', '.join(SUFFIXES)}")
+        raise UsageError(
+            Sentence(
+                "'{path}' ends in '{suffix}'; a USD file ends in {suffixes}", path, path.suffix, ", ".join(SUFFIXES)
+            )
+        )
     require_free(path, overwrite=overwrite)
     try:
         from mujoco.usd.exporter import USDExporter
         from pxr import Tf, UsdGeom
     except ImportError:
         raise UsageError(
-            f"USD is written by usd-core, which is not installed; type: {how_to_install('usd-core')}"
+            Sentence(
+                "USD is written by usd-core, which is not installed; type: {how_to_install}", how_to_install("usd-core")
+            )
         ) from None
     model = compiled(_plainly_named(compile_world(world)))
     data = mujoco.MjData(model)
@@ -67,7 +74,9 @@ def write_usd(world: World, path: str | Path, *, overwrite: bool = False) -> Pat
             exporter.stage.Export(str(whole))
             files[path.name] = whole.read_bytes()
         except Tf.ErrorException as error:
-            raise UsageError(f"cannot write '{path}': {str(error).strip().splitlines()[-1].strip()}") from error
+            raise UsageError(
+                Sentence("cannot write '{path}': {text}", path, str(error).strip().splitlines()[-1].strip())
+            ) from error
     write_files(path.parent, files, overwrite=overwrite)
     return path
 

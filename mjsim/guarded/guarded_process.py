@@ -21,6 +21,7 @@ from mjsim.errors import MjsimError, Problem, UsageError, WorldError, one_line, 
 from mjsim.guarded.limits import Allowance
 from mjsim.guarded.plain_values import WireError, receive
 from mjsim.guarded.request import LENGTH, OWN_ERRORS, Call, Permission
+from mjsim.sentences import Sentence
 
 START_TIMEOUT = 60.0
 """Time for a child to start and to import its libraries [s]."""
@@ -56,7 +57,7 @@ class About:
 
     def error(self, cause: str) -> UsageError:
         """Return the error of a file that cannot be read."""
-        return UsageError(f"'{self.name}' cannot be read: {cause}; {self.advice}")
+        return UsageError(Sentence("'{name}' cannot be read: {cause}; {advice}", self.name, cause, self.advice))
 
 
 class Child:
@@ -123,7 +124,7 @@ class Child:
             before = self._watch.clock()
             answer = self._timed(left, allowance.answer)
             if not isinstance(answer, Mapping):
-                raise WireError(f"a {type(answer).__name__} as an answer")
+                raise WireError(Sentence("a {name} as an answer", type(answer).__name__))
             left = max(left - (self._watch.clock() - before), POLL_SECONDS)
             further = allowance.seconds if "working" in answer else allowance.each
             if left < further and renewals < MAX_RENEWALS:
@@ -255,11 +256,18 @@ def _raise_error(answer: Mapping[str, Any], about: About, allowance: Allowance) 
     try:
         own = _own_error(answer)
     except (LookupError, TypeError, ValueError) as error:
-        raise WireError(f"{type(error).__name__}: {error}") from None
+        raise WireError(Sentence("{name}: {error}", type(error).__name__, error)) from None
     if own is not None:
         raise own
     if "fault" in answer:
-        raise RuntimeError(f"the reader of '{about.name}' has a bug: {answer['fault']}\n{answer['traceback']}")
+        raise RuntimeError(
+            Sentence(
+                "the reader of '{name}' has a bug: {fault}\n{other_fault}",
+                about.name,
+                answer["fault"],
+                answer["traceback"],
+            )
+        )
 
 
 def _own_error(answer: Mapping[str, Any]) -> MjsimError | None:
@@ -268,5 +276,7 @@ def _own_error(answer: Mapping[str, Any]) -> MjsimError | None:
         return WorldError([Problem(str(a), int(b), int(c), str(d)) for a, b, c, d in answer["problems"]])
     if "error" in answer:
         # The words of a file may be in it.
-        return OWN_ERRORS[answer["error"]]("\n".join(map(printable, str(answer["message"]).split("\n"))))
+        message = str(answer["message"])
+        safe = message if message.isprintable() else "\n".join(map(printable, message.split("\n")))
+        return OWN_ERRORS[answer["error"]](safe)
     return None

@@ -10,6 +10,8 @@ import struct
 from collections.abc import Callable, Mapping, Sequence
 from typing import IO, TYPE_CHECKING, Any, TypeAlias
 
+from mjsim.sentences import Sentence
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -68,6 +70,8 @@ def receive(file: IO[bytes], *, limit: int) -> Any:
 
 def _written(value: Any, buffers: list[memoryview | bytes]) -> Any:
     """Return a value as JSON has it; the bytes of arrays are added to the buffers."""
+    if isinstance(value, Sentence):
+        return {"sentence": [value.template, _written(dict(value.values), buffers)]}
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
     if isinstance(value, list):
@@ -102,6 +106,14 @@ def _read(value: Any, buffers: Sequence[bytearray]) -> Any:
     return _READERS[kind](content, buffers)
 
 
+def _sentence(content: Any, buffers: Sequence[bytearray]) -> Sentence:
+    template, values = content
+    read = _read(values, buffers)
+    if not isinstance(template, str) or not all(isinstance(each, str) for pair in read.items() for each in pair):
+        raise WireError("a sentence of other things than text")
+    return Sentence.received(template, read)
+
+
 def _array(content: Any, buffers: Sequence[bytearray]) -> Any:
     """Return an array, whose shape must be that of its buffer."""
     import numpy as np
@@ -122,6 +134,7 @@ _READERS: Mapping[str, Callable[[Any, Sequence[bytearray]], Any]] = {
     "dict": lambda content, buffers: {_read(key, buffers): _read(each, buffers) for key, each in content},
     "bytes": lambda content, buffers: bytes(buffers[_size(content)]),
     "array": _array,
+    "sentence": _sentence,
 }
 
 

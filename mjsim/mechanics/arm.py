@@ -15,6 +15,7 @@ from mjsim.mechanics.chain import Chain, Posture, chain_of, posture_at, tool_jac
 from mjsim.mechanics.dh import Row, links_of
 from mjsim.mechanics.inverse import PoseGoals, Reached, solve
 from mjsim.mechanics.transforms import IDENTITY, is_rigid
+from mjsim.sentences import Sentence
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -57,11 +58,11 @@ class Arm:
         for name in ("base", "tool", "flange"):
             pose = np.array(getattr(self, name), dtype=float)
             if pose.shape != (4, 4) or not np.isfinite(pose).all() or not is_rigid(pose):
-                raise ValueError(f"{name} is not a pose; give a homogeneous transform of shape (4, 4)")
+                raise ValueError(Sentence("{name} is not a pose; give a homogeneous transform of shape (4, 4)", name))
             pose.flags.writeable = False
             object.__setattr__(self, name, pose)
         if self.end is not None and not 0 <= self.end < self.n:
-            raise ValueError(f"end is {self.end}; links are numbered from 0 to {self.n - 1}")
+            raise ValueError(Sentence("end is {end}; links are numbered from 0 to {n}", self.end, self.n - 1))
         end = self.n - 1 if self.end is None else self.end
         object.__setattr__(self, "_chain", chain_of(self.links, self.base, self.flange @ self.tool, end))
         object.__setattr__(self, "_masses", dynamics.masses_of(self.links))
@@ -336,7 +337,14 @@ class Arm:
     def _values(self, name: str, values: ArrayLike) -> Array:
         array = np.asarray(values, dtype=float)
         if array.ndim == 0 or array.shape[-1] != self.n:
-            raise ValueError(f"{name} has shape {array.shape}; its last axis must have {self.n}, one for each joint")
+            raise ValueError(
+                Sentence(
+                    "{name} has shape {shape}; its last axis must have {n}, one for each joint",
+                    name,
+                    array.shape,
+                    self.n,
+                )
+            )
         return array
 
     def _several(self, **values: ArrayLike) -> list[Array]:

@@ -8,6 +8,7 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.mechanics.link_inertias import Six, Solid, Vector3, check_inertia
 from mjsim.mechanics.transforms import is_rigid
+from mjsim.sentences import Sentence
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -63,7 +64,7 @@ class Link:
         for name in ("before", "after"):
             matrix = np.array(getattr(self, name), dtype=float)
             if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or not is_rigid(matrix):
-                raise ValueError(f"{name} is not a homogeneous transform of shape (4, 4)")
+                raise ValueError(Sentence("{name} is not a homogeneous transform of shape (4, 4)", name))
             matrix.flags.writeable = False
             object.__setattr__(self, name, matrix)
         _check_numbers(self)
@@ -83,17 +84,21 @@ class Link:
 def _check_numbers(link: Link) -> None:
     for name in ("mass", "center", "inertia", "gear", "rotor_inertia", "viscous", "coulomb", "radius", "bone"):
         if not np.isfinite(getattr(link, name)).all():
-            raise ValueError(f"{name} is {getattr(link, name)}; it must be finite")
+            raise ValueError(Sentence("{name} is {value}; it must be finite", name, getattr(link, name)))
     for name in ("mass", "rotor_inertia", "viscous"):
         if getattr(link, name) < 0.0:
-            raise ValueError(f"{name} is {getattr(link, name):g}; it must not be below 0")
+            raise ValueError(Sentence("{name} is {value:g}; it must not be below 0", name, getattr(link, name)))
     for name in ("max_torque", "max_velocity", "radius"):
         if not getattr(link, name) > 0.0:
-            raise ValueError(f"{name} is {getattr(link, name):g}; it must be above 0")
+            raise ValueError(Sentence("{name} is {value:g}; it must be above 0", name, getattr(link, name)))
     if link.gear == 0.0:
         raise ValueError("gear is 0; it must not be 0")
     if link.coulomb[0] < 0.0 or link.coulomb[1] > 0.0:
         plus, minus = link.coulomb
-        raise ValueError(f"coulomb is [{plus:g}, {minus:g}]; the first must be 0 or more, the second 0 or less")
+        raise ValueError(
+            Sentence("coulomb is [{plus:g}, {minus:g}]; the first must be 0 or more, the second 0 or less", plus, minus)
+        )
     if not link.lower < link.upper:
-        raise ValueError(f"range is [{link.lower:g}, {link.upper:g}]; the first must be below the second")
+        raise ValueError(
+            Sentence("range is [{lower:g}, {upper:g}]; the first must be below the second", link.lower, link.upper)
+        )

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 from mjsim.mechanics.arm_links import Link
 from mjsim.mechanics.transforms import about_z, cross, inverted
+from mjsim.sentences import Sentence
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,7 +88,11 @@ def parents_of(links: tuple[Link, ...]) -> tuple[int, ...]:
     parents = tuple(number - 1 if link.parent is None else link.parent for number, link in enumerate(links))
     for number, parent in enumerate(parents):
         if not -1 <= parent < number:
-            raise ValueError(f"link {number + 1} is carried by link {parent}; it must be an earlier link, or -1")
+            raise ValueError(
+                Sentence(
+                    "link {number} is carried by link {parent}; it must be an earlier link, or -1", number + 1, parent
+                )
+            )
     return parents
 
 

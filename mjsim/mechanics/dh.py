@@ -16,6 +16,7 @@ from mjsim.geometry import Array
 from mjsim.mechanics.arm_links import Link
 from mjsim.mechanics.link_inertias import Solid, capsule
 from mjsim.mechanics.transforms import IDENTITY, about_x, about_z, inverted
+from mjsim.sentences import Sentence
 
 CONVENTIONS = ("standard", "modified")
 UNITS: Mapping[str, float] = {"m": 1.0, "mm": 0.001}
@@ -39,7 +40,9 @@ def links_of(rows: Sequence[Row], *, convention: str, unit: str) -> tuple[Link, 
     """
     for value, name, known in ((convention, "convention", CONVENTIONS), (unit, "unit", UNITS)):
         if value not in known:
-            raise ValueError(f"{name} is '{value}'{did_you_mean(str(value), known)}")
+            raise ValueError(
+                Sentence("{name} is '{value}'{did_you_mean}", name, value, did_you_mean(str(value), known))
+            )
     if not rows:
         raise ValueError("the arm has no links; give at least one row")
     numbered = list(enumerate(rows, 1))
@@ -59,7 +62,7 @@ def _of_row(number: int, make: Any, *arguments: Any) -> Any:
     try:
         return make(*arguments)
     except (TypeError, ValueError) as error:
-        raise ValueError(f"row {number}: {error}") from None
+        raise ValueError(Sentence("row {number}: {error}", number, error)) from None
 
 
 def _in_metres(row: Row, scale: float) -> dict[str, Any]:
@@ -71,11 +74,15 @@ def _in_metres(row: Row, scale: float) -> dict[str, Any]:
     for key, value in row.items():
         name = key.removesuffix("_deg")
         if name not in KEYS or (name != key and name not in ANGLE_KEYS):
-            raise ValueError(f"unknown key '{key}'{did_you_mean(str(key), KEYS + IN_DEGREES)}")
+            raise ValueError(
+                Sentence("unknown key '{key}'{did_you_mean}", key, did_you_mean(str(key), KEYS + IN_DEGREES))
+            )
         if name != key and slides and name in LENGTHS_OF_SLIDE:
-            raise ValueError(f"{key} is in degrees; this joint slides: give {name}, in the unit of the table")
+            raise ValueError(
+                Sentence("{key} is in degrees; this joint slides: give {name}, in the unit of the table", key, name)
+            )
         if name != key and name in row:
-            raise ValueError(f"both '{name}' and '{key}' are given; give one")
+            raise ValueError(Sentence("both '{name}' and '{key}' are given; give one", name, key))
         if name in LENGTHS or (slides and name in LENGTHS_OF_SLIDE):
             value = (scale * np.asarray(value, dtype=float)).tolist()
         keys[name] = value if name == key else np.radians(value).tolist()
@@ -132,7 +139,7 @@ def _solid(row: Mapping[str, Any], start: Array, end: Array, radius: float) -> S
         return Solid(float(row["mass"]), _numbers("center", center, 3), _numbers("inertia", inertia, 6))
     for name in ("center", "inertia"):
         if name in row:
-            raise ValueError(f"{name} is given without mass; give mass too, or neither")
+            raise ValueError(Sentence("{name} is given without mass; give mass too, or neither", name))
     return capsule(start, end, radius)
 
 
@@ -147,7 +154,15 @@ def _coulomb_pair(coulomb: Any) -> tuple[float, float]:
 def _numbers(name: str, values: Any, count: int, *, finite: bool = True) -> Any:
     numbers = tuple(float(value) for value in values)
     if len(numbers) != count:
-        raise ValueError(f"{name} holds {len(numbers)} numbers; it must hold {count}")
+        raise ValueError(
+            Sentence("{name} holds {count} numbers; it must hold {other_count}", name, len(numbers), count)
+        )
     if finite and not np.isfinite(numbers).all():
-        raise ValueError(f"{name} is {next(value for value in numbers if not math.isfinite(value))}; it must be finite")
+        raise ValueError(
+            Sentence(
+                "{name} is {value}; it must be finite",
+                name,
+                next(value for value in numbers if not math.isfinite(value)),
+            )
+        )
     return numbers

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjsim.geometry import Array, nearest_moments
+from mjsim.sentences import Sentence
 
 DENSITY = 1000.0
 """Density of a link without given mass [kg/m^3]."""
@@ -77,7 +78,10 @@ def check_inertia(inertia: Six) -> None:
     moments = np.linalg.eigvalsh(tensor(inertia))
     if moments[0] < -ROUNDING * np.abs(moments).max():
         raise ValueError(
-            f"the smallest principal moment of the inertia is {moments[0]:.4g} kg m^2; it must not be below 0"
+            Sentence(
+                "the smallest principal moment of the inertia is {moments:.4g} kg m^2; it must not be below 0",
+                moments[0],
+            )
         )
 
 

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from mjsim.geometry import Array
 from mjsim.mechanics.transforms import is_rigid, rotation_of, rotation_vector
+from mjsim.sentences import Sentence
 
 
 def jtraj(
@@ -65,7 +66,7 @@ def ctraj(T0: ArrayLike, T1: ArrayLike, t: ArrayLike) -> Array:
     first, last = (np.asarray(pose, dtype=float) for pose in (T0, T1))
     for name, pose in (("T0", first), ("T1", last)):
         if pose.shape != (4, 4) or not is_rigid(pose):
-            raise ValueError(f"{name} is not a pose; give a homogeneous transform of shape (4, 4)")
+            raise ValueError(Sentence("{name} is not a pose; give a homogeneous transform of shape (4, 4)", name))
     share, _, _ = jtraj([0.0], [1.0], t)
     turn = rotation_vector(first[:3, :3].T @ last[:3, :3])
     poses = np.zeros((len(share), 4, 4))

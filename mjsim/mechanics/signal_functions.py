@@ -16,6 +16,7 @@ from numpy.random import Generator
 from numpy.typing import ArrayLike
 
 from mjsim.geometry import Array
+from mjsim.sentences import Sentence
 
 if TYPE_CHECKING:  # Slow to load, and few signals need it.
     from scipy.interpolate import CubicSpline
@@ -292,12 +293,22 @@ class Table(TimeSignal):
     def __post_init__(self) -> None:
         """Check that the times increase."""
         if self.times.ndim != 1 or self.times.shape != self.values.shape or not len(self.times):
-            raise ValueError(f"times and values have shapes {self.times.shape} and {self.values.shape}; give (n,) each")
+            raise ValueError(
+                Sentence(
+                    "times and values have shapes {shape} and {other_shape}; give (n,) each",
+                    self.times.shape,
+                    self.values.shape,
+                )
+            )
         if not (np.isfinite(self.times).all() and np.isfinite(self.values).all()):
             raise ValueError("times and values must be finite")
         if (np.diff(self.times) <= 0.0).any():
             row = int(np.argmax(np.diff(self.times) <= 0.0))
-            raise ValueError(f"time {self.times[row + 1]:g} follows {self.times[row]:g}; times must increase")
+            raise ValueError(
+                Sentence(
+                    "time {times:g} follows {other_times:g}; times must increase", self.times[row + 1], self.times[row]
+                )
+            )
         if self.repeat and len(self.times) < 2:
             raise ValueError("a table of one time cannot repeat; give two or more")
         if self.between == "cubic" and len(self.times) > 1:

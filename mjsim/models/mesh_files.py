@@ -15,6 +15,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.models.xml_text import RefusedXmlError, checked_xml
+from mjsim.sentences import Sentence
 
 SUFFIXES = (".dae", ".gltf", ".glb", ".obj", ".stl")
 """Endings of files that are read."""
@@ -127,7 +128,7 @@ def gazebo_triangles(path: str, data: bytes, *, named: str = "") -> tuple[Array,
 
 def alone(name: str) -> bytes:
     """Refuse every file: files that a mesh names are left out."""
-    raise ValueError(f"files that a mesh names are not read, such as '{name}'")
+    raise ValueError(Sentence("files that a mesh names are not read, such as '{name}'", name))
 
 
 def _meshes(
@@ -152,10 +153,12 @@ def _meshes(
     # Libraries fail on damaged files in any way; what they return is checked below.
     except Exception as error:
         reason = " ".join(str(error).split())[:100] or type(error).__name__
-        raise ValueError(f"'{path}' cannot be read as a mesh ({reason}); export it again") from None
+        raise ValueError(
+            Sentence("'{path}' cannot be read as a mesh ({reason}); export it again", path, reason)
+        ) from None
     corners = np.concatenate([mesh.vertices for mesh in found] or [np.zeros((1, 3))])
     if not (np.isfinite(corners).all() and np.ptp(corners, axis=0).max() > 0.0):
-        raise ValueError(f"'{path}' cannot be read as a mesh: it has no triangles; export it again")
+        raise ValueError(Sentence("'{path}' cannot be read as a mesh: it has no triangles; export it again", path))
     return _named(found, named, path, data) if named else found
 
 
@@ -173,7 +176,11 @@ def _named(meshes: Sequence[Any], name: str, path: str, data: bytes) -> list[Any
     if not found:
         own = {head["name"] for head in heads if head.get("name")}
         known = sorted(own or {each for names in called for each in names if each})
-        raise ValueError(f"'{path}' has no mesh '{name[:60]}'; its meshes are {', '.join(known[:8])[:200]}")
+        raise ValueError(
+            Sentence(
+                "'{path}' has no mesh '{name}'; its meshes are {known}", path, name[:60], ", ".join(known[:8])[:200]
+            )
+        )
     return found
 
 
@@ -186,11 +193,13 @@ def _upright(path: str, data: bytes, ending: str, *, up_axis: bool) -> Array:
     try:
         text = checked_xml(data)
     except RefusedXmlError as error:
-        raise ValueError(f"'{path}' {error}") from None
+        raise ValueError(Sentence("'{path}' {error}", path, error)) from None
     unit, up = _UNIT.search(text), _UP.search(text)
     scale = float(unit[1]) if unit else 1.0
     if not 1e-6 < scale < 1e6:
-        raise ValueError(f"'{path}' cannot be read as a mesh: its unit is {scale:g} m; correct it")
+        raise ValueError(
+            Sentence("'{path}' cannot be read as a mesh: its unit is {scale:g} m; correct it", path, scale)
+        )
     return np.asarray(scale * _UPRIGHT[up[1] if up and up_axis else "Z"])
 
 

@@ -2,6 +2,8 @@
 
 import re
 
+from mjsim.sentences import Sentence
+
 MAX_CORNERS = 200_000
 """Maximum number of corners of a mesh; an STL has three per triangle."""
 _VERTEX = re.compile(rb"^[ \t]*v[ \t]", re.MULTILINE)
@@ -21,11 +23,17 @@ def check_mesh(path: str, data: bytes) -> None:
     """
     count = {"obj": _obj_corners, "stl": _stl_corners, "msh": _msh_corners}[path.rpartition(".")[2].lower()](data)
     if count is None:
-        raise ValueError(f"'{path}' cannot be read as a mesh; export it again as OBJ or binary STL")
+        raise ValueError(Sentence("'{path}' cannot be read as a mesh; export it again as OBJ or binary STL", path))
     if count <= 3:
-        raise ValueError(f"'{path}' cannot be read as a mesh: it has {count} corners; export it again")
+        raise ValueError(
+            Sentence("'{path}' cannot be read as a mesh: it has {count} corners; export it again", path, count)
+        )
     if count > MAX_CORNERS:
-        raise ValueError(f"'{path}' has {count} corners; a mesh has 4 to {MAX_CORNERS}, simplify it")
+        raise ValueError(
+            Sentence(
+                "'{path}' has {count} corners; a mesh has 4 to {max_corners}, simplify it", path, count, MAX_CORNERS
+            )
+        )
 
 
 def _obj_corners(data: bytes) -> int:

@@ -15,6 +15,7 @@ from mjsim.geometry import Array
 from mjsim.models.model_sources import ModelFiles
 from mjsim.models.picture_pixels import bounded, encode_png, read_picture
 from mjsim.models.proven import require_readable
+from mjsim.sentences import Sentence
 
 LAST_SEEN_GROUP = 2
 """MuJoCo's viewers show groups up to this one by default."""
@@ -109,7 +110,7 @@ def no_warnings(path: str) -> Iterator[None]:
         finally:
             mujoco.set_mju_user_warning(before)
     if messages:
-        raise ValueError(f"MuJoCo cannot read '{path}': {' '.join(messages[-1].split())[:200]}")
+        raise ValueError(Sentence("MuJoCo cannot read '{path}': {reason}", path, " ".join(messages[-1].split())[:200]))
 
 
 def seen_and_touched(model: mujoco.MjModel, *, urdf: bool) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
@@ -146,7 +147,9 @@ def solid_parts(model: mujoco.MjModel, *, urdf: bool) -> list[Array]:
         corners = corners_of(model, number)
         count += len(corners)
         if count > MAX_CORNERS:
-            raise ValueError(f"its parts have more than {MAX_CORNERS} corners; simplify its meshes")
+            raise ValueError(
+                Sentence("its parts have more than {max_corners} corners; simplify its meshes", MAX_CORNERS)
+            )
         part = corners @ data.geom_xmat[number].reshape(3, 3).T + data.geom_xpos[number]
         _check_extent(np.abs(part))
         parts.append(part)
@@ -156,7 +159,9 @@ def solid_parts(model: mujoco.MjModel, *, urdf: bool) -> list[Array]:
 def _check_extent(distances: Array) -> None:
     # Written so that NaN is rejected, too.
     if not (distances < MAX_EXTENT).all():
-        raise ValueError(f"it extends to {distances.max():g} units, too large for an object; check its units")
+        raise ValueError(
+            Sentence("it extends to {largest:g} units, too large for an object; check its units", distances.max())
+        )
 
 
 def _opaque(model: mujoco.MjModel) -> NDArray[np.bool_]:

@@ -17,6 +17,7 @@ from mjsim.models.proven import digest
 from mjsim.models.sdf import mjcf_of_sdf
 from mjsim.models.xml_text import RefusedXmlError
 from mjsim.models.xml_tree import FOREIGN, tree_of
+from mjsim.sentences import Sentence
 
 Read = Callable[[str], bytes]
 """Returns a file by its path relative to the folder of the world; raises ValueError."""
@@ -141,13 +142,15 @@ class Gatherer:
         data = self.file(path)
         self._xml += len(data)
         if self._xml > MAX_XML:
-            raise ValueError(f"'{self._path}' has more than {MAX_XML // 10**6} MB of XML; make it simpler")
+            raise ValueError(
+                Sentence("'{path}' has more than {max_xml} MB of XML; make it simpler", self._path, MAX_XML // 10**6)
+            )
         try:
             root, self._elements = tree_of(path, data, self._elements)
         except ElementTree.ParseError as error:
-            raise ValueError(f"'{path}' is not XML: {error}; correct it") from None
+            raise ValueError(Sentence("'{path}' is not XML: {error}; correct it", path, error)) from None
         except RefusedXmlError as error:
-            raise ValueError(f"'{path}' {error}") from None
+            raise ValueError(Sentence("'{path}' {error}", path, error)) from None
         root.tag = root.tag.removeprefix(FOREIGN)
         return root
 
@@ -159,7 +162,13 @@ class Gatherer:
             self.paths.append(path)
             self.sums.add(digest(data))
         if self._bytes > MAX_BYTES:
-            raise ValueError(f"the files of '{self._path}' have more than {MAX_BYTES // 10**6} MB; make them smaller")
+            raise ValueError(
+                Sentence(
+                    "the files of '{path}' have more than {max_bytes} MB; make them smaller",
+                    self._path,
+                    MAX_BYTES // 10**6,
+                )
+            )
         return data
 
     def keep(self, root: Element, sections: Sections) -> None:
@@ -176,7 +185,11 @@ class Gatherer:
             self.keep_mjcf(root, sections)
         else:
             path, tag = self._path, root.tag
-            raise ValueError(f"'{path}' begins with <{tag}>; a model begins with <mujoco> (MJCF) or <robot> (URDF)")
+            raise ValueError(
+                Sentence(
+                    "'{path}' begins with <{tag}>; a model begins with <mujoco> (MJCF) or <robot> (URDF)", path, tag
+                )
+            )
 
     def keep_mjcf(self, root: Element, sections: Sections) -> None:
         """Keep the given sections of MJCF."""
@@ -184,7 +197,15 @@ class Gatherer:
         for element in root.iter():
             if element.tag in _REFUSED:
                 instead = _INSTEAD.get(element.tag, "make it of geoms")
-                raise ValueError(f"'{self._path}' has {_REFUSED[element.tag]} (<{element.tag}>); {instead}")
+                raise ValueError(
+                    Sentence(
+                        "'{path}' has {refused} (<{tag}>); {instead}",
+                        self._path,
+                        _REFUSED[element.tag],
+                        element.tag,
+                        instead,
+                    )
+                )
         compilers = [dict(section.attrib) for section in root.findall("compiler")]
         settings = {key: value for compiler in compilers for key, value in compiler.items()}
         reduced = ElementTree.Element("mujoco")
@@ -212,7 +233,11 @@ class Gatherer:
     def put_includes_in(self, element: Element, depth: int) -> None:
         """Replace each <include file=.../> by the contents of the file."""
         if depth > MAX_INCLUDES:
-            raise ValueError(f"'{self._path}' includes files more than {MAX_INCLUDES} deep; is it a loop?")
+            raise ValueError(
+                Sentence(
+                    "'{path}' includes files more than {max_includes} deep; is it a loop?", self._path, MAX_INCLUDES
+                )
+            )
         for index, child in reversed(list(enumerate(element))):
             if child.tag != "include":
                 self.put_includes_in(child, depth)
@@ -221,7 +246,7 @@ class Gatherer:
             try:
                 included = self.parse(self._resolved(name))
             except ValueError as error:
-                raise ValueError(f"'{self._path}' includes '{name}': {error}") from None
+                raise ValueError(Sentence("'{path}' includes '{name}': {error}", self._path, name, error)) from None
             self.put_includes_in(included, depth + 1)
             element[index : index + 1] = list(included)
 
@@ -250,7 +275,7 @@ class Gatherer:
         if path + variant in self._flat:
             return self._flat[path + variant]
         if kind == "mesh" and not path.lower().endswith(MESH_ENDINGS):
-            raise ValueError(f"'{self._path}' names the mesh '{name}'; convert it to OBJ or STL")
+            raise ValueError(Sentence("'{path}' names the mesh '{name}'; convert it to OBJ or STL", self._path, name))
         return self.store(PlainFile(path, self.file(path)), kind, variant)
 
     def store(self, file: "PlainFile", kind: str, variant: str) -> str:
@@ -264,7 +289,7 @@ class Gatherer:
             try:
                 width, height = picture_size(data)
             except ValueError as error:
-                raise ValueError(f"'{path}' {error}") from None
+                raise ValueError(Sentence("'{path}' {error}", path, error)) from None
             self._count_pixels(width * height)
         flat = self._flat[path + variant] = f"{len(self._flat)}-{posixpath.basename(path)}"
         self.assets[flat] = data
@@ -275,10 +300,16 @@ class Gatherer:
         if "builtin" not in item.attrib:
             return
         if item.tag == "mesh":
-            raise ValueError(f"'{self._path}' has a mesh generated by MuJoCo (builtin); name an OBJ or STL file")
+            raise ValueError(
+                Sentence("'{path}' has a mesh generated by MuJoCo (builtin); name an OBJ or STL file", self._path)
+            )
         width, height = (item.get(key, "0") for key in ("width", "height"))
         if not all(size.isdecimal() and len(size) < 10 for size in (width, height)):
-            raise ValueError(f"'{self._path}' has a texture of {width} x {height} pixels; give whole numbers")
+            raise ValueError(
+                Sentence(
+                    "'{path}' has a texture of {width} x {height} pixels; give whole numbers", self._path, width, height
+                )
+            )
         # All faces of a cube have the size given by its width.
         self._count_pixels(int(width) * max(int(height), int(width) * CUBE_SIDES))
 
@@ -286,7 +317,11 @@ class Gatherer:
         self._pixels += count
         if self._pixels > MAX_PIXELS:
             limit = MAX_PIXELS // 10**6
-            raise ValueError(f"the textures of '{self._path}' have more than {limit} megapixels; make them smaller")
+            raise ValueError(
+                Sentence(
+                    "the textures of '{path}' have more than {limit} megapixels; make them smaller", self._path, limit
+                )
+            )
 
     def _resolved(self, name: str) -> str:
         """Return the path of a file that the model names; it must not leave the folder of the world."""
@@ -294,7 +329,13 @@ class Gatherer:
             return self._packaged(name)
         path = posixpath.normpath(posixpath.join(self._folder, name.removeprefix("file://")))
         if not name or path.startswith(("/", "..")) or "\\" in name:
-            raise ValueError(f"'{self._path}' names the file '{name}'; keep it beside the model and name it from there")
+            raise ValueError(
+                Sentence(
+                    "'{path}' names the file '{name}'; keep it beside the model and name it from there",
+                    self._path,
+                    name,
+                )
+            )
         return path
 
     def _packaged(self, name: str) -> str:
@@ -309,7 +350,11 @@ class Gatherer:
             if not path.startswith(("/", "..")) and self._exists(path):
                 return path
         raise ValueError(
-            f"'{self._path}' names '{name}', which is not found from any folder that contains the model; put it in one"
+            Sentence(
+                "'{path}' names '{name}', which is not found from any folder that contains the model; put it in one",
+                self._path,
+                name,
+            )
         )
 
     def _exists(self, path: str) -> bool:
@@ -387,4 +432,6 @@ def _geoms_in(element: Element) -> int:
 
 def _check_count(path: str, count: int) -> None:
     if count > MAX_GEOMS:
-        raise ValueError(f"'{path}' has {count} parts; it must have at most {MAX_GEOMS}")
+        raise ValueError(
+            Sentence("'{path}' has {count} parts; it must have at most {max_geoms}", path, count, MAX_GEOMS)
+        )

@@ -3,6 +3,8 @@
 import struct
 from collections.abc import Iterator
 
+from mjsim.sentences import Sentence
+
 MAX_PIXELS = 40_000_000
 PNG = b"\x89PNG\r\n\x1a\n"
 APP1, SCAN = 0xE1, 0xDA
@@ -38,10 +40,14 @@ def bounded_size(width: int, height: int) -> tuple[int, int]:
         ValueError: It has no pixels, or too many.
     """
     if width <= 0 or height <= 0:
-        raise ValueError(f"is a picture of {width} x {height} pixels; both must be above 0")
+        raise ValueError(Sentence("is a picture of {width} x {height} pixels; both must be above 0", width, height))
     if width * height > MAX_PIXELS:
         raise ValueError(
-            f"is a picture of {width * height / 1e6:.0f} megapixels; it must have at most {MAX_PIXELS / 1e6:.0f}"
+            Sentence(
+                "is a picture of {width:.0f} megapixels; it must have at most {max_pixels:.0f}",
+                width * height / 1000000.0,
+                MAX_PIXELS / 1000000.0,
+            )
         )
     return width, height
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.models.model_sources import ModelFiles, Read, gather_model
+from mjsim.sentences import Sentence
 
 if TYPE_CHECKING:
     import mujoco
@@ -79,9 +80,9 @@ def read_model(path: str, read: Read) -> ModelShape:
     try:
         parts = solid_parts(model, urdf=files.urdf)
     except ValueError as error:
-        raise ValueError(f"'{path}' cannot be placed in a room: {error}") from None
+        raise ValueError(Sentence("'{path}' cannot be placed in a room: {error}", path, error)) from None
     if not parts:
-        raise ValueError(f"'{path}' has no shape; give it geoms")
+        raise ValueError(Sentence("'{path}' has no shape; give it geoms", path))
     columns = [(_hull(part[:, :2]), float(np.min(part[:, 2])), float(np.max(part[:, 2]))) for part in parts]
     return ModelShape(files, model, tuple(columns))
 

@@ -10,6 +10,8 @@ import re
 from contextlib import suppress
 from xml.parsers import expat
 
+from mjsim.sentences import Sentence
+
 _MARKS = {
     codecs.BOM_UTF8: "utf-8",
     codecs.BOM_UTF32_LE: "utf-32-le",  # Begins with the mark of UTF-16.
@@ -41,7 +43,9 @@ def xml_text(data: bytes) -> str:
     try:
         text = data[len(mark) :].decode(encoding)
     except UnicodeDecodeError:
-        raise RefusedXmlError(f"cannot be read as XML: it is not in {encoding}; write it as UTF-8") from None
+        raise RefusedXmlError(
+            Sentence("cannot be read as XML: it is not in {encoding}; write it as UTF-8", encoding)
+        ) from None
     if "\0" in text:
         raise RefusedXmlError("cannot be read as XML: it has null characters; write it as UTF-8")
     return _plain_comments(_DECLARATION.sub(lambda match: re.sub(r"\S", " ", match[0]), text))
@@ -79,7 +83,7 @@ def _encoding(data: bytes) -> tuple[str, bytes]:
     except LookupError:
         encoding = ""
     if not _SUPERSETS.fullmatch(encoding):
-        raise RefusedXmlError(f"cannot be read as XML: its encoding is {name:.40}; write it as UTF-8")
+        raise RefusedXmlError(Sentence("cannot be read as XML: its encoding is {name:.40}; write it as UTF-8", name))
     return encoding, b""
 
 
@@ -126,7 +130,7 @@ class _Check:
             self._begins = self._parser.CurrentByteIndex + 1 + len(tag.encode())
         self._depth += 1
         if self._deepest is not None and self._depth > self._deepest:
-            raise RefusedXmlError(f"has elements more than {self._deepest} deep")
+            raise RefusedXmlError(Sentence("has elements more than {deepest} deep", self._deepest))
         self._used.update(name.partition(":")[0] for name in (tag, *attributes) if ":" in name)
         self._known.update(name.partition(":")[2] for name in attributes if name.startswith("xmlns:"))
 
@@ -137,7 +141,7 @@ class _Check:
         raise RefusedXmlError("declares a document type; leave <!DOCTYPE ...> out")
 
     def _entity(self, name: str, *_: object) -> None:
-        raise RefusedXmlError(f"declares the XML entity '{name:.40}'")
+        raise RefusedXmlError(Sentence("declares the XML entity '{name:.40}'", name))
 
     def _attributes(self, element: str, *_: object) -> None:
-        raise RefusedXmlError(f"declares attributes of <{element:.40}>")
+        raise RefusedXmlError(Sentence("declares attributes of <{element:.40}>", element))

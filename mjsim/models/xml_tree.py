@@ -4,6 +4,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from mjsim.models.xml_text import checked_xml
+from mjsim.sentences import Sentence
 
 MAX_ELEMENTS, DEEPEST = 20_000, 64
 FOREIGN = "foreign."
@@ -22,9 +23,13 @@ class Builder(ElementTree.TreeBuilder):
         self._depth += 1
         self.count += 1
         if self._depth > DEEPEST:
-            raise ValueError(f"'{self._path}' is nested more than {DEEPEST} deep; make it flatter")
+            raise ValueError(
+                Sentence("'{path}' is nested more than {deepest} deep; make it flatter", self._path, DEEPEST)
+            )
         if self.count > MAX_ELEMENTS:
-            raise ValueError(f"'{self._path}' has more than {MAX_ELEMENTS} elements; make it simpler")
+            raise ValueError(
+                Sentence("'{path}' has more than {max_elements} elements; make it simpler", self._path, MAX_ELEMENTS)
+            )
         if tag.startswith("{"):
             tag = self._foreign(*tag[1:].rsplit("}", 1))
         return super().start(tag, {name: value for name, value in attrs.items() if not name.startswith("{")})
@@ -32,7 +37,7 @@ class Builder(ElementTree.TreeBuilder):
     def _foreign(self, space: str, word: str) -> str:
         """Return a tag that is ignored; raise ValueError for xacro, which would change the meaning of the file."""
         if space.endswith("xacro"):
-            raise ValueError(f"'{self._path}' holds <{word}> of {space}; expand it")
+            raise ValueError(Sentence("'{path}' holds <{word}> of {space}; expand it", self._path, word, space))
         return f"{FOREIGN}{word}"
 
     def end(self, tag: str) -> Element:

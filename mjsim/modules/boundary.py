@@ -96,7 +96,9 @@ class Boundary:
         try:
             return check(value, *more)
         except Unfit as error:
-            raise self.fault(role, module, now, f"{error}{_method_place(module, method)}") from error
+            raise self.fault(
+                role, module, now, Sentence("{error}{method_place}", error, _method_place(module, method))
+            ) from error
         except BaseException as error:
             if _is_interrupt(error):
                 raise

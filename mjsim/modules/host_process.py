@@ -22,6 +22,7 @@ import numpy as np
 from mjsim.errors import ModuleFault
 from mjsim.modules.boundary import error_text, is_of_users
 from mjsim.progress import say
+from mjsim.sentences import Sentence
 
 HANDLED = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 """Signals whose handlers are restored."""
@@ -57,7 +58,7 @@ def exit_refused() -> Iterator[None]:
         def refuse(*arguments: Any) -> NoReturn:
             if os.getpid() != process:
                 usual(*arguments)
-            raise RuntimeError(f"os.{usual.__name__} ends the whole program; return, or raise an error")
+            raise RuntimeError(Sentence("os.{name} ends the whole program; return, or raise an error", usual.__name__))
 
         return refuse
 
@@ -189,7 +190,7 @@ def thread_faults() -> Iterator[None]:
             usual(raised)
             return
         name = raised.thread.name if raised.thread is not None else "without a name"
-        faults.append(ModuleFault(f"thread '{name}' of a module {error_text(error)}"))
+        faults.append(ModuleFault(Sentence("thread '{name}' of a module {error_text}", name, error_text(error))))
         _thread.interrupt_main()
 
     threading.excepthook = note

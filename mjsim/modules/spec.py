@@ -30,7 +30,7 @@ def module_of(spec: str, *, role: str, robot: str) -> tuple[Any, Use]:
         made = Use.model_validate({**_arguments(spec, brace + rest), "use": use})
     except ValidationError as error:
         first = error.errors()[0]
-        raise UsageError(f"'{spec}': {sentence(first, path_of(first), Use)}") from None
+        raise UsageError(Sentence("'{spec}': {sentence}", spec, sentence(first, path_of(first), Use))) from None
     module = make_module(made, Source(folder=folder), role=role, robot=robot)
     return module, made.model_copy(update={"use": named.strip()})
 

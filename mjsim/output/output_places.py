@@ -6,6 +6,7 @@ from collections.abc import Container, Iterable, Iterator
 from pathlib import Path, PurePosixPath
 
 from mjsim.errors import UsageError
+from mjsim.sentences import Sentence
 
 
 def require_free(*paths: Path, overwrite: bool = False, source: Path | None = None) -> None:
@@ -23,17 +24,21 @@ def require_free(*paths: Path, overwrite: bool = False, source: Path | None = No
         try:
             mode = path.stat().st_mode
         except NotADirectoryError:
-            raise UsageError(f"'{_file_above(path)}' exists and is not a folder; name another one") from None
+            raise UsageError(
+                Sentence("'{file_above}' exists and is not a folder; name another one", _file_above(path))
+            ) from None
         except OSError:
             continue
         if source is not None and source.exists() and path.samefile(source):
-            raise UsageError(f"'{path}' is the recording itself; name another file")
+            raise UsageError(Sentence("'{path}' is the recording itself; name another file", path))
         if stat.S_ISDIR(mode):
-            raise UsageError(f"'{path}' is a folder; name a file")
+            raise UsageError(Sentence("'{path}' is a folder; name a file", path))
         if not stat.S_ISREG(mode):
-            raise UsageError(f"'{path}' is a device or a pipe; name a file")
+            raise UsageError(Sentence("'{path}' is a device or a pipe; name a file", path))
         if not overwrite:
-            raise UsageError(f"'{path}' exists; name another file, or add --overwrite (in Python: overwrite=True)")
+            raise UsageError(
+                Sentence("'{path}' exists; name another file, or add --overwrite (in Python: overwrite=True)", path)
+            )
 
 
 def _file_above(path: Path) -> Path:
@@ -51,7 +56,7 @@ def free_paths(folder: str | Path, names: Iterable[str], *, overwrite: bool = Fa
     for name in names:
         # Names may come from a file that somebody else made.
         if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts or not name.isprintable():
-            raise UsageError(f"{name[:80]!r} is not a valid file name in '{folder}'")
+            raise UsageError(Sentence("{name!r} is not a valid file name in '{folder}'", name[:80], folder))
         paths.append(Path(folder) / name)
     require_free(*paths, overwrite=overwrite)
     return paths

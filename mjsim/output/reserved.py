@@ -14,6 +14,7 @@ from mjsim.closing import Closes
 from mjsim.errors import UsageError
 from mjsim.output.file_locks import is_at, try_lock
 from mjsim.output.output_places import create, made_folders, numbered, require_free
+from mjsim.sentences import Sentence
 
 _PART = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
 
@@ -157,7 +158,9 @@ class NewFile(Destination):
 
     def _lock(self, descriptor: int) -> None:
         if not try_lock(descriptor):
-            raise UsageError(f"'{self.path}' is being written; wait for that to end, or name another file")
+            raise UsageError(
+                Sentence("'{path}' is being written; wait for that to end, or name another file", self.path)
+            )
 
 
 def next_free(path: Path) -> NewFile:
@@ -199,7 +202,7 @@ def new_file(path: str | Path, *, overwrite: bool = False) -> Iterator[Path]:
             yield file.part
             file.publish()
     except OSError as error:
-        raise UsageError(f"cannot write '{path}': {error.strerror or error}") from error
+        raise UsageError(Sentence("cannot write '{path}': {value}", path, error.strerror or error)) from error
 
 
 @contextmanager

@@ -12,6 +12,7 @@ from pathlib import Path, PurePosixPath
 from mjsim.errors import UsageError
 from mjsim.output.output_places import create, free_paths, made_folders, require_free
 from mjsim.output.reserved import new_file, write_file
+from mjsim.sentences import Sentence
 
 LIST = ".mjsim-files.json"
 """Name of the file that lists the files of a report or comparison in their folder."""
@@ -52,7 +53,7 @@ def new_files(folder: str | Path, *, overwrite: bool = False) -> Iterator[Path]:
                 with suppress(OSError):  # it is no longer empty
                     place.rmdir()
     except OSError as error:
-        raise UsageError(f"cannot write '{folder}': {error.strerror or error}") from error
+        raise UsageError(Sentence("cannot write '{folder}': {value}", folder, error.strerror or error)) from error
 
 
 def write_part(part: Path, data: bytes) -> None:

@@ -16,6 +16,7 @@ from mjsim.people.deleva import PAIRED, share_of
 from mjsim.people.figure_frame import BodyFrame, Spot, Vector3, body_frame
 from mjsim.people.figure_joints import SIDES, Joint, joints
 from mjsim.people.measures import Measures
+from mjsim.sentences import Sentence
 
 PARENTS: Mapping[str, str | None] = {
     "pelvis": None,
@@ -144,7 +145,7 @@ class Figure:
         found = np.zeros(len(names))
         for name, angle in angles.items():
             if name not in self.joints:
-                raise ValueError(f"no joint '{name}'{did_you_mean(name, names)}")
+                raise ValueError(Sentence("no joint '{name}'{did_you_mean}", name, did_you_mean(name, names)))
             found[names.index(name)] = angle
         return found
 

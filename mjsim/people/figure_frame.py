@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from mjsim.people.deleva import TRUNK_LEVELS
 from mjsim.people.measures import MeasureError, Measures
 from mjsim.people.survey import Sex
+from mjsim.sentences import Sentence
 
 Vector3 = tuple[float, float, float]
 
@@ -110,7 +111,10 @@ def _derived(m: Measures) -> dict[str, float]:
     }
     for length, measure in found.values():
         if length < MIN_LENGTH:
-            raise MeasureError(measure, f"{measure} is {m[measure]:.4g} m, which is impossible with the other measures")
+            raise MeasureError(
+                measure,
+                Sentence("{measure} is {m:.4g} m, which is impossible with the other measures", measure, m[measure]),
+            )
     return {name: length for name, (length, _) in found.items()}
 
 

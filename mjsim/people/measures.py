@@ -12,6 +12,7 @@ from typing import Self
 
 from mjsim.errors import did_you_mean
 from mjsim.people.survey import PERCENTILES, SEXES, Sex, Survey, is_percentile, normal_score, survey
+from mjsim.sentences import Sentence
 
 OUTSIDE: Mapping[str, str] = {
     "functional_leg_length": "the trunk gives way when the leg is stretched, and a rigid one does not",
@@ -93,7 +94,15 @@ class Measures(Mapping[str, float]):
             ("corpulence", corpulence, "weight"),
         ):
             if measure in own and percentile != 50.0:
-                raise MeasureError(key, f"{key} is {percentile:g}, but {measure} is given; leave out one of them")
+                raise MeasureError(
+                    key,
+                    Sentence(
+                        "{key} is {percentile:g}, but {measure} is given; leave out one of them",
+                        key,
+                        percentile,
+                        measure,
+                    ),
+                )
         return cls._completed(table, own, proportion, corpulence)
 
     @classmethod
@@ -115,10 +124,17 @@ def check_own(table: Survey, own: Mapping[str, float]) -> None:
     """Raise MeasureError if a measure does not exist, or is impossible alone or together with the other given ones."""
     for name, value in own.items():
         if name not in table.names:
-            raise MeasureError(name, f"no measure '{name}'{did_you_mean(name, table.names)}")
+            raise MeasureError(
+                name, Sentence("no measure '{name}'{did_you_mean}", name, did_you_mean(name, table.names))
+            )
         place = table.index(name)
         if name in OUTSIDE:
-            raise MeasureError(name, f"the model of a person does not reproduce {name}: {OUTSIDE[name]}; leave it out")
+            raise MeasureError(
+                name,
+                Sentence(
+                    "the model of a person does not reproduce {name}: {outside}; leave it out", name, OUTSIDE[name]
+                ),
+            )
         _check_deviation(name, value, table.mean[place], table.sd[place], f"of {_PEOPLE[table.sex]}")
     for name, value in own.items():
         mean, sd = table.given({other: each for other, each in own.items() if other != name})
@@ -133,15 +149,35 @@ def _check_deviation(name: str, value: float, mean: float, sd: float, whose: str
     low, high = mean - MAX_SIGMAS * sd, mean + MAX_SIGMAS * sd
     if not low <= value <= high:
         unit = "kg" if name == "weight" else "m"
-        raise MeasureError(name, f"{name} is {value:g} {unit}; {whose} it lies between {low:.3g} and {high:.3g} {unit}")
+        raise MeasureError(
+            name,
+            Sentence(
+                "{name} is {value:g} {unit}; {whose} it lies between {low:.3g} and {high:.3g} {unit}",
+                name,
+                value,
+                unit,
+                whose,
+                low,
+                high,
+            ),
+        )
 
 
 def _table(sex: Sex) -> Survey:
     if sex not in SEXES:
-        raise MeasureError("sex", f"sex is '{sex}'; it must be 'female' or 'male'")
+        raise MeasureError("sex", Sentence("sex is '{sex}'; it must be 'female' or 'male'", sex))
     return survey(sex)
 
 
 def _check_percentile(key: str, value: float) -> None:
     if not is_percentile(value):
-        raise MeasureError(key, f"{key} is {value:g}; it must be from {PERCENTILES[0]:g} to {PERCENTILES[-1]:g}")
+        raise MeasureError(
+            key,
+            Sentence(
+                "{key} is {value:g}; it must be from {percentiles:g} to {other_percentiles:g}",
+                key,
+                value,
+                PERCENTILES[0],
+                PERCENTILES[-1],
+            ),
+        )

@@ -17,6 +17,7 @@ import numpy as np
 
 from mjsim.errors import did_you_mean
 from mjsim.geometry import Array
+from mjsim.sentences import Sentence
 
 Sex = Literal["female", "male"]
 SEXES: tuple[Sex, ...] = get_args(Sex)
@@ -87,7 +88,7 @@ class Survey:
     def index(self, name: str) -> int:
         """Return the index of a measure; raises ValueError if there is none of this name."""
         if name not in self.names:
-            raise ValueError(f"no measure '{name}'{did_you_mean(name, self.names)}")
+            raise ValueError(Sentence("no measure '{name}'{did_you_mean}", name, did_you_mean(name, self.names)))
         return self.names.index(name)
 
     def at_percentile(self, name: str, percentile: float) -> float:

@@ -20,6 +20,7 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, McapRecord, Message, Metadata, Schema
 
 from mjsim.errors import RecordingError, UsageError
+from mjsim.sentences import Sentence
 
 MAGIC = b"\x89MCAP0\r\n"
 """Begins and ends every MCAP file."""
@@ -65,17 +66,17 @@ def records(path: Path) -> Iterator[McapRecord]:
     """
     with _opened(path) as (stream, size):
         if size == 0:
-            raise RecordingError(f"'{path}' is empty; it is not a recording")
+            raise RecordingError(Sentence("'{path}' is empty; it is not a recording", path))
         bounded, budget = _Bounded(stream, size), _Budget(path, size)
         data = ReadDataStream(cast(IO[bytes], bounded), calculate_crc=True)
         try:
             if data.read(len(MAGIC)) != MAGIC:
-                raise RecordingError(f"'{path}' is not an MCAP file, so it is not a recording")
+                raise RecordingError(Sentence("'{path}' is not an MCAP file, so it is not a recording", path))
             yield from _records(data, bounded, budget)
         # Exceptions of the reader for a truncated or damaged file; everything before is valid.
         except (McapError, struct.error, ValueError, zstandard.ZstdError, _BrokenError):
             if data.count < len(MAGIC):
-                raise RecordingError(f"'{path}' is not an MCAP file, so it is not a recording") from None
+                raise RecordingError(Sentence("'{path}' is not an MCAP file, so it is not a recording", path)) from None
 
 
 class _BrokenError(Exception):
@@ -135,23 +136,25 @@ class _Budget:
 
     def exceeded(self, problem: str) -> RecordingError:
         """Return the error for an exceeded limit."""
-        return RecordingError(f"'{self._path}' {problem}; it was not made by mjsim, or is damaged")
+        return RecordingError(
+            Sentence("'{path}' {problem}; it was not made by mjsim, or is damaged", self._path, problem)
+        )
 
 
 @contextmanager
 def _opened(path: Path) -> Iterator[tuple[IO[bytes], int]]:
     """Open a file for the block, which gets it with its size; errors of the file system in the block are not caught."""
     if _is_endless(path):
-        raise UsageError(f"cannot read '{path}': it is a pipe or a device; name a file")
+        raise UsageError(Sentence("cannot read '{path}': it is a pipe or a device; name a file", path))
     try:
         with path.open("rb") as stream:
             yield stream, path.stat().st_size
     except (FileNotFoundError, NotADirectoryError):
-        raise UsageError(f"no file '{path}'; name a recording") from None
+        raise UsageError(Sentence("no file '{path}'; name a recording", path)) from None
     except IsADirectoryError:
-        raise UsageError(f"'{path}' is a folder; name a recording") from None
+        raise UsageError(Sentence("'{path}' is a folder; name a recording", path)) from None
     except OSError as error:
-        raise UsageError(f"cannot read '{path}': {error.strerror}") from None
+        raise UsageError(Sentence("cannot read '{path}': {strerror}", path, error.strerror)) from None
 
 
 _READ: dict[int, Any] = {

@@ -21,6 +21,7 @@ from mjsim.record.numbers import Message as Values
 from mjsim.record.numbers import nanoseconds
 from mjsim.record.parse import unfit
 from mjsim.record.schemas import ROBOT_TOPICS
+from mjsim.sentences import Sentence
 
 CHUNK_BYTES = 1 << 18
 """Maximum number of bytes lost when the process is killed."""
@@ -129,7 +130,7 @@ class Copy(Closes):
         try:
             yield
         except OSError as error:
-            raise RecordingError(f"cannot write '{self._path}': {error.strerror}") from error
+            raise RecordingError(Sentence("cannot write '{path}': {strerror}", self._path, error.strerror)) from error
 
 
 def with_frame(data: bytes, name: str, time: float, pose: Pose) -> bytes:

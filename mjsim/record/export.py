@@ -20,6 +20,7 @@ from mjsim.record.parse import FAULTS, unfit
 from mjsim.record.readings import CODECS, SensorTable
 from mjsim.record.recording import Recording
 from mjsim.record.track import Track
+from mjsim.sentences import Sentence
 from mjsim.spelling import ascii_name
 from mjsim.world import event_text
 
@@ -55,7 +56,7 @@ def export_tum(recording: Recording, folder: str | Path, *, overwrite: bool = Fa
                 text = "".join(f"{' '.join(map(repr, row))}\n" for row in rows.tolist())
                 files[f"{name}_{kind}.tum"] = text.encode()
     if not files:
-        raise UsageError(f"'{recording.path}' has no poses of robots; nothing is written")
+        raise UsageError(Sentence("'{path}' has no poses of robots; nothing is written", recording.path))
     write_files(folder, files, overwrite=overwrite)
     return [Path(folder) / name for name in files]
 
@@ -85,7 +86,9 @@ def export_csv(recording: Recording, folder: str | Path, *, overwrite: bool = Fa
     """
     tables = list(recording_tables(recording))
     if not tables:
-        raise UsageError(f"'{recording.path}' has no robots, mechanisms, movable things or events; nothing is written")
+        raise UsageError(
+            Sentence("'{path}' has no robots, mechanisms, movable things or events; nothing is written", recording.path)
+        )
     paths = free_paths(folder, (f"{name}.csv" for name, _, _ in tables), overwrite=overwrite)
     with new_files(folder, overwrite=overwrite) as parts:
         for path, (_, header, rows) in zip(paths, tables, strict=True):
@@ -361,8 +364,10 @@ def export_images(recording: Recording, folder: str | Path, *, overwrite: bool =
         # Otherwise pictures of two runs, taken at different times, would be in one folder.
         if not overwrite and any((folder / robot / camera).glob("*.*")):
             raise UsageError(
-                f"'{folder / robot / camera}' holds pictures; name another folder, or add --overwrite (in Python:"
-                " overwrite=True)"
+                Sentence(
+                    "'{folder}' holds pictures; name another folder, or add --overwrite (in Python: overwrite=True)",
+                    folder / robot / camera,
+                )
             )
     with new_files(folder, overwrite=overwrite) as parts:
         for robot, camera in recording.cameras():
@@ -372,7 +377,11 @@ def export_images(recording: Recording, folder: str | Path, *, overwrite: bool =
                 count += 1
         if not count:
             raise UsageError(
-                f"'{recording.path}' has no {'pictures' if recording.cameras() else 'camera'}; nothing is written"
+                Sentence(
+                    "'{path}' has no {word}; nothing is written",
+                    recording.path,
+                    "pictures" if recording.cameras() else "camera",
+                )
             )
     return count
 

@@ -10,6 +10,7 @@ from typing import Any
 from mcap.records import Attachment, Channel, Footer, Message, Metadata, Schema
 
 from mjsim.record.container import records
+from mjsim.sentences import Sentence
 
 WORLD_NAME = "world.yaml"
 """Attachment that holds the text of the world."""
@@ -113,7 +114,7 @@ def picture_of(data: bytes) -> tuple[bytes, str]:
     fields = {number: value for number, value, _ in parts_of(data)}
     picture, form = fields.get(2, b""), fields.get(3, b"").decode()
     if not picture or form not in ("jpeg", "png"):
-        raise ValueError(f"a picture of format '{form:.20}'")
+        raise ValueError(Sentence("a picture of format '{form:.20}'", form))
     return picture, form
 
 

@@ -10,6 +10,7 @@ from mjsim.geometry import Array, Pose3
 from mjsim.mechanics import JointMotion
 from mjsim.record.json_messages import pose3_row, truth_message
 from mjsim.record.numbers import Message, flat, stamp_json
+from mjsim.sentences import Sentence
 
 KEYS = ("positions", "velocities", "accelerations", "torques", "goal")
 """Keys of lists in a message, with one number per joint."""
@@ -95,7 +96,7 @@ class JointRows:
             self._now[kind] = list(pose3_row(message))
             return
         if any(len(message[key]) != len(self._names) for key in KEYS):
-            raise ValueError(f"the arm has {len(self._names)} joints")
+            raise ValueError(Sentence("the arm has {count} joints", len(self._names)))
         self._now[kind] = [value for key in KEYS for value in message[key]]
 
     def end_tick(self) -> None:

@@ -21,6 +21,7 @@ from mjsim.interface import Command, Estimate, JointGoal, Observation, Sighting,
 from mjsim.record.numbers import Message, flat, numbers, packed, stamp_json, unpacked
 from mjsim.record.readings import CODECS, SIGHTINGS
 from mjsim.record.tick import Order, RobotEvent, Tick
+from mjsim.sentences import Sentence
 from mjsim.world import ReachEvent, WorldEvent, event_text
 
 _WORLD_EVENT: TypeAdapter[WorldEvent] = TypeAdapter(WorldEvent)
@@ -117,7 +118,7 @@ def pose3_row(message: Message) -> tuple[float, ...]:
     position, orientation = message["pose"]["position"], message["pose"]["orientation"]
     quaternion = [orientation[axis] for axis in "xyzw"]
     if not abs(math.hypot(*quaternion) - 1.0) < ROUGHLY_UNIT:
-        raise ValueError(f"the quaternion {quaternion} is not a rotation")
+        raise ValueError(Sentence("the quaternion {quaternion} is not a rotation", quaternion))
     return (*(position[axis] for axis in "xyz"), *quaternion)
 
 

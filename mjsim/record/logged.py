@@ -16,6 +16,7 @@ from mjsim.record.file import RawMessage, picture_of, raw_messages, timestamp_of
 from mjsim.record.numbers import nanoseconds
 from mjsim.record.parse import FAULTS, reading, unfit
 from mjsim.record.recording import Recording
+from mjsim.sentences import Sentence
 
 LOGGED_CAMERAS = "logged cameras"
 """Metadata key of the data sheets of cameras whose pictures are stored."""
@@ -122,7 +123,11 @@ class LoggedPictures:
     def _frame(self, found: Mapping[str, RawMessage], camera: str, stamp: float) -> CameraFrame:
         intrinsics = self.cameras[camera].intrinsics
         if "image" not in found:
-            raise RecordingError(f"'{self._path}': the picture of camera '{camera}' at {stamp:g} s is missing")
+            raise RecordingError(
+                Sentence(
+                    "'{path}': the picture of camera '{camera}' at {stamp:g} s is missing", self._path, camera, stamp
+                )
+            )
         with reading(found["image"], path=self._path):
             data, form = picture_of(found["image"].data)
             image: Picture = decode_picture(data)

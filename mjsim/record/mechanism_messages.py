@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 from mjsim.mechanics import SensorReadings
 from mjsim.record.numbers import Message, flat
+from mjsim.sentences import Sentence
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -63,7 +64,7 @@ class SensorRows:
         if self._names is None:
             self._names, self._units = names, units
         if names != self._names or not len(names) == len(units) == len(values):
-            raise ValueError(f"the mechanism has {self.width} sensed numbers")
+            raise ValueError(Sentence("the mechanism has {width} sensed numbers", self.width))
         self._now = list(values)
 
     def end_tick(self) -> None:

@@ -25,6 +25,7 @@ from mjsim.record.parse import content_of, reading, value_of
 from mjsim.record.readings import CODECS
 from mjsim.record.tick import RobotEvent
 from mjsim.record.track import Track, span_of
+from mjsim.sentences import Sentence
 from mjsim.views import Viewed
 from mjsim.world import AnySensor, Camera, Lidar, Looks, World, WorldEvent, looks_after, name_of
 
@@ -134,7 +135,14 @@ class Recording(Viewed):
         rows = np.flatnonzero((self.time >= first - SAME_TIME) & (self.time <= last + SAME_TIME))
         if not len(rows):
             span = f"{self.time[0]:g} to {self.time[-1]:g} s"
-            raise UsageError(f"no tick is between {first:g} and {last:g} s; the recording has ticks from {span}")
+            raise UsageError(
+                Sentence(
+                    "no tick is between {first:g} and {last:g} s; the recording has ticks from {span}",
+                    first,
+                    last,
+                    span,
+                )
+            )
         if len(rows) == len(self.time):
             return self
         until = float(self.time[rows[-1]]) + SAME_TIME
@@ -254,7 +262,11 @@ class Recording(Viewed):
             RecordingError: One is not as mjsim writes it.
         """
         if robot not in self.robots:
-            raise UsageError(f"no robot '{robot}' in '{self.path}'{did_you_mean(robot, self.robots)}")
+            raise UsageError(
+                Sentence(
+                    "no robot '{robot}' in '{path}'{did_you_mean}", robot, self.path, did_you_mean(robot, self.robots)
+                )
+            )
         for message in raw_messages(self.path, topics={f"/{robot}/observation"}):
             yield self.observation_in(message)
 
@@ -271,7 +283,9 @@ class Recording(Viewed):
             stamps = {item["name"]: item["stamp"] for item in content["cameras"]}
             check_fit(seen, self._sensors(robot))
             if unknown := stamps.keys() - {name for of, name in self.cameras() if of == robot}:
-                raise ValueError(f"a picture of '{min(unknown):.40}', which is not a camera of the robot")
+                raise ValueError(
+                    Sentence("a picture of '{smallest:.40}', which is not a camera of the robot", min(unknown))
+                )
         return seen, stamps
 
     def event_in(self, message: RawMessage) -> RobotEvent:
@@ -303,7 +317,7 @@ class Recording(Viewed):
         name = f"{robot}/{camera}"
         if (robot, camera) not in self.cameras():
             known = did_you_mean(name, ("/".join(pair) for pair in self.cameras()))
-            raise UsageError(f"no camera '{name}' in '{self.path}'{known}")
+            raise UsageError(Sentence("no camera '{name}' in '{path}'{known}", name, self.path, known))
         # The stamp in the picture is rounded to a nanosecond; the observation has it exactly.
         observed, picture = f"/{robot}/observation", f"/{name}/{kind}"
         stamp = math.nan
@@ -328,14 +342,18 @@ def check_fit(seen: Observation, sensors: Collection[AnySensor]) -> None:
             value = getattr(seen, codec.field)
             for name in value if isinstance(value, Mapping) else (reading.name for reading in value):
                 if name not in names:
-                    raise ValueError(f"a reading of '{name:.40}', which is not a sensor of the robot")
+                    raise ValueError(Sentence("a reading of '{name:.40}', which is not a sensor of the robot", name))
     for name, scan in seen.scans.items():
         if {len(scan.ranges), len(scan.ranges if scan.intensities is None else scan.intensities)} != {beams.get(name)}:
-            raise ValueError(f"a scan of {len(scan.ranges)} beams; '{name:.40}' has {beams.get(name, 0)}")
+            raise ValueError(
+                Sentence(
+                    "a scan of {count} beams; '{name:.40}' has {value}", len(scan.ranges), name, beams.get(name, 0)
+                )
+            )
 
 
 def _joint_covariance(message: Message) -> tuple[float, tuple[Hashable, ...], Array]:
     names, size = names_of(message), message["size"]
     if size != 3 + 2 * len(names) or len(message["lower"]) < size * (size + 1) // 2 * 8:
-        raise ValueError(f"a covariance of {size} rows for {len(names)} landmarks")
+        raise ValueError(Sentence("a covariance of {size} rows for {count} landmarks", size, len(names)))
     return message["time"], names, covariance_of(message)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from mjsim.errors import RecordingError, UsageError
 from mjsim.output import NewFile, next_free
+from mjsim.sentences import Sentence
 
 OTHER = (
     *(".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm", ".gif", ".png", ".jpg", ".jpeg", ".svg", ".pdf", ".html"),
@@ -17,7 +18,7 @@ OTHER = (
 def require_recording_name(path: str | Path) -> None:
     """Raise UsageError if a file name has the suffix of another kind of file than a recording."""
     if Path(path).suffix.lower() in OTHER:
-        raise UsageError(f"cannot write a recording as '{Path(path).name}'; name it .mcap")
+        raise UsageError(Sentence("cannot write a recording as '{name}'; name it .mcap", Path(path).name))
 
 
 def reserve(path: str | Path | NewFile, *, overwrite: bool = False) -> NewFile:
@@ -74,4 +75,4 @@ def _reporting(path: str | Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise RecordingError(f"cannot write '{path}': {error.strerror}") from error
+        raise RecordingError(Sentence("cannot write '{path}': {strerror}", path, error.strerror)) from error

@@ -35,6 +35,7 @@ from mjsim.record.recording import SAME_TIME, Recording
 from mjsim.record.schemas import ARM_TOPICS
 from mjsim.record.tick import RobotEvent
 from mjsim.record.track import Landmarks, Track
+from mjsim.sentences import Sentence
 from mjsim.world import Source, World, WorldEvent, parse_world
 
 MIN_MEMORY, MEMORY_GROWTH = 1 << 26, 48
@@ -66,7 +67,9 @@ def read_recording(path: str | Path) -> Recording:
         except FAULTS as error:
             raise misfit(message, error, path=path) from error
     if run is None or not run.time:
-        raise RecordingError(f"'{path}' holds no tick; the run ended, or the file was cut, before the first one")
+        raise RecordingError(
+            Sentence("'{path}' holds no tick; the run ended, or the file was cut, before the first one", path)
+        )
     try:
         return _recording(path, head, run)
     except FAULTS as error:
@@ -99,14 +102,14 @@ def _recording(path: Path, head: Head, run: "_Run") -> Recording:
 def world_in(path: Path, head: Head) -> World:
     """Return the world stored in a recording."""
     if WORLD_NAME not in head.files or "seed" not in head.metadata.get(METADATA_NAME, {}):
-        raise RecordingError(f"'{path}' is an MCAP file, but not a recording made by mjsim")
+        raise RecordingError(Sentence("'{path}' is an MCAP file, but not a recording made by mjsim", path))
     attached = {name.removeprefix(FILES): data for name, data in head.files.items() if name.startswith(FILES)}
     try:
         text = head.files[WORLD_NAME].decode()
         return parse_world(text, source=Source(file=WORLD_NAME, text=text, attached=attached))
     except (WorldError, ValueError) as error:
         reason = str(error).partition("\n")[0]
-        raise RecordingError(f"the world in '{path}' cannot be read: {reason}") from error
+        raise RecordingError(Sentence("the world in '{path}' cannot be read: {reason}", path, reason)) from error
 
 
 class _Rows:
@@ -126,7 +129,9 @@ class _Rows:
         elif None in values:
             values = [math.inf if value is None else value for value in values]
         if len(values) != math.prod(self._shape):
-            raise ValueError(f"a row has {len(values)} numbers, others have {math.prod(self._shape)}")
+            raise ValueError(
+                Sentence("a row has {count} numbers, others have {wanted}", len(values), math.prod(self._shape))
+            )
         self._values.extend(values)  # type: ignore[arg-type]
         self._count += 1
 
@@ -213,7 +218,7 @@ class _Run:
         """
         self._left -= size
         if self._left < 0:
-            raise ValueError(f"with {len(self.time)} ticks it would take far more memory than its size")
+            raise ValueError(Sentence("with {count} ticks it would take far more memory than its size", len(self.time)))
 
     def check(self) -> None:
         """Check the complete data.
@@ -223,7 +228,7 @@ class _Run:
         """
         period = 1.0 / self.world.run.rate_hz
         if self.time[0] < 0.0 or (np.abs(np.diff(self.time) - period) > 0.01 * period).any():
-            raise ValueError(f"its ticks are not {period:g} s apart")
+            raise ValueError(Sentence("its ticks are not {period:g} s apart", period))
         names = len(self._thing_names()) * 24 + len(self._seconds) * 8
         self._take_bytes(len(self.time) * (names + sum(robot.map_bytes() for robot in self.robots.values())))
 
@@ -371,7 +376,7 @@ def checked_metadata(metadata: Mapping[str, str]) -> tuple[int, dict[str, str]]:
     others = dict(metadata)
     seed = int(others.pop("seed"))
     if not 0 <= seed <= MAX_SEED:
-        raise ValueError(f"its seed is {seed:.3g}; it must be between 0 and {MAX_SEED}")
+        raise ValueError(Sentence("its seed is {seed:.3g}; it must be between 0 and {max_seed}", seed, MAX_SEED))
     if not math.isfinite(float(others.get("seconds", "0"))):
         raise ValueError("its duration is not finite")
     # Its exceptions are ValueErrors as well.

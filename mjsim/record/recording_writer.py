@@ -32,6 +32,7 @@ from mjsim.record.schemas import (
     STREAMS,
     WORLD_TOPICS,
 )
+from mjsim.sentences import Sentence
 from mjsim.world import (
     Looks,
     MechanismModel,
@@ -188,7 +189,14 @@ class Writer:
         try:
             data = encode(message)
         except ValueError as error:
-            raise RecordingError(f"{topic} at {message['time']:.3f} s holds NaN or -infinity: {message}") from error
+            raise RecordingError(
+                Sentence(
+                    "{topic} at {message:.3f} s holds NaN or -infinity: {other_message}",
+                    topic,
+                    message["time"],
+                    message,
+                )
+            ) from error
         self._json[topic].log(data, log_time)
 
     def flush(self) -> None:
@@ -219,7 +227,7 @@ class Writer:
         except (OSError, RuntimeError) as error:
             cause = self._file.failure or error
             reason = cause.strerror if isinstance(cause, OSError) and cause.strerror else str(cause)
-            raise RecordingError(f"cannot write '{self._place.path}': {reason}") from error
+            raise RecordingError(Sentence("cannot write '{path}': {reason}", self._place.path, reason)) from error
 
 
 class _File(Closes):

@@ -16,6 +16,7 @@ from mjsim.report.labels import Found, differing_worlds, labelled, settings_of
 from mjsim.report.paired import CONFIDENCE
 from mjsim.report.statistics import known_part, statistics_file
 from mjsim.report.sweep_runs import sweep_runs
+from mjsim.sentences import Sentence
 from mjsim.world import World
 
 MAX_POINTS = 1000
@@ -87,7 +88,9 @@ def _readers(source: RunSource, *, alone: bool) -> list[Callable[[], list[Found]
     recordings = sorted(path.rglob("*.mcap"))
     if recordings:
         return [partial(_recorded, file) for file in recordings]
-    raise UsageError(f"no recording in '{path}'; name a folder with .mcap files, or one that mjsim sweep made")
+    raise UsageError(
+        Sentence("no recording in '{path}'; name a folder with .mcap files, or one that mjsim sweep made", path)
+    )
 
 
 def _recorded(file: Path) -> list[Found]:

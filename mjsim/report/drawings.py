@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.progress import say
+from mjsim.sentences import Sentence
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,7 +37,9 @@ def require_formats(formats: Sequence[str]) -> tuple[str, ...]:
     """
     for word in formats or [""]:
         if word not in FORMATS:
-            raise UsageError(f"no format '{word:.20}' for plots{did_you_mean(word, FORMATS)}")
+            raise UsageError(
+                Sentence("no format '{word:.20}' for plots{did_you_mean}", word, did_you_mean(word, FORMATS))
+            )
     return tuple(dict.fromkeys(formats))
 
 

@@ -13,6 +13,7 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.report.comparison import RunFigures, Series
 from mjsim.report.labels import Found, settings_of
+from mjsim.sentences import Sentence
 from mjsim.world import World, load_world, place_in, read_regular, with_settings
 
 Values = list[float | None]
@@ -84,7 +85,9 @@ def sweep_runs(folder: Path, *, alone: bool) -> list[Found]:
     plan = _read(folder, folder / "sweep.json", _Plan)
     files = {file: _read(folder, file, _Outcome) for file in sorted((folder / "runs").glob("*.json"))}
     if not files:
-        raise UsageError(f"no run of the sweep in '{folder}' has finished; continue it with mjsim sweep")
+        raise UsageError(
+            Sentence("no run of the sweep in '{folder}' has finished; continue it with mjsim sweep", folder)
+        )
     for file, outcome in files.items():
         if outcome.case >= plan.cases:
             raise _unreadable(folder, f"{file.name}: case is {outcome.case}; cases are 0 to {plan.cases - 1}")
@@ -148,4 +151,6 @@ def _read(folder: Path, file: Path, kind: type[File]) -> File:
 
 
 def _unreadable(folder: Path, why: str) -> UsageError:
-    return UsageError(f"the sweep in '{folder}' cannot be read: {why}; sweep again into a new folder")
+    return UsageError(
+        Sentence("the sweep in '{folder}' cannot be read: {why}; sweep again into a new folder", folder, why)
+    )

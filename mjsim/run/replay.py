@@ -37,6 +37,7 @@ from mjsim.record import (
     with_logged_cameras,
 )
 from mjsim.run.pilot import Driver, Pilot, final_path
+from mjsim.sentences import Sentence
 from mjsim.world import Use
 
 if TYPE_CHECKING:
@@ -110,12 +111,16 @@ def observed_robot(run: Recording, robot: str | None) -> str:
     if robot is None:
         if len(observed) > 1 or not run.robots:
             several = f"'{run.path}' has {len(observed)} robots with observations"
-            raise UsageError(f"{several}; name one of them ({', '.join(observed)})")
+            raise UsageError(Sentence("{several}; name one of them ({observed})", several, ", ".join(observed)))
         robot = (observed or list(run.robots))[0]
     if robot not in run.robots:
-        raise UsageError(f"no robot '{robot}' in '{run.path}'{did_you_mean(robot, run.robots)}")
+        raise UsageError(
+            Sentence("no robot '{robot}' in '{path}'{did_you_mean}", robot, run.path, did_you_mean(robot, run.robots))
+        )
     if not run.is_observed(robot):
-        raise RecordingError(f"'{run.path}' holds no observation of robot '{robot}'; it had no driver in that run")
+        raise RecordingError(
+            Sentence("'{path}' holds no observation of robot '{robot}'; it had no driver in that run", run.path, robot)
+        )
     return robot
 
 

@@ -11,6 +11,7 @@ from mjsim.interface import Command, Observation, RobotInfo
 from mjsim.safety.body_outline import is_round, rim
 from mjsim.safety.footprint import MAX_TOUCHING_DISTANCE, MIN_CLEARANCE, Footprint
 from mjsim.safety.hits import RAYS, Hits
+from mjsim.sentences import Sentence
 
 
 class RingAvoidance:
@@ -72,7 +73,14 @@ class RingAvoidance:
             ValueError: The clearance is less than the default, or more than the rays can reliably measure.
         """
         if not MIN_CLEARANCE <= clearance <= self.MAX_CLEARANCE:
-            raise ValueError(f"clearance is {clearance} m; it must be from {MIN_CLEARANCE} to {self.MAX_CLEARANCE}")
+            raise ValueError(
+                Sentence(
+                    "clearance is {clearance} m; it must be from {min_clearance} to {max_clearance}",
+                    clearance,
+                    MIN_CLEARANCE,
+                    self.MAX_CLEARANCE,
+                )
+            )
         self._clearance, self._lidar = clearance, lidar
 
     def start(self, robot: RobotInfo, rng: Generator) -> None:
@@ -319,7 +327,11 @@ def _mounting(robot: RobotInfo, lidar: str) -> Array:
     """Return robot_from_lidar, shape (4, 4) [m]; raises ValueError if the robot has no lidar of that name."""
     lidars = [name for name, sensor in robot.sensors.items() if sensor.kind == "lidar"]
     if lidar not in lidars:
-        raise ValueError(f"no lidar '{lidar}' on '{robot.name}'; there are {', '.join(lidars) or 'none'}")
+        raise ValueError(
+            Sentence(
+                "no lidar '{lidar}' on '{name}'; there are {value}", lidar, robot.name, ", ".join(lidars) or "none"
+            )
+        )
     return robot.sensors[lidar].robot_from_sensor
 
 

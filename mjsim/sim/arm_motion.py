@@ -10,6 +10,7 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import ArmInfo, Command, JointGoal, JointState
 from mjsim.mechanics import JointMotion
+from mjsim.sentences import Sentence
 from mjsim.sim.fast_senses import JointEncoders
 from mjsim.world import Robot, RobotArm
 
@@ -68,8 +69,14 @@ class ArmAtWork:
             values = getattr(goal, part.name)
             if values is not None and (len(values) != len(self._names) or not np.isfinite(values).all()):
                 raise UsageError(
-                    f"the goal of arm '{self.name}' has {part.name} {tuple(values)};"
-                    f" give {len(self._names)} finite numbers, one for each joint"
+                    Sentence(
+                        "the goal of arm '{name}' has {other_name} {tuple}; give {count} finite numbers, one for "
+                        "each joint",
+                        self.name,
+                        part.name,
+                        tuple(values),
+                        len(self._names),
+                    )
                 )
         if self._led is None:
             self._goal, self._since = goal, 0.0

@@ -12,6 +12,7 @@ from numpy.random import Generator
 from mjsim.errors import UsageError
 from mjsim.interface import Command, ControlLoop, RobotInfo
 from mjsim.modules import CheckedController
+from mjsim.sentences import Sentence
 from mjsim.sim.fast_senses import FastSenses
 from mjsim.world import step_misfit
 
@@ -92,9 +93,15 @@ def _steps(loop: ControlLoop, part: DrivenPart, step: float) -> tuple[int, int]:
     """
     rate, latency = loop.rate_hz, loop.latency
     if not (isinstance(rate, int | float) and math.isfinite(rate) and rate > 0):
-        raise UsageError(f"rate_hz of the controller of '{part.name}' is {rate}; it must be above 0")
+        raise UsageError(
+            Sentence("rate_hz of the controller of '{name}' is {rate}; it must be above 0", part.name, rate)
+        )
     if (misfit := step_misfit(f"a period of the controller of '{part.name}'", rate, step)) is not None:
         raise UsageError(misfit)
     if not isinstance(latency, int) or latency < 0:
-        raise UsageError(f"latency of the controller of '{part.name}' is {latency}; it is a number of steps from 0")
+        raise UsageError(
+            Sentence(
+                "latency of the controller of '{name}' is {latency}; it is a number of steps from 0", part.name, latency
+            )
+        )
     return round(1.0 / (rate * step)), latency

@@ -9,6 +9,7 @@ import numpy as np
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.interface import Controller, ControlLoop, RobotInfo
 from mjsim.modules import make_module
+from mjsim.sentences import Sentence
 from mjsim.sim.bases import RunningGear
 from mjsim.sim.control_loop import ControlActuation, DrivenPart
 from mjsim.sim.fast_senses import FastSenses, ImuFeed, JointEncoders
@@ -72,7 +73,12 @@ class Controls:
         for name, control in controllers.items():
             if name not in self._parts:
                 raise UsageError(
-                    f"no part '{name}' of robot '{self._robot.name}' for a controller{did_you_mean(name, self._parts)}"
+                    Sentence(
+                        "no part '{name}' of robot '{other_name}' for a controller{did_you_mean}",
+                        name,
+                        self._robot.name,
+                        did_you_mean(name, self._parts),
+                    )
                 )
             loop = control if isinstance(control, ControlLoop) else ControlLoop(controller=control)
             self._running[name] = self._started(self._parts[name], loop, info)

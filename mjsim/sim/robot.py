@@ -22,6 +22,7 @@ from mjsim.interface import (
     WheelCommand,
 )
 from mjsim.mechanics import JointMotion
+from mjsim.sentences import Sentence
 from mjsim.sim.actuation import Actuation, ServoActuation
 from mjsim.sim.bases import RunningGear, balancing_info, gear_of
 from mjsim.sim.bumper import Bumper
@@ -110,14 +111,27 @@ class SimulatedRobot:
             finite = all(map(math.isfinite, numbers))
         except (AttributeError, TypeError):
             raise UsageError(
-                f"{command!r} is not a command for robot '{self._robot.name}'; give a Command of numbers"
+                Sentence(
+                    "{command!r} is not a command for robot '{name}'; give a Command of numbers",
+                    command,
+                    self._robot.name,
+                )
             ) from None
         if not finite:
-            raise UsageError(f"the command for robot '{self._robot.name}' is {command}; its numbers must be finite")
+            raise UsageError(
+                Sentence(
+                    "the command for robot '{name}' is {command}; its numbers must be finite", self._robot.name, command
+                )
+            )
         wheels = self._gear.wheels
         if isinstance(command, WheelCommand) and len(numbers) != len(wheels):
             raise UsageError(
-                f"{len(numbers)} wheel speeds for robot '{self._robot.name}'; its wheels are {', '.join(wheels)}"
+                Sentence(
+                    "{count} wheel speeds for robot '{name}'; its wheels are {wheels}",
+                    len(numbers),
+                    self._robot.name,
+                    ", ".join(wheels),
+                )
             )
         if isinstance(command, Command) and command.joints:
             self._move_arms(command.joints)
@@ -130,7 +144,14 @@ class SimulatedRobot:
     def arm(self, name: str) -> "ArmAtWork":
         """Return an arm; raises UsageError if there is none of that name."""
         if name not in self._arms:
-            raise UsageError(f"robot '{self._robot.name}' has no arm '{name}'{did_you_mean(name, self._arms)}")
+            raise UsageError(
+                Sentence(
+                    "robot '{name}' has no arm '{other_name}'{did_you_mean}",
+                    self._robot.name,
+                    name,
+                    did_you_mean(name, self._arms),
+                )
+            )
         return self._arms[name]
 
     def motions(self) -> dict[str, JointMotion]:
@@ -287,7 +308,11 @@ def _turned(
         motors = [int(model.actuator(name).id) for name in names]
     except KeyError as error:
         raise UsageError(
-            f"robot '{robot.name}' lacks a hinge or a servo for a wheel of its drive: {str(error).split('.')[0]}"
+            Sentence(
+                "robot '{name}' lacks a hinge or a servo for a wheel of its drive: {reason}",
+                robot.name,
+                str(error).split(".")[0],
+            )
         ) from None
     places, speeds = ([getattr(hinge, key)[0] for hinge in hinges] for key in ("qposadr", "dofadr"))
     return np.array(places, dtype=np.intp), np.array(speeds, dtype=np.intp), motors

@@ -26,6 +26,7 @@ from mjsim.interface import (
     WorldMap,
 )
 from mjsim.mechanics import JointMotion, SensorReadings
+from mjsim.sentences import Sentence
 from mjsim.sim.actuation import Actuation
 from mjsim.sim.bumper import Bumpers
 from mjsim.sim.current_noise import Tuning
@@ -143,7 +144,7 @@ class Simulation(Viewed, Closes):
         try:
             self._radio.queue(robot, command.messages if isinstance(command, Command) else ())
         except ValueError as error:
-            raise UsageError(f"robot '{robot}' sends {error}") from None
+            raise UsageError(Sentence("robot '{robot}' sends {error}", robot, error)) from None
 
     def control(self, robot: str, controllers: Mapping[str, Controller | ControlLoop]) -> None:
         """Set the controllers of parts of a robot until `reset`; other parts keep theirs.
@@ -180,7 +181,7 @@ class Simulation(Viewed, Closes):
         self._refresh()
         loop = self._mechanisms.failing(self.tick, known=bool(self.data.warning.number.any()))
         if (failure := self._health.fault(self.data, messages, loop=loop)) is not None:
-            raise PhysicsFault(f"physics failed at {self.time:.2f} s: {failure}")
+            raise PhysicsFault(Sentence("physics failed at {time:.2f} s: {failure}", self.time, failure))
         for robot in self._robots.values():
             robot.after_tick(self.tick)
 
@@ -375,7 +376,9 @@ class Simulation(Viewed, Closes):
 
     def _robot(self, name: str) -> SimulatedRobot:
         if name not in self._robots:
-            raise UsageError(f"no robot '{name}' in this world{did_you_mean(name, self._robots)}")
+            raise UsageError(
+                Sentence("no robot '{name}' in this world{did_you_mean}", name, did_you_mean(name, self._robots))
+            )
         return self._robots[name]
 
     def _happen(self, **keys: object) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.random import Generator
 
 from mjsim.errors import UsageError
+from mjsim.sentences import Sentence
 
 MAX_SEED = 2**63 - 1
 """Largest seed that a recording can store."""
@@ -20,7 +21,7 @@ def checked_seed(seed: int) -> int:
         UsageError: It is not a whole number, negative, or larger than a recording can store.
     """
     if not isinstance(seed, int | np.integer) or not 0 <= seed <= MAX_SEED:
-        raise UsageError(f"seed is {seed!r}; it must be a whole number from 0 to {MAX_SEED}")
+        raise UsageError(Sentence("seed is {seed!r}; it must be a whole number from 0 to {max_seed}", seed, MAX_SEED))
     return int(seed)
 
 

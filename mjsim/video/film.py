@@ -15,6 +15,7 @@ from mjsim.errors import UsageError, how_to_install
 from mjsim.interface import Picture
 from mjsim.output import new_file, require_free
 from mjsim.record import Recording
+from mjsim.sentences import Sentence
 from mjsim.video.views import DIAGRAMS, composed_pictures, diagram_pictures, plan_pictures, scene_pictures
 from mjsim.world import View
 
@@ -88,7 +89,7 @@ def usual_view(recording: Recording) -> str | None:
 def require_film_name(path: Path) -> None:
     """Raise UsageError if a file name does not have the suffix of a film, or PyAV is not installed."""
     if path.suffix.lower() not in (".mp4", ".m4v", ".mov"):
-        raise UsageError(f"cannot write a video as '{path.name}'; name it .mp4")
+        raise UsageError(Sentence("cannot write a video as '{name}'; name it .mp4", path.name))
     _av()
 
 
@@ -97,7 +98,9 @@ def _av() -> Any:
     try:
         import av
     except ImportError:
-        raise UsageError(f"videos need PyAV, which is not installed; type: {how_to_install('av')}") from None
+        raise UsageError(
+            Sentence("videos need PyAV, which is not installed; type: {how_to_install}", how_to_install("av"))
+        ) from None
     return av
 
 
@@ -106,7 +109,7 @@ def display_of(
 ) -> View:
     """Return the display settings of a world, overridden by the given ones."""
     if follow is not None and follow not in ("truth", "estimate", "nothing"):
-        raise UsageError(f"follow is '{follow}'; it must be truth, estimate or nothing")
+        raise UsageError(Sentence("follow is '{follow}'; it must be truth, estimate or nothing", follow))
     given = {"follow": follow, "sightings": sightings, "ellipses": ellipses, "trails": trails}
     return view.model_copy(update={name: value for name, value in given.items() if value is not None})
 

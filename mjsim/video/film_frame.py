@@ -9,6 +9,7 @@ from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.plan import PlanItem, Rgb, paint_of, world_words
+from mjsim.sentences import Sentence
 from mjsim.video.beam_points import mounts_of
 from mjsim.video.chart import ErrorChart
 from mjsim.video.diagram_drawing import draw_mechanism, posed
@@ -146,7 +147,13 @@ class Frame:
         robots = {item.name: item for item in world.robots}
         self.robot = robot if robot is not None else next(iter(robots), "")
         if self.robot not in robots:
-            raise UsageError(f"no robot '{self.robot}' to show in this world{did_you_mean(self.robot, robots)}")
+            raise UsageError(
+                Sentence(
+                    "no robot '{robot}' to show in this world{did_you_mean}",
+                    self.robot,
+                    did_you_mean(self.robot, robots),
+                )
+            )
         self._display = display or world.run.view
         self._letters = Letters()
         self._page = np.empty((HEIGHT, WIDTH, 3), np.uint8)

@@ -13,6 +13,7 @@ from mjsim.errors import UsageError
 from mjsim.interface import Picture
 from mjsim.output import write_file
 from mjsim.plan import Rgb, color
+from mjsim.sentences import Sentence
 
 TRUTH, ESTIMATE, ODOMETRY = color("truth"), color("estimate"), color("odometry")
 BEACON, SEEN, SCANNED, BUMP = color("beacon"), color("seen"), color("scanned"), color("bump")
@@ -116,7 +117,7 @@ def encoded_picture(path: str | Path, page: Picture) -> bytes:
     """Return a picture encoded as PNG or JPEG, depending on the suffix; raises UsageError for another suffix."""
     suffix = Path(path).suffix.lower()
     if suffix not in (".png", ".jpg", ".jpeg"):
-        raise UsageError(f"cannot write a picture as '{path}'; name it .png or .jpg")
+        raise UsageError(Sentence("cannot write a picture as '{path}'; name it .png or .jpg", path))
     done, data = cv2.imencode(suffix, cv2.cvtColor(page, cv2.COLOR_RGB2BGR))
     assert done, "a picture of ours can always be encoded"
     return data.tobytes()

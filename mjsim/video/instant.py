@@ -11,6 +11,7 @@ from mjsim.geometry import Array, ellipse_magnification
 from mjsim.output import require_free, write_file
 from mjsim.plan import PlanItem, SvgPlan, Theme, Words, bounds_of, pdf_plan, world_words
 from mjsim.record import Recording, Track
+from mjsim.sentences import Sentence
 from mjsim.video.diagram_drawing import body_outlines, posed
 from mjsim.video.film import display_of
 from mjsim.video.ink import encoded_picture
@@ -69,13 +70,22 @@ def write_instant(
     """
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
-        raise UsageError(f"cannot write an instant as '{path}'; name it {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}")
+        raise UsageError(
+            Sentence(
+                "cannot write an instant as '{path}'; name it {suffixes} or {other_suffixes}",
+                path,
+                ", ".join(SUFFIXES[:-1]),
+                SUFFIXES[-1],
+            )
+        )
     require_free(Path(path), overwrite=overwrite)
     if view not in (None, "plan") and (view, suffix in PAPER) != (CLOSE_UP, True):
-        raise UsageError(f"view is '{view}'; an instant is shown as plan, as close-up (SVG, PDF), or without a view")
+        raise UsageError(
+            Sentence("view is '{view}'; an instant is shown as plan, as close-up (SVG, PDF), or without a view", view)
+        )
     begin, end = float(recording.time[0]), float(recording.time[-1])
     if not begin <= time <= end + 1e-6:
-        raise UsageError(f"time is {time:g} s; the recording has {begin:g} to {end:g} s")
+        raise UsageError(Sentence("time is {time:g} s; the recording has {begin:g} to {end:g} s", time, begin, end))
     row = int(np.searchsorted(recording.time, time + 1e-6, side="right")) - 1
     display = display_of(recording.world.run.view, follow, sightings, ellipses, trails)
     if suffix not in PAPER:

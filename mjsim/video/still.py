@@ -5,6 +5,7 @@ from pathlib import Path
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.interface import Picture
 from mjsim.output import require_free
+from mjsim.sentences import Sentence
 from mjsim.sim import SEEN_FROM_OUTSIDE, Onlooker, Playback, Simulation
 from mjsim.video.ink import write_picture
 from mjsim.video.picture_layout import HEIGHT, WIDTH
@@ -58,7 +59,11 @@ def take_picture(world: World, camera: str, path: Path | None = None, *, overwri
         if isinstance(sensor, Camera)
     ]
     if camera not in outside + onboard:
-        raise UsageError(f"no camera '{camera}' in this world{did_you_mean(camera, onboard + outside)}")
+        raise UsageError(
+            Sentence(
+                "no camera '{camera}' in this world{did_you_mean}", camera, did_you_mean(camera, onboard + outside)
+            )
+        )
     picture = _seen_onboard(world, camera) if camera in onboard else _seen_from_outside(world, camera)
     if path is not None:
         write_picture(path, picture, overwrite=overwrite)

@@ -9,6 +9,7 @@ from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.record import Recording, logged_cameras
+from mjsim.sentences import Sentence
 from mjsim.sim import SEEN_FROM_OUTSIDE, Playback
 from mjsim.video.arm_frame import ArmFrame
 from mjsim.video.diagrams import DiagramFrame, some_of
@@ -106,7 +107,7 @@ def scene_pictures(recording: Recording, rows: Sequence[int], view: str) -> Iter
     """
     known = known_views(recording)
     if view not in known:
-        raise UsageError(f"no view '{view}' of this recording{did_you_mean(view, known)}")
+        raise UsageError(Sentence("no view '{view}' of this recording{did_you_mean}", view, did_you_mean(view, known)))
     robot, _, name = view.partition("/")
     if (robot, name) in logged_cameras(recording):
         yield from _logged_pictures(recording, rows, robot, name)
@@ -172,7 +173,7 @@ def _drawn(frame: Frame | PlanFrame, recording: Recording, rows: Sequence[int]) 
 def first_robot(recording: Recording) -> str:
     """Return the first robot with a driver; without any, the first robot."""
     if not recording.robots:
-        raise UsageError(f"no robot in {recording.path}; there is nothing to show")
+        raise UsageError(Sentence("no robot in {path}; there is nothing to show", recording.path))
     driven = (name for name, track in recording.robots.items() if np.isfinite(track.estimate).all(axis=1).any())
     return next(driven, next(iter(recording.robots)))
 

@@ -2,6 +2,7 @@
 
 import errno
 import io
+import json
 import os
 import pickle
 import struct
@@ -22,6 +23,7 @@ from mjsim.guarded.plain_values import HEAD_DIVISOR, WireError, receive, send
 from mjsim.guarded.request import Call
 from mjsim.guarded.seccomp import program, refuse_calls
 from mjsim.guarded.working import MISSING, REPORT, in_child, missing_limits, still_working
+from mjsim.sentences import Sentence
 
 
 def crossed(value: object) -> object:
@@ -38,6 +40,20 @@ def crossed(value: object) -> object:
 def test_plain_values_cross_as_they_are(value):
     found = crossed(value)
     assert (found, type(found)) == (value, type(value))
+
+
+def test_sentences_cross_with_their_templates_and_values():
+    inner = Sentence("its unit is {unit:g} m", 1e9)
+    (found,) = crossed([Sentence("'{path}' cannot be read: {why}", "a.obj", inner)])
+    assert found == "'a.obj' cannot be read: its unit is 1e+09 m"
+    assert (found.template, found.values["why"].template) == ("'{path}' cannot be read: {why}", "its unit is {unit} m")
+
+
+@pytest.mark.parametrize("template", ["{why.__class__}", "{why!r}", "{why:>9}", "{0}", "{other}", "{"])
+def test_a_template_that_asks_for_more_than_its_values_does_not_cross(template):
+    value = {"sentence": [template, {"dict": [["why", "it is"], ["0", "x"]]}]}
+    with pytest.raises(WireError):
+        receive(message(json.dumps({"value": value, "buffers": []}).encode()), limit=1 << 20)
 
 
 @pytest.mark.parametrize("kind", ["?", "<u2", ">i4", "<f4", ">f8"])

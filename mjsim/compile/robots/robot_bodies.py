@@ -23,6 +23,7 @@ from mjsim.compile.textures import add_matte
 from mjsim.errors import WorldError
 from mjsim.geometry import Array
 from mjsim.models import no_warnings, spec_of
+from mjsim.sentences import Sentence
 from mjsim.world import BalancingDrive, Fault, ModelBody, NoBody, Robot, World, problems_at
 
 WHEEL_RADIUS = 0.1
@@ -105,7 +106,7 @@ def _try_robot(robot: Robot, *, step: float) -> None:
     radius = robot.drive.driven_radius or WHEEL_RADIUS
     if not drives(model, speed=robot.drive.max_speed / radius):
         cause = likely_cause(model) or "its parts push each other apart"
-        raise ValueError(f"the physics of '{robot.body.model}' fails; likely cause: {cause}")
+        raise ValueError(Sentence("the physics of '{model}' fails; likely cause: {cause}", robot.body.model, cause))
 
 
 def _add_base(spec: mujoco.MjSpec, robot: Robot) -> mujoco.MjsBody:
@@ -163,15 +164,20 @@ def add_user_robot(
     files = body.files
     if files.urdf:
         raise ValueError(
-            f"'{body.model}' is URDF, which has no servos for a drive of your own;"
-            f" mjsim new --robot-from {body.model} -o ROBOT.yaml makes it a robot"
+            Sentence(
+                "'{model}' is URDF, which has no servos for a drive of your own; mjsim new --robot-from "
+                "{model} -o ROBOT.yaml makes it a robot",
+                body.model,
+            )
         )
     with no_warnings(body.model):
         spec_of(files).compile()
         model = spec_of(files)
     base = model.body(BASE)
     if base is None:
-        raise ValueError(f"'{body.model}' has no body named '{BASE}'; give that name to the body of the robot")
+        raise ValueError(
+            Sentence("'{model}' has no body named '{base}'; give that name to the body of the robot", body.model, BASE)
+        )
     for joint in list(base.joints):
         model.delete(joint)
     base.pos, base.quat = [0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]

@@ -19,6 +19,7 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.models import bounded, quaternion_of
+from mjsim.sentences import Sentence
 from mjsim.world import Beacon, Hung, Marker, Robot, World, hung, printed_share
 
 GIVEN_BACK = 0.25
@@ -132,7 +133,12 @@ def _face(beacon: Beacon) -> str | Marker | None:
 
 def _add_face(spec: mujoco.MjSpec, world: World, face: str | Marker | None, number: int) -> PrintedFace:
     if number > MAX_PICTURES:
-        raise UsageError(f"more than {MAX_PICTURES} different pictures hang in this world; let some beacons share one")
+        raise UsageError(
+            Sentence(
+                "more than {max_pictures} different pictures hang in this world; let some beacons share one",
+                MAX_PICTURES,
+            )
+        )
     size = 1.0
     if face is None:
         picture = _reflector()

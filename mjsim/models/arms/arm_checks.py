@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 from mjsim.models.inertia_repair import mend_inertias
 from mjsim.models.model_sources import Element
 from mjsim.models.xml_text import RefusedXmlError, checked_xml
+from mjsim.sentences import Sentence
 
 MIN_MASS = 1e-12
 """Mass of a link that weighs nothing: below errors of rounding [kg]."""
@@ -40,7 +41,9 @@ def check_joints(root: Element, path: str) -> None:
             raise ArmFileError(message, name or (item.tag if item.tag == "freejoint" else kind))
         if item.tag == "joint" and kind in ("ball", "spherical"):
             label = f" '{name}'" if name else ""
-            raise ArmFileError(f"'{path}' has a ball joint{label}; an arm has hinges and slides", name or kind)
+            raise ArmFileError(
+                Sentence("'{path}' has a ball joint{label}; an arm has hinges and slides", path, label), name or kind
+            )
 
 
 def check_numbers(root: Element, path: str) -> None:
@@ -49,7 +52,9 @@ def check_numbers(root: Element, path: str) -> None:
         for key in EXPRESSED:
             if "${" in item.get(key, ""):
                 problem = f"'{path}' has {item.get(key, '')[:40]!r} in '{key}', an expression of xacro"
-                raise ArmFileError(f"{problem}; write the number, or expand the file with xacro", item.tag)
+                raise ArmFileError(
+                    Sentence("{problem}; write the number, or expand the file with xacro", problem), item.tag
+                )
     for owner in (*root.iter("link"), *root.iter("body")):
         for inertial in owner.findall("inertial"):
             name = owner.get("name", "")
@@ -60,11 +65,16 @@ def check_numbers(root: Element, path: str) -> None:
                 if key in NUMBERS and not (all(map(math.isfinite, values)) and low >= 0.0):
                     called = "mass" if key == "value" else key
                     problem = f"'{path}' has an impossible body: {called} of '{name}' is {text}"
-                    raise ArmFileError(f"{problem}; give finite numbers, the mass not below 0", name)
+                    raise ArmFileError(Sentence("{problem}; give finite numbers, the mass not below 0", problem), name)
     names = [joint.get("name", "") for joint in root.findall("joint")]
     for name in names:
         if names.count(name) > 1:
-            raise ArmFileError(f"'{path}' has {names.count(name)} joints '{name}'; give each a name of its own", name)
+            raise ArmFileError(
+                Sentence(
+                    "'{path}' has {count} joints '{name}'; give each a name of its own", path, names.count(name), name
+                ),
+                name,
+            )
 
 
 def _number(text: str) -> float:
@@ -81,7 +91,7 @@ def checked_inertias(root: Element, path: str) -> list[str]:
         if root.tag == "mujoco" and any(words in note for words in UNFIT):
             name = note.partition("'")[2].partition("'")[0]
             problem = note.partition("; made")[0].removeprefix(f"{path}: ")
-            raise ArmFileError(f"'{path}' has an impossible body: {problem}; correct it", name)
+            raise ArmFileError(Sentence("'{path}' has an impossible body: {problem}; correct it", path, problem), name)
     # The mass of the base follows from its shapes, and may be 0.
     return [note.removeprefix(f"{path}: ") for note in notes if "body 'base'" not in note]
 

@@ -31,6 +31,7 @@ from mjsim.models.rigid import weighed
 from mjsim.models.robot_meshes import without_shapes
 from mjsim.models.rotations import frame_at
 from mjsim.models.urdf_repair import firsts, mend_scales, mend_sizes
+from mjsim.sentences import Sentence
 
 MIN_MASS = 1e-9
 """A link with a smaller mass has no mass in its file [kg]."""
@@ -202,12 +203,16 @@ def _end(model: mujoco.MjModel, tree: ArmTree, path: str, end: str | None) -> tu
     Also returned is the name of the frame that was taken for the flange by its name; '' if none was.
     """
     if not tree.moving:
-        raise ArmFileError(f"'{path}' has no joint that turns or slides; an arm has at least one")
+        raise ArmFileError(Sentence("'{path}' has no joint that turns or slides; an arm has at least one", path))
     if end is None:
         last, branches = chain_to(tree)
         if branches:
             names = ", ".join(f"'{model.body(body).name}'" for body in branches)
-            raise ArmFileError(f"'{path}' branches, to {names}; name the body that carries the tool by end, or --end")
+            raise ArmFileError(
+                Sentence(
+                    "'{path}' branches, to {names}; name the body that carries the tool by end, or --end", path, names
+                )
+            )
         frame = _tool_frame(model, tree, last)
         return (last, np.eye(4), "") if frame is None else (*_placed(model, tree, *frame[:2]), frame[2])
     for kind, count in (("body", model.nbody), ("site", model.nsite), ("joint", model.njnt)):
@@ -216,11 +221,18 @@ def _end(model: mujoco.MjModel, tree: ArmTree, path: str, end: str | None) -> tu
                 root, flange = _placed(model, tree, kind, number)
                 if not root:
                     raise ArmFileError(
-                        f"'{end}' of '{path}' does not move with any joint; name what the last joint moves", end
+                        Sentence(
+                            "'{end}' of '{path}' does not move with any joint; name what the last joint moves",
+                            end,
+                            path,
+                        ),
+                        end,
                     )
                 return root, flange, ""
     known = [model.body(n).name for n in range(1, model.nbody)] + [model.site(n).name for n in range(model.nsite)]
-    raise ArmFileError(f"'{path}' has no body or site '{end}'{did_you_mean(end, known)}")
+    raise ArmFileError(
+        Sentence("'{path}' has no body or site '{end}'{did_you_mean}", path, end, did_you_mean(end, known))
+    )
 
 
 def _tool_frame(model: mujoco.MjModel, tree: ArmTree, last: int) -> tuple[str, int, str] | None:

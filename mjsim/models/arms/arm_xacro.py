@@ -8,6 +8,7 @@ from pathlib import Path
 from mjsim.errors import UsageError
 from mjsim.models.arms.arm_checks import ArmFileError
 from mjsim.models.xacro import Given, Resolved, XacroError, parsed, resolved
+from mjsim.sentences import Sentence
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,14 +25,16 @@ class _ReadFiles:
         try:
             return [Path(self.resolve(name if "://" in name else posixpath.join(beside.as_posix(), name)))]
         except ValueError:
-            raise XacroError(f"it names '{name:.200}', which was not found; put it beside the model") from None
+            raise XacroError(
+                Sentence("it names '{name:.200}', which was not found; put it beside the model", name)
+            ) from None
 
     def read(self, path: Path) -> bytes:
         """Return the contents of a file."""
         try:
             return self.contents(path.as_posix())
         except ValueError as error:
-            raise XacroError(f"no file '{path}': {error}") from None
+            raise XacroError(Sentence("no file '{path}': {error}", path, error)) from None
 
 
 def expanded(
@@ -64,5 +67,9 @@ def expanded(
     unused = sorted(arguments.keys() - found.asked)
     if unused:
         known = ", ".join(sorted(found.asked)) or "none"
-        raise ArmFileError(f"'{path}' has no xacro:arg '{unused[0]:.60}'; those that it uses are {known:.300}")
+        raise ArmFileError(
+            Sentence(
+                "'{path}' has no xacro:arg '{unused:.60}'; those that it uses are {known:.300}", path, unused[0], known
+            )
+        )
     return found

@@ -25,6 +25,7 @@ from mjsim.models.robots.said_sensors import SaidSensor, said_sensors
 from mjsim.models.robots.urdf_joints import freed_wheels, joint_speeds, without_limits, without_rails
 from mjsim.models.robots.xml_positions import ElementOrigin, PlacedError, element_of, numbered, plainly, starts
 from mjsim.models.urdf_repair import firsts, mend_scales, mend_sizes
+from mjsim.sentences import Sentence
 
 MAX_RETRIES = 64
 """Maximum number of meshes of a robot that MuJoCo may reject."""
@@ -217,7 +218,9 @@ def _check_finite(model: mujoco.MjModel, path: str) -> None:
     """Raise ValueError if a part has a position that is not finite."""
     bad = np.flatnonzero(~np.isfinite(model.body_pos).all(axis=1))
     if len(bad):
-        raise ValueError(f"'{path}': the position of '{model.body(int(bad[0])).name}' is not finite; correct it")
+        raise ValueError(
+            Sentence("'{path}': the position of '{name}' is not finite; correct it", path, model.body(int(bad[0])).name)
+        )
 
 
 def _servo_speeds(model: mujoco.MjModel) -> Iterator[tuple[str, float]]:

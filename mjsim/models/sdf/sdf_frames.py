@@ -9,6 +9,7 @@ import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
+from mjsim.sentences import Sentence
 
 FRAMED = ("link", "frame", "model", "joint", "include")
 """Elements whose names are frames."""
@@ -31,7 +32,7 @@ def pose_matrix(numbers: list[float], *, degrees: bool = False, quaternion: bool
     from scipy.spatial.transform import Rotation
 
     if len(numbers) != (7 if quaternion else 6):
-        raise ValueError(f"a pose has {len(numbers)} numbers")
+        raise ValueError(Sentence("a pose has {count} numbers", len(numbers)))
     turned = numbers[3:]
     turn = Rotation.from_quat(turned) if quaternion else Rotation.from_euler("xyz", turned, degrees=degrees)
     pose = np.eye(4)
@@ -52,7 +53,7 @@ def floats(text: str | None, count: int, where: str) -> list[float]:
         numbers = []
     if len(numbers) != count or not all(map(math.isfinite, numbers)):
         asked = "a finite number" if count == 1 else f"{count} finite numbers"
-        raise UsageError(f"{where}: '{(text or '').strip():.40}' is not {asked}")
+        raise UsageError(Sentence("{where}: '{text:.40}' is not {asked}", where, (text or "").strip(), asked))
     return numbers
 
 
@@ -70,7 +71,7 @@ def own_pose(element: Element, where: str) -> tuple[Array, str]:
     try:
         return pose_matrix(numbers, degrees=pose.get("degrees") in ("true", "1"), quaternion=quaternion), frame
     except ValueError as error:
-        raise UsageError(f"{where}: {error}") from None
+        raise UsageError(Sentence("{where}: {error}", where, error)) from None
 
 
 @dataclass(slots=True)
@@ -132,12 +133,19 @@ class SdfFrames:
         if name in self._poses:
             return self._poses[name]
         if name in self._open:
-            raise UsageError(f"{self.where}: the frame '{name:.40}' is relative to itself")
+            raise UsageError(Sentence("{where}: the frame '{name:.40}' is relative to itself", self.where, name))
         self._open.add(name)
         head, _, rest = name.partition("::")
         element = self._named[head] if head in self._named else self._included(head)
         if element is None:
-            raise UsageError(f"{self.where}: no frame '{name:.40}'; frames are {', '.join(sorted(self._named)[:10])}")
+            raise UsageError(
+                Sentence(
+                    "{where}: no frame '{name:.40}'; frames are {names}",
+                    self.where,
+                    name,
+                    ", ".join(sorted(self._named)[:10]),
+                )
+            )
         pose = self.pose_of(element)
         if rest:
             inner = self.inner(element)

@@ -10,6 +10,7 @@ from mjsim.models.colours import color_of
 from mjsim.models.rotations import pose_keys
 from mjsim.models.sdf.sdf_frames import SdfFrames, floats
 from mjsim.models.sdf.sdf_shapes import mesh_of, sizes_of
+from mjsim.sentences import Sentence
 
 SCENE = "import it as a world: mjsim new --from"
 """Advice for SDF that is more than a model."""
@@ -35,9 +36,16 @@ def mjcf_of_sdf(root: Element, path: str) -> Element:
     """
     models = root.findall("model")
     if len(models) != 1 or root.find("world") is not None:
-        raise ValueError(f"'{path}' has {len(models)} models beside its worlds; an object has one, else {SCENE}")
+        raise ValueError(
+            Sentence(
+                "'{path}' has {count} models beside its worlds; an object has one, else {scene}",
+                path,
+                len(models),
+                SCENE,
+            )
+        )
     if models[0].find("include") is not None or models[0].find("model") is not None:
-        raise ValueError(f"'{path}' has models inside its model; {SCENE}")
+        raise ValueError(Sentence("'{path}' has models inside its model; {scene}", path, SCENE))
     made = Element("mujoco")
     SubElement(made, "compiler", angle="radian")
     asset, body = SubElement(made, "asset"), SubElement(SubElement(made, "worldbody"), "body")
@@ -96,10 +104,14 @@ def _geom_keys(shape: Element, asset: Element, path: str) -> dict[str, str] | No
         name = f"mesh{len(asset)}"
         uri, scale = mesh_of(shape, path)
         if not uri:
-            raise ValueError(f"'{path}' has a <mesh> that names no file; give it a <uri>")
+            raise ValueError(Sentence("'{path}' has a <mesh> that names no file; give it a <uri>", path))
         file = uri.replace("model://", "package://", 1)
         SubElement(asset, "mesh", name=name, file=file, scale=" ".join(map(repr, scale)))
         return {"type": "mesh", "mesh": name}
     if shape.tag in ("plane", "empty"):
         return None
-    raise ValueError(f"'{path}' has the shape <{shape.tag[:40]}>; make it of boxes, cylinders, spheres and meshes")
+    raise ValueError(
+        Sentence(
+            "'{path}' has the shape <{tag}>; make it of boxes, cylinders, spheres and meshes", path, shape.tag[:40]
+        )
+    )

@@ -5,6 +5,7 @@ from xml.etree.ElementTree import Element
 
 from mjsim.errors import UsageError
 from mjsim.models.sdf.sdf_frames import floats
+from mjsim.sentences import Sentence
 
 MAX_SIZE = 1e4
 """Maximum size of a shape [m]."""
@@ -27,10 +28,21 @@ def sizes_of(shape: Element, where: str) -> list[float]:
     for key, count in _SIZES.get(shape.tag, {}).items():
         text = (shape.findtext(key) or "").strip()
         if not text:
-            raise UsageError(f"{where}: its <{shape.tag}> has no <{key}>; give it one, or remove the shape")
+            raise UsageError(
+                Sentence("{where}: its <{tag}> has no <{key}>; give it one, or remove the shape", where, shape.tag, key)
+            )
         found = floats(text, count, f"{where}: {key} of a {shape.tag}")
         if not all(0.0 <= size <= MAX_SIZE for size in found):
-            raise UsageError(f"{where}: {key} of a {shape.tag}: '{text:.40}' must be above 0, up to {MAX_SIZE:g} m")
+            raise UsageError(
+                Sentence(
+                    "{where}: {key} of a {tag}: '{text:.40}' must be above 0, up to {max_size:g} m",
+                    where,
+                    key,
+                    shape.tag,
+                    text,
+                    MAX_SIZE,
+                )
+            )
         sizes += found
     return sizes
 

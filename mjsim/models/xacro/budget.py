@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from typing import Any, TypeAlias, TypeVar
 
 from mjsim.errors import did_you_mean
+from mjsim.sentences import Sentence
 
 Kept = TypeVar("Kept")
 Value: TypeAlias = bool | int | float | str | list[Any] | tuple[Any, ...] | dict[Any, Any] | None
@@ -50,7 +51,7 @@ class XacroBudget:
         """
         self._left -= steps
         if self._left < 0:
-            raise XacroError(f"it takes more than {STEPS} steps to expand; make it simpler")
+            raise XacroError(Sentence("it takes more than {steps} steps to expand; make it simpler", STEPS))
 
     def keep(self, value: Kept) -> Kept:
         """Return a new value, and count its size.
@@ -121,7 +122,11 @@ def size_of(value: object) -> int:
             if each.bit_length() > MAX_BITS:
                 raise TooLargeError
         elif not isinstance(each, float | None):
-            raise XacroError(f"a value of type {type(each).__name__} cannot be used in xacro; write a number or a text")
+            raise XacroError(
+                Sentence(
+                    "a value of type {name} cannot be used in xacro; write a number or a text", type(each).__name__
+                )
+            )
         if size + len(waiting) > MAX_VALUE_SIZE:
             raise TooLargeError
     return size

@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 from mjsim.models.xacro.budget import TooLargeError, Value, XacroBudget, XacroError, likely, weight_of
 from mjsim.models.xacro.scope import Scope
 from mjsim.models.xacro.xacro_functions import BINARY, COMPARISONS, METHODS, UNARY, Function, Module
+from mjsim.sentences import Sentence
 from mjsim.syntax import parse_python
 
 MAX_CHARACTERS = 4000
@@ -36,25 +37,31 @@ def evaluated(text: str, lookup: Callable[[str], Known], budget: XacroBudget) ->
         value: Value = _Evaluation(lookup, budget).value(_tree(text))
         return value
     except TooLargeError:
-        raise XacroError(f"'{text.strip():.60}' gives a number or a text that is too large; make it smaller") from None
+        raise XacroError(
+            Sentence("'{text:.60}' gives a number or a text that is too large; make it smaller", text.strip())
+        ) from None
     except XacroError:
         raise
     except _FAULTS as error:
         problem = " ".join(str(error).split())
-        raise XacroError(f"'{text.strip():.60}' cannot be computed ({problem:.100}); correct it") from None
+        raise XacroError(
+            Sentence("'{text:.60}' cannot be computed ({problem:.100}); correct it", text.strip(), problem)
+        ) from None
 
 
 def _tree(text: str) -> ast.expr:
     """Return the syntax tree of one expression."""
     if len(text) > MAX_CHARACTERS:
-        raise XacroError(f"an expression has more than {MAX_CHARACTERS} characters; make it shorter")
+        raise XacroError(
+            Sentence("an expression has more than {max_characters} characters; make it shorter", MAX_CHARACTERS)
+        )
     try:
         match parse_python(text.strip()).body:
             case [ast.Expr(value=tree)]:
                 return tree
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         pass
-    raise XacroError(f"'{text.strip():.60}' is not an expression; correct it")
+    raise XacroError(Sentence("'{text:.60}' is not an expression; correct it", text.strip()))
 
 
 class _Evaluation:
@@ -68,7 +75,9 @@ class _Evaluation:
         self._budget.spend(1)
         form = _FORMS.get(type(node))
         if form is None:
-            raise XacroError(f"{type(node).__name__} is not allowed in expressions; compute it in another way")
+            raise XacroError(
+                Sentence("{name} is not allowed in expressions; compute it in another way", type(node).__name__)
+            )
         with self._budget.deeper(3):
             return form(self, node)
 
@@ -80,7 +89,9 @@ class _Evaluation:
         """Return the value of a name, or of an entry with a dot."""
         found = self._known(node)
         if isinstance(found, Function | Module | Scope):
-            raise XacroError(f"'{ast.unparse(node):.40}' is a function or a namespace; write what is in it")
+            raise XacroError(
+                Sentence("'{unparse:.40}' is a function or a namespace; write what is in it", ast.unparse(node))
+            )
         return found
 
     def _known(self, node: ast.AST) -> Any:
@@ -102,7 +113,14 @@ class _Evaluation:
             entries = holder
         if name not in entries:
             suggestion = likely(name, (key for key in entries if isinstance(key, str)))
-            raise XacroError(f"there is no '{name:.40}' in this {type(holder).__name__.lower()}{suggestion}")
+            raise XacroError(
+                Sentence(
+                    "there is no '{name:.40}' in this {text}{suggestion}",
+                    name,
+                    type(holder).__name__.lower(),
+                    suggestion,
+                )
+            )
         return entries[name]
 
     def call(self, node: ast.Call) -> Any:
@@ -122,7 +140,9 @@ class _Evaluation:
                 return method, [holder]
         found = self._known(node) if isinstance(node, ast.Name | ast.Attribute) else None
         if not isinstance(found, Function):
-            raise XacroError(f"'{ast.unparse(node):.40}' is not a function of xacro; compute it in another way")
+            raise XacroError(
+                Sentence("'{unparse:.40}' is not a function of xacro; compute it in another way", ast.unparse(node))
+            )
         return found, []
 
     def _apply(self, function: Function, given: list[Any], named: Mapping[str, Value]) -> Any:
@@ -140,14 +160,18 @@ class _Evaluation:
         """Return what an operator gives."""
         operation = BINARY.get(type(node.op).__name__)
         if operation is None:
-            raise XacroError(f"{type(node.op).__name__} is not allowed in expressions; compute it in another way")
+            raise XacroError(
+                Sentence("{name} is not allowed in expressions; compute it in another way", type(node.op).__name__)
+            )
         return self._budget.keep(operation(self.value(node.left), self.value(node.right)))
 
     def unary(self, node: ast.UnaryOp) -> Any:
         """Return what an operator gives."""
         operation = UNARY.get(type(node.op).__name__)
         if operation is None:
-            raise XacroError(f"{type(node.op).__name__} is not allowed in expressions; compute it in another way")
+            raise XacroError(
+                Sentence("{name} is not allowed in expressions; compute it in another way", type(node.op).__name__)
+            )
         return self._budget.keep(operation(self.value(node.operand)))
 
     def boolean(self, node: ast.BoolOp) -> Any:

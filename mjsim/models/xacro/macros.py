@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from mjsim.models.xacro.budget import XacroError
 from mjsim.models.xacro.nodes import XacroNode
+from mjsim.sentences import Sentence
 
 _WITH_DEFAULT = re.compile(
     r"\s*(?P<name>[^\s:=]+)\s*:?=\s*(?P<forward>\^\|?)?"
@@ -73,7 +74,7 @@ def macro_of(node: XacroNode) -> tuple[str, Macro]:
     """
     name = node.required("name").removeprefix("xacro:")
     if name == "call" or "." in name:
-        raise XacroError(f"a macro cannot be called '{name:.60}'; choose another name, without dots")
+        raise XacroError(Sentence("a macro cannot be called '{name:.60}'; choose another name, without dots", name))
     parameters, defaults = parameters_of(node.attributes.get("params", ""))
     return name, Macro(node, parameters, defaults)
 
@@ -94,7 +95,9 @@ def parameters_of(text: str) -> tuple[tuple[str, ...], dict[str, Default]]:
         else:
             match = _PLAIN.match(text, at)
         if match is None or len(names) >= MAX_PARAMETERS:
-            raise XacroError(f"a macro has more than {MAX_PARAMETERS} parameters; make it simpler")
+            raise XacroError(
+                Sentence("a macro has more than {max_parameters} parameters; make it simpler", MAX_PARAMETERS)
+            )
         names.append(match["name"])
         at = match.end()
     return tuple(names), defaults

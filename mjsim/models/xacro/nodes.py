@@ -6,6 +6,7 @@ from xml.parsers import expat
 from xml.sax.saxutils import escape, quoteattr
 
 from mjsim.models.xacro.budget import XacroBudget, XacroError
+from mjsim.sentences import Sentence
 
 NAME = re.compile(r"[^\W\d][\w.-]*(?::[^\W\d][\w.-]*)?")
 """Names of elements and attributes."""
@@ -49,7 +50,7 @@ class XacroNode:
             XacroError: It is missing.
         """
         if name not in self.attributes:
-            raise XacroError(f"<{self.tag}> has no '{name}'; add it")
+            raise XacroError(Sentence("<{tag}> has no '{name}'; add it", self.tag, name))
         return self.attributes[name]
 
 
@@ -109,7 +110,9 @@ def nodes_of(text: str, file: str, budget: XacroBudget) -> XacroNode:
     try:
         reader.parser.Parse(text.encode(), True)
     except expat.ExpatError as error:
-        raise XacroError(f"{file}:{error.lineno}:{error.offset + 1}: this is not XML; correct it") from None
+        raise XacroError(
+            Sentence("{file}:{lineno}:{offset}: this is not XML; correct it", file, error.lineno, error.offset + 1)
+        ) from None
     assert reader.root is not None
     return reader.root
 

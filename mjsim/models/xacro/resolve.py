@@ -10,6 +10,7 @@ from mjsim.models.xacro.nodes import XacroNode, nodes_of, written
 from mjsim.models.xacro.substitution import Given
 from mjsim.models.xacro.xacro_expand import MAX_DEPTH, Expander, Files
 from mjsim.models.xml_text import RefusedXmlError, checked_xml
+from mjsim.sentences import Sentence
 
 MAX_BYTES = 8_000_000
 ROBOT_PARTS = {
@@ -80,7 +81,13 @@ def _refuse_bare_macros(root: XacroNode, declared: Collection[str]) -> None:
     for item in root.elements:
         if item.tag in declared and item.tag not in ROBOT_PARTS:
             raise UsageError(
-                f"{item.file}:{item.line}:{item.column}: <{item.tag}> is a macro; to call it, write <xacro:{item.tag}>"
+                Sentence(
+                    "{file}:{line}:{column}: <{tag}> is a macro; to call it, write <xacro:{tag}>",
+                    item.file,
+                    item.line,
+                    item.column,
+                    item.tag,
+                )
             )
 
 
@@ -91,13 +98,22 @@ def parsed(data: bytes, path: Path) -> tuple[str, ElementTree.Element]:
         UsageError: The file is not XML, is too large, or declares a document type.
     """
     if len(data) > MAX_BYTES:
-        raise UsageError(f"{path} has {len(data) / 1e6:.0f} MB of XML; it must have at most {MAX_BYTES // 10**6} MB")
+        raise UsageError(
+            Sentence(
+                "{path} has {count:.0f} MB of XML; it must have at most {max_bytes} MB",
+                path,
+                len(data) / 1000000.0,
+                MAX_BYTES // 10**6,
+            )
+        )
     try:
         text = checked_xml(data, deepest=MAX_DEPTH)
         return text, ElementTree.fromstring(text)
     except ElementTree.ParseError as error:
         line, column = error.position
         problem = str(error).partition(":")[0]
-        raise UsageError(f"{path}:{line}:{column + 1}: this is not XML ({problem}); correct it") from None
+        raise UsageError(
+            Sentence("{path}:{line}:{column}: this is not XML ({problem}); correct it", path, line, column + 1, problem)
+        ) from None
     except RefusedXmlError as error:
-        raise UsageError(f"{path} {error}") from None
+        raise UsageError(Sentence("{path} {error}", path, error)) from None

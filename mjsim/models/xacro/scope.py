@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from mjsim.models.xacro.budget import XacroError
+from mjsim.sentences import Sentence
 
 
 class Scope:
@@ -87,7 +88,11 @@ class Scope:
         if name in self._texts:
             if name in self._resolving:
                 path = " -> ".join([*self._resolving, name])
-                raise XacroError(f"the property '{name}' refers to itself ({path:.100}); correct its xacro:property")
+                raise XacroError(
+                    Sentence(
+                        "the property '{name}' refers to itself ({path:.100}); correct its xacro:property", name, path
+                    )
+                )
             self._resolving.append(name)
             try:
                 self._values[name] = self._evaluate(self._values[name], self)
@@ -98,4 +103,4 @@ class Scope:
 
 
 def _refuse(name: str, _: set[str]) -> Any:
-    raise XacroError(f"no xacro:property '{name}'; declare it")
+    raise XacroError(Sentence("no xacro:property '{name}'; declare it", name))

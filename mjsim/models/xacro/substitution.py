@@ -10,6 +10,7 @@ from mjsim.models.xacro.budget import Value, XacroBudget, XacroError, likely
 from mjsim.models.xacro.expressions import evaluated
 from mjsim.models.xacro.scope import Scope
 from mjsim.models.xacro.xacro_functions import SUBSTITUTED
+from mjsim.sentences import Sentence
 
 PACKAGE = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
 """Names of ROS packages."""
@@ -62,7 +63,9 @@ def is_true(value: Value, text: str) -> bool:
     try:
         return bool(float(word))
     except ValueError:
-        raise XacroError(f"the condition '{text:.60}' is '{value:.40}'; it must be true or false") from None
+        raise XacroError(
+            Sentence("the condition '{text:.60}' is '{value:.40}'; it must be true or false", text, value)
+        ) from None
 
 
 class Substitution:
@@ -104,7 +107,9 @@ class Substitution:
             parts.append(self._part(match, scope))
             end = match.end()
         if end != len(text):
-            raise XacroError(f"'{text[end : end + 40]}' is neither ${{...}} nor $(...); write $$ for a dollar")
+            raise XacroError(
+                Sentence("'{text}' is neither ${{...}} nor $(...); write $$ for a dollar", text[end : end + 40])
+            )
         return parts[0] if len(parts) == 1 else self._budget.keep("".join(map(str, parts)))
 
     def text(self, text: str, scope: Scope) -> str:
@@ -125,7 +130,7 @@ class Substitution:
         """
         self.asked.add(name)
         if name not in self.arguments:
-            raise XacroError(f"xacro:arg '{name:.60}' has no value; give --arg {name:.60}=VALUE")
+            raise XacroError(Sentence("xacro:arg '{name:.60}' has no value; give --arg {name:.60}=VALUE", name))
         return self.arguments[name]
 
     def _part(self, match: "re.Match[str]", scope: Scope) -> Value:
@@ -149,7 +154,7 @@ class Substitution:
         try:
             return command(*words[1:])
         except TypeError:
-            raise XacroError(f"$({text:.60}) has too many or too few words; correct it") from None
+            raise XacroError(Sentence("$({text:.60}) has too many or too few words; correct it", text)) from None
 
     def _substituted(self, name: str) -> Any:
         """Return what a name in `$(eval ...)` stands for."""
@@ -161,7 +166,9 @@ class Substitution:
     def _variable(self, name: str) -> str:
         self.asked.add(name)
         if name not in self._given.environment:
-            raise XacroError(f"$(env {name:.60}) is not read from your environment; give --env {name:.60}=VALUE")
+            raise XacroError(
+                Sentence("$(env {name:.60}) is not read from your environment; give --env {name:.60}=VALUE", name)
+            )
         return self._given.environment[name]
 
     def _optional_variable(self, name: str, *default: str) -> str:
@@ -172,5 +179,5 @@ class Substitution:
 def _package(name: str) -> str:
     """Return the folder of a package as a URI, which readers of files resolve."""
     if not PACKAGE.fullmatch(name):
-        raise XacroError(f"'{name:.60}' is not the name of a ROS package; correct $(find ...)")
+        raise XacroError(Sentence("'{name:.60}' is not the name of a ROS package; correct $(find ...)", name))
     return f"package://{name}"

@@ -15,6 +15,7 @@ from mjsim.models.xacro.substitution import Given, Substitution, is_true, litera
 from mjsim.models.xacro.xacro_functions import PYTHON, known_names
 from mjsim.models.xacro.yaml_in import plain_yaml
 from mjsim.models.xml_text import RefusedXmlError, checked_xml
+from mjsim.sentences import Sentence
 
 ABSENT = "which was not found"
 """Part of the message about a package that is missing."""
@@ -89,7 +90,7 @@ class Expander:
             with _placed(root):
                 self._expand(root, into, self._scope, Macros())
         except RecursionError:  # The caller has used up more of what Python allows than usual.
-            raise UsageError(f"{root.file}: it is nested too deeply; make it flatter") from None
+            raise UsageError(Sentence("{file}: it is nested too deeply; make it flatter", root.file)) from None
         return into
 
     def _evaluated(self, text: str, scope: Scope) -> Value:
@@ -106,7 +107,9 @@ class Expander:
         suggestion = likely(name, (key for key in declared if key.isidentifier()))
         hint = suggestion if suggestion.startswith("; did") else "; declare it"
         absent = f"; {self._absent(name)}" if self.missing else ""
-        raise XacroError(f"no xacro:property '{name:.60}'{hint}, or give --arg {name:.60}=VALUE{absent}")
+        raise XacroError(
+            Sentence("no xacro:property '{name:.60}'{hint}, or give --arg {name:.60}=VALUE{absent}", name, hint, absent)
+        )
 
     def _expand(self, node: XacroNode, into: XacroNode, scope: Scope, macros: Macros) -> None:
         """Expand the attributes and children of an element, and append them to another."""
@@ -145,7 +148,7 @@ class Expander:
             scope.remove(name)
             return
         if "default" in given and "value" in given:
-            raise XacroError(f"the property '{name:.60}' has a value and a default; leave one out")
+            raise XacroError(Sentence("the property '{name:.60}' has a value and a default; leave one out", name))
         if "default" in given and name in scope:
             return
         text = given.get("value", given.get("default"))
@@ -220,7 +223,9 @@ class Expander:
             with self.budget.deeper(2):
                 self._child(scope.lookup(f"*{name}"), into, scope, macros)
         else:
-            raise XacroError(f"there is no block '{name:.60}'; declare it as a parameter '*{name:.60}' of the macro")
+            raise XacroError(
+                Sentence("there is no block '{name:.60}'; declare it as a parameter '*{name:.60}' of the macro", name)
+            )
 
     def _call_by_name(self, node: XacroNode, into: XacroNode, scope: Scope, macros: Macros) -> None:
         attributes = dict(node.attributes)
@@ -256,10 +261,16 @@ class Expander:
         """Return the parameters of a macro for a call."""
         names = [name for name in macro.parameters if name.startswith("*")]
         if len(blocks) != len(names):
-            raise XacroError(f"the macro takes {len(names)} blocks, but gets {len(blocks)}; give as many")
+            raise XacroError(
+                Sentence(
+                    "the macro takes {count} blocks, but gets {other_count}; give as many", len(names), len(blocks)
+                )
+            )
         for name in values:
             if name not in macro.parameters:
-                raise XacroError(f"the macro has no parameter '{name:.60}'{likely(name, macro.parameters)}")
+                raise XacroError(
+                    Sentence("the macro has no parameter '{name:.60}'{likely}", name, likely(name, macro.parameters))
+                )
         found: dict[str, Value | XacroNode] = {**values, **dict(zip(names, blocks, strict=True))}
         for name in macro.parameters:
             if name not in found:
@@ -272,7 +283,9 @@ class Expander:
             value: Value = scope.lookup(name)
             return value
         if default is None or default.text is None:
-            raise XacroError(f"the macro needs the parameter '{name:.60}'; give it, as {name:.60}=\"...\"")
+            raise XacroError(
+                Sentence("the macro needs the parameter '{name:.60}'; give it, as {name:.60}=\"...\"", name)
+            )
         return self._evaluated(default.text, scope)
 
     def _include(self, node: XacroNode, into: XacroNode, scope: Scope, macros: Macros) -> None:
@@ -334,13 +347,13 @@ class Expander:
                     checked_xml(self._contents(path), deepest=MAX_DEPTH), str(path), self.budget
                 )
             except RefusedXmlError as error:
-                raise XacroError(f"{path} {error}") from None
+                raise XacroError(Sentence("{path} {error}", path, error)) from None
         return self._read[path]
 
     def _load_yaml(self, name: str) -> Value:
         paths = self._files.locate(str(name), self._paths[-1].parent)
         if len(paths) != 1:
-            raise XacroError(f"load_yaml reads one file, not {len(paths)}; give the path of one")
+            raise XacroError(Sentence("load_yaml reads one file, not {count}; give the path of one", len(paths)))
         data = self._contents(paths[0])
         with self._inside(paths[0]):
             return plain_yaml(data, str(paths[0]), self.budget, lambda text: self._text.evaluated(text, self._scope))
@@ -354,22 +367,24 @@ def _found(name: str, scope: Scope, macros: Macros) -> tuple[Macro, Scope, Macro
         for space in spaces:
             found, inner = at.space(space), scope.lookup(space)
             if found is None or not isinstance(inner, Scope):
-                raise XacroError(f"no include has the namespace '{space:.60}'; add it to one, as ns=\"...\"")
+                raise XacroError(
+                    Sentence("no include has the namespace '{space:.60}'; add it to one, as ns=\"...\"", space)
+                )
             at, scope = found, inner
         macro = at.find(last)
     if macro is None:
-        raise XacroError(f"no macro is called '{name:.60}'{likely(name, at.names())}")
+        raise XacroError(Sentence("no macro is called '{name:.60}'{likely}", name, likely(name, at.names())))
     return macro, scope, at
 
 
 def _require_identifier(name: str, what: str) -> None:
     if not name.isidentifier() or name.startswith("__"):
-        raise XacroError(f"{what} cannot be called '{name:.60}'; write letters, digits and _")
+        raise XacroError(Sentence("{what} cannot be called '{name:.60}'; write letters, digits and _", what, name))
 
 
 def _require_name(name: str) -> None:
     if not NAME.fullmatch(name):
-        raise XacroError(f"'{name:.60}' is not a name in XML; write letters and digits")
+        raise XacroError(Sentence("'{name:.60}' is not a name in XML; write letters and digits", name))
 
 
 @contextmanager

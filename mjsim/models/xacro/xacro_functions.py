@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from mjsim.models.xacro.budget import MAX_BITS, MAX_VALUE_SIZE, TooLargeError, Value, XacroError, size_of
+from mjsim.sentences import Sentence
 
 MAX_ARGUMENT = 200
 """Maximum argument of functions whose result grows faster than a power."""
@@ -48,7 +49,9 @@ def power(base: Any, exponent: Any) -> Any:
         raise TooLargeError
     result = base**exponent
     if isinstance(result, complex):
-        raise XacroError(f"{base} has no power of {exponent} that is a real number; make it positive")
+        raise XacroError(
+            Sentence("{base} has no power of {exponent} that is a real number; make it positive", base, exponent)
+        )
     return result
 
 
@@ -68,7 +71,7 @@ def remainder(left: Any, right: Any) -> Any:
     """Return the remainder of numbers, or a formatted text."""
     if isinstance(left, str):
         if not _CONVERSIONS.fullmatch(left):
-            raise XacroError(f"'{left:.40}' is not a text with conversions such as %d and %.3f")
+            raise XacroError(Sentence("'{left:.40}' is not a text with conversions such as %d and %.3f", left))
         if left.count("%") * (size_of(right) + WIDEST) > MAX_VALUE_SIZE:
             raise TooLargeError
     return left % right
@@ -124,7 +127,7 @@ def _tokens(text: str, sep: str = ",; ", skip_empty: bool = True) -> list[str]:
 
 
 def _fatal(*words: Value) -> Value:
-    raise XacroError(f"the file says: {' '.join(map(str, words)):.200}")
+    raise XacroError(Sentence("the file says: {map:.200}", " ".join(map(str, words))))
 
 
 def _map(apply: Callable[..., Value], function: Function, *lists: Any) -> list[Value]:
@@ -138,7 +141,7 @@ def _filter(apply: Callable[..., Value], function: Function, values: Iterable[An
 def _isinstance(_: object, value: Value, *kinds: Function) -> bool:
     known = {kind.__name__: kind for kind in (bool, int, float, str, list, tuple, dict)}
     if not all(isinstance(kind, Function) and kind.name in known for kind in kinds):
-        raise XacroError(f"isinstance takes kinds of values; name {', '.join(known)}")
+        raise XacroError(Sentence("isinstance takes kinds of values; name {known}", ", ".join(known)))
     return any(isinstance(value, known[kind.name]) for kind in kinds)
 
 

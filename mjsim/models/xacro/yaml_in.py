@@ -7,6 +7,7 @@ from typing import Any
 import yaml
 
 from mjsim.models.xacro.budget import Value, XacroBudget, XacroError
+from mjsim.sentences import Sentence
 
 MAX_BYTES = 256_000
 STEPS_PER_NODE = 10
@@ -37,14 +38,16 @@ def plain_yaml(data: bytes, file: str, budget: XacroBudget, evaluate: Callable[[
         XacroError: It is invalid or too large, or uses other tags.
     """
     if len(data) > MAX_BYTES:
-        raise XacroError(f"{file} has more than {MAX_BYTES // 1000} kB of YAML; make it smaller")
+        raise XacroError(
+            Sentence("{file} has more than {max_bytes} kB of YAML; make it smaller", file, MAX_BYTES // 1000)
+        )
     try:
         root = yaml.compose(data.decode("utf-8-sig"), Loader=yaml.SafeLoader)
         return budget.keep(None if root is None else _Reader(budget, evaluate).value(root))
     except (yaml.YAMLError, UnicodeDecodeError, RecursionError, TypeError) as error:
         mark = getattr(error, "problem_mark", None)
         at = f":{mark.line + 1}:{mark.column + 1}" if mark else ""
-        raise XacroError(f"{file}{at} is not YAML of plain values; correct it") from None
+        raise XacroError(Sentence("{file}{at} is not YAML of plain values; correct it", file, at)) from None
 
 
 class _Reader:
@@ -64,7 +67,7 @@ class _Reader:
                 return [self.value(item) for item in node.value]
             if isinstance(node, yaml.ScalarNode):
                 return self._scalar(node)
-        raise XacroError(f"the YAML tag {node.tag:.60} is not allowed in robot files; leave it out")
+        raise XacroError(Sentence("the YAML tag {tag:.60} is not allowed in robot files; leave it out", node.tag))
 
     def _entries(self, node: Any) -> Iterable[tuple[Any, Any]]:
         """Yield the entries of a mapping, first those that it takes from others by `<<`."""
@@ -82,7 +85,7 @@ class _Reader:
         if node.tag in UNITS:
             number = self._evaluate(node.value)
             if not isinstance(number, int | float):
-                raise XacroError(f"{node.tag} {node.value:.40} is not a number; write one")
+                raise XacroError(Sentence("{tag} {value:.40} is not a number; write one", node.tag, node.value))
             return float(number) * UNITS[node.tag]
         match node.tag.removeprefix(_PREFIX):
             case "str" | "timestamp" | "value":
@@ -95,11 +98,11 @@ class _Reader:
                 return bool(self._scalars.construct_yaml_bool(node))
             case "null":
                 return None
-        raise XacroError(f"the YAML tag {node.tag:.60} is not allowed in robot files; leave it out")
+        raise XacroError(Sentence("the YAML tag {tag:.60} is not allowed in robot files; leave it out", node.tag))
 
 
 def _number(construct: Callable[[Any], Any], node: Any) -> Any:
     try:
         return construct(node)
     except (ValueError, OverflowError):
-        raise XacroError(f"'{node.value:.40}' in a YAML file is not a number; correct it") from None
+        raise XacroError(Sentence("'{value:.40}' in a YAML file is not a number; correct it", node.value)) from None

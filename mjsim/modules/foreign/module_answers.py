@@ -10,6 +10,7 @@ from mjsim.geometry import Array, Pose
 from mjsim.interface import Command, Estimate, JointGoal, Numbers, Observation, Sighting, WheelCommand
 from mjsim.modules.covariances import Unfit
 from mjsim.modules.foreign.shown_values import shown_of
+from mjsim.sentences import Sentence
 
 Answer = Mapping[str, Any]
 """By field: an array, nested lists, or a text that describes its type."""
@@ -42,10 +43,18 @@ def estimate_of(answer: Answer, numbers: Numbers, *, counts_last: bool) -> Estim
     means, covariances = take.stack("landmarks", (2,)), take.stack("landmark_covariance", (2, 2))
     names = _names(take.stack("ids", ()), len(means), numbers, "landmarks")
     if len(covariances) != len(means):
-        raise Unfit(f"returned {len(means)} landmarks with {len(covariances)} covariances; each needs one")
+        raise Unfit(
+            Sentence(
+                "returned {count} landmarks with {other_count} covariances; each needs one",
+                len(means),
+                len(covariances),
+            )
+        )
     nu, S = take.stack("innovations", (2,)), take.stack("innovation_covariance", (2, 2))
     if len(nu) != len(S):
-        raise Unfit(f"returned {len(nu)} innovations with {len(S)} covariances; each needs one")
+        raise Unfit(
+            Sentence("returned {count} innovations with {other_count} covariances; each needs one", len(nu), len(S))
+        )
     about = _names(take.stack("innovation_ids", ()), len(nu), numbers, "innovations", twice=True)
     joint = take.get("joint_covariance")
     return Estimate(
@@ -90,11 +99,11 @@ def _goals(joints: Any, arms: Mapping[str, str]) -> dict[str, JointGoal]:
     goals = {}
     for name, goal in joints.items():
         if name not in arms:
-            raise Unfit(f"returned cmd.joints.{name}{did_you_mean(name, arms)}")
+            raise Unfit(Sentence("returned cmd.joints.{name}{did_you_mean}", name, did_you_mean(name, arms)))
         take = _Taker({key: part for key, part in goal.items() if part is not None}, f"cmd.joints.{name}", False)
         q, qd, qdd, tau = (take.numbers(key) for key in ("q", "qd", "qdd", "tau"))
         if q is None:
-            raise Unfit(f"returned no cmd.joints.{name}.q")
+            raise Unfit(Sentence("returned no cmd.joints.{name}.q", name))
         goals[arms[name]] = JointGoal(positions=q, velocities=qd, accelerations=qdd, torques=tau)
     return goals
 
@@ -106,7 +115,7 @@ def sightings_of(answer: Answer, numbers: Numbers, seen: Observation, *, counts_
     R = take.stack("R", (2, 2))
     if not len(ids) == len(ranges) == len(bearings) == len(R):
         counts = f"{len(ids)} id, {len(ranges)} range, {len(bearings)} bearing, {len(R)} R"
-        raise Unfit(f"returned z with {counts}; it must have as many of each")
+        raise Unfit(Sentence("returned z with {counts}; it must have as many of each", counts))
     return [
         Sighting(seen.time, _name(number, numbers), distance, bearing, P)
         for number, distance, bearing, P in zip(ids.tolist(), ranges.tolist(), bearings.tolist(), R, strict=True)
@@ -170,21 +179,27 @@ class _Taker:
     def _array(self, name: str) -> Array:
         value, label = self.get(name), self._called(name)
         if value is None:
-            raise Unfit(f"returned no {label}")
+            raise Unfit(Sentence("returned no {label}", label))
         if isinstance(value, str):
             if value.endswith(NO_STRUCT):
-                raise Unfit(f"returned {self._of} that is {value.removesuffix(NO_STRUCT)}; it must be a struct")
-            raise Unfit(f"returned {label} that is {value}; it must hold real numbers")
+                raise Unfit(
+                    Sentence(
+                        "returned {of} that is {value}; it must be a struct", self._of, value.removesuffix(NO_STRUCT)
+                    )
+                )
+            raise Unfit(Sentence("returned {label} that is {value}; it must hold real numbers", label, value))
         try:
             made = np.asarray(value)
             numbers = np.asarray(made, dtype=float)
         except (TypeError, ValueError):
-            raise Unfit(f"returned {label} that holds something other than numbers, or rows that differ") from None
+            raise Unfit(
+                Sentence("returned {label} that holds something other than numbers, or rows that differ", label)
+            ) from None
         except OverflowError:
-            raise Unfit(f"returned {label} that holds a number beyond 1e308") from None
+            raise Unfit(Sentence("returned {label} that holds a number beyond 1e308", label)) from None
         if made.dtype.kind in "US":
             # NumPy reads numbers in texts; the schema of programs does not know them.
-            raise Unfit(f"returned {label} that holds text; write numbers without quotes")
+            raise Unfit(Sentence("returned {label} that holds text; write numbers without quotes", label))
         return numbers
 
     def _called(self, name: str) -> str:
@@ -192,7 +207,7 @@ class _Taker:
 
     def _wrong(self, name: str, array: Array, right: str) -> Unfit:
         sides = " x ".join(map(str, array.shape)) or "1"
-        return Unfit(f"returned {self._called(name)} of {sides}; it must be {right}")
+        return Unfit(Sentence("returned {called} of {sides}; it must be {right}", self._called(name), sides, right))
 
 
 def _names(ids: Array, count: int, numbers: Numbers, label: str, *, twice: bool = False) -> list[str | int]:
@@ -200,22 +215,31 @@ def _names(ids: Array, count: int, numbers: Numbers, label: str, *, twice: bool 
     if not len(ids):
         return list(range(1, count + 1))
     if len(ids) != count:
-        raise Unfit(f"returned {count} {label} with {len(ids)} ids; each needs one, 0 for one without a name")
+        raise Unfit(
+            Sentence(
+                "returned {count} {label} with {other_count} ids; each needs one, 0 for one without a name",
+                count,
+                label,
+                len(ids),
+            )
+        )
     names = [_name(number, numbers, otherwise=True) or place for place, number in enumerate(ids.tolist(), start=1)]
     if not twice and len(set(names)) < count:
         again = next(name for name in names if names.count(name) > 1)
-        raise Unfit(f"returned two {label} called {again!r}; each id stands for one")
+        raise Unfit(Sentence("returned two {label} called {again!r}; each id stands for one", label, again))
     return names
 
 
 def _name(number: float, numbers: Numbers, *, otherwise: bool = False) -> Any:
     """Return the name for a number: None for 0; numbers of no beacon are kept where that is allowed."""
     if not float(number).is_integer() or number < 0:
-        raise Unfit(f"returned the id {number:g}; ids are whole numbers, 0 for none")
+        raise Unfit(Sentence("returned the id {number:g}; ids are whole numbers, 0 for none", number))
     if number == 0:
         return None
     if number <= len(numbers.names):
         return numbers.names[int(number) - 1]
     if not otherwise:
-        raise Unfit(f"returned the id {number:g}; the catalogue has {len(numbers.names)} beacons")
+        raise Unfit(
+            Sentence("returned the id {number:g}; the catalogue has {count} beacons", number, len(numbers.names))
+        )
     return int(number)

@@ -7,6 +7,7 @@ from typing import Any
 
 from mjsim.errors import UsageError
 from mjsim.modules.hosts import MAX_BYTES, Defect, beside, folder_of
+from mjsim.sentences import Sentence
 from mjsim.world import Source, Use, holds_file, read_regular
 
 DEFAULT_TIMEOUT = 10.0
@@ -30,7 +31,7 @@ def patience_of(use: Use) -> float:
     """
     patience = use.arguments().get("patience", DEFAULT_TIMEOUT)
     if isinstance(patience, bool) or not isinstance(patience, (int, float)) or not 0 < patience <= 1e5:
-        raise ValueError(f"patience is {patience!r}; it must be a time above 0 [s]")
+        raise ValueError(Sentence("patience is {patience!r}; it must be a time above 0 [s]", patience))
     return float(patience)
 
 
@@ -75,12 +76,17 @@ def read_files(paths: Sequence[Path], source: Source) -> dict[str, bytes]:
     try:
         if len(paths) > MAX_FILES or sum(path.stat().st_size for path in paths) > MAX_BYTES:
             raise UsageError(
-                f"the modules of '{source.file}' have over {MAX_FILES} files or {MAX_BYTES >> 20} MB in their folders"
+                Sentence(
+                    "the modules of '{file}' have over {max_files} files or {max_bytes} MB in their folders",
+                    source.file,
+                    MAX_FILES,
+                    MAX_BYTES >> 20,
+                )
             )
         for path in paths:
             files[path.relative_to(home).as_posix()] = read_regular(path, limit=MAX_BYTES)
     except OSError as error:
-        raise UsageError(f"cannot read '{error.filename}': {error.strerror}") from error
+        raise UsageError(Sentence("cannot read '{filename}': {strerror}", error.filename, error.strerror)) from error
     return files
 
 

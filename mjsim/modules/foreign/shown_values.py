@@ -9,6 +9,7 @@ from mjsim.errors import did_you_mean
 from mjsim.geometry import Pose
 from mjsim.interface import MAX_ITEMS, Shown, ShownGrid, ShownLines, ShownPoints, ShownText
 from mjsim.modules.covariances import Unfit
+from mjsim.sentences import Sentence
 
 _HEAD = ("name", "frame", "color")
 _KEYS: Mapping[str, tuple[str, ...]] = {
@@ -29,26 +30,37 @@ def shown_of(answer: Any, of: str = "est") -> tuple[Shown, ...]:
     """
     items = [] if answer is None else answer if isinstance(answer, list) else [answer]
     if len(items) > MAX_ITEMS:
-        raise Unfit(f"returned a show of {len(items)} items; there must be at most {MAX_ITEMS}")
+        raise Unfit(
+            Sentence("returned a show of {count} items; there must be at most {max_items}", len(items), MAX_ITEMS)
+        )
     return tuple(_item(item, number, of) for number, item in enumerate(items, start=1))
 
 
 def _item(item: Any, number: int, of: str) -> Shown:
     label = f"item {number} of {of}.show"
     if not isinstance(item, Mapping):
-        raise Unfit(f"returned {label} that is not an object; it must have points, lines, grid or text")
+        raise Unfit(Sentence("returned {label} that is not an object; it must have points, lines, grid or text", label))
     kinds = [kind for kind in _KEYS if kind in item]
     if len(kinds) != 1:
-        raise Unfit(f"returned {label} with {' and '.join(kinds) or 'none'} of {', '.join(_KEYS)}; it must have one")
+        raise Unfit(
+            Sentence(
+                "returned {label} with {value} of {names}; it must have one",
+                label,
+                " and ".join(kinds) or "none",
+                ", ".join(_KEYS),
+            )
+        )
     known = (kinds[0], *_HEAD, *_KEYS[kinds[0]])
     for key in item:
         if key not in known:
-            raise Unfit(f"returned {label} with the key '{key}'{did_you_mean(key, known)}")
+            raise Unfit(
+                Sentence("returned {label} with the key '{key}'{did_you_mean}", label, key, did_you_mean(key, known))
+            )
     try:
         return _made(kinds[0], {"name": kinds[0], **item})
     except (KeyError, TypeError, ValueError) as error:
         problem = f"lacks the key {error}" if isinstance(error, KeyError) else str(error)
-        raise Unfit(f"returned {label} that is not valid: {problem}") from None
+        raise Unfit(Sentence("returned {label} that is not valid: {problem}", label, problem)) from None
 
 
 def _made(kind: str, item: Mapping[str, Any]) -> Shown:

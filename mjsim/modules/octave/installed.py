@@ -6,6 +6,7 @@ import subprocess
 from pathlib import Path
 
 from mjsim.errors import UsageError
+from mjsim.sentences import Sentence
 
 INSTALL = "sudo apt-get install --no-install-recommends octave"
 TOOLBOX = Path(__file__).parent / "toolbox"
@@ -23,7 +24,7 @@ def find_octave() -> str:
     """
     found = _program()
     if found is None:
-        raise UsageError(f"modules in .m files need GNU Octave; type: {INSTALL}")
+        raise UsageError(Sentence("modules in .m files need GNU Octave; type: {install}", INSTALL))
     return found
 
 

@@ -135,7 +135,7 @@ def _require_program(use: Use, source: Source) -> None:
     except ValueError:
         return  # It is told with the key.
     if problem := _unstartable(path, folders):
-        raise ValueError(f"'{program}' {problem}")
+        raise ValueError(Sentence("'{program}' {problem}", program, problem))
 
 
 def _unstartable(path: Path, folders: Sequence[Path]) -> str:

@@ -13,6 +13,7 @@ from mjsim.modules.hosts import beside
 from mjsim.modules.python.find import parts_of
 from mjsim.modules.python.user_files import Beside, importer_of
 from mjsim.modules.roles import misfit
+from mjsim.sentences import Sentence
 from mjsim.world import Source, Use
 
 
@@ -88,7 +89,9 @@ class _Loader:
         made = getattr(module, name, None)
         if made is None:
             known = [n for n, value in vars(module).items() if isinstance(value, type) and not n.startswith("_")]
-            raise UsageError(f"no class '{name}' in {place}{did_you_mean(name, known)}")
+            raise UsageError(
+                Sentence("no class '{name}' in {place}{did_you_mean}", name, place, did_you_mean(name, known))
+            )
         if problem := misfit(self._who[0], made):
             raise self.fault(problem)
         _require_keys(use, made)
@@ -102,7 +105,7 @@ def _import(name: str) -> ModuleType:
         if error.name is None or not f"{name}.".startswith(f"{error.name}."):
             raise  # One of its imports is missing.
         of = "" if error.name == name else f", which 'use: {name}' needs"
-        raise UsageError(f"no module '{error.name}'{of}; install it or correct the name") from error
+        raise UsageError(Sentence("no module '{name}'{of}; install it or correct the name", error.name, of)) from error
 
 
 def _require_keys(use: Use, made: type) -> None:
@@ -115,8 +118,10 @@ def _require_keys(use: Use, made: type) -> None:
     if all(key.kind is not key.VAR_KEYWORD for key in keys.values()):
         for key in use.arguments():
             if key not in keys:
-                raise UsageError(f"{made.__name__} takes no '{key}'{did_you_mean(key, keys)}")
+                raise UsageError(
+                    Sentence("{name} takes no '{key}'{did_you_mean}", made.__name__, key, did_you_mean(key, keys))
+                )
     try:
         signature.bind(**use.arguments())
     except TypeError as error:
-        raise UsageError(f"{use.use} cannot be created: {error}") from error
+        raise UsageError(Sentence("{use} cannot be created: {error}", use.use, error)) from error

@@ -14,6 +14,7 @@ from typing import Any
 from mjsim.errors import UsageError
 from mjsim.modules.hosts import beside, folder_of
 from mjsim.modules.python.import_places import place_of
+from mjsim.sentences import Sentence
 from mjsim.syntax import parse_python
 from mjsim.world import Source, Use, holds_file, read_regular
 
@@ -86,11 +87,15 @@ class _Follower:
             data = read_regular(path, limit=self._left)
         except OSError as error:
             if error.errno != errno.EFBIG:
-                raise UsageError(f"cannot read '{path}': {error.strerror}") from error
+                raise UsageError(Sentence("cannot read '{path}': {strerror}", path, error.strerror)) from error
             data = None
         if data is None or len(self.files) == MAX_FILES:
             limits = f"{MAX_FILES} files or {MAX_TOTAL >> 20} MB"
-            raise UsageError(f"the modules of '{self._source.file}' have over {limits}; name fewer or smaller ones")
+            raise UsageError(
+                Sentence(
+                    "the modules of '{file}' have over {limits}; name fewer or smaller ones", self._source.file, limits
+                )
+            )
         self._left -= len(data)
         return data
 

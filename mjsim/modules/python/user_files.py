@@ -17,6 +17,7 @@ from typing import Any
 from mjsim.modules.boundary import BESIDE
 from mjsim.modules.hosts import read_code
 from mjsim.modules.python.import_places import place_of
+from mjsim.sentences import Sentence
 from mjsim.world import Source
 
 _ODD = re.compile(r"\W")
@@ -138,7 +139,7 @@ class Beside(MetaPathFinder, Loader):
                 spec = ModuleSpec(name, self, is_package=True)
                 spec.submodule_search_locations = [str(place)]
                 return spec
-        raise ModuleNotFoundError(f"No module named '{name}'", name=name)
+        raise ModuleNotFoundError(Sentence("No module named '{name}'", name), name=name)
 
     def _spec(self, name: str, path: Path) -> ModuleSpec:
         spec = ModuleSpec(name, self, origin=str(path))

@@ -13,6 +13,7 @@ from mjsim.interface import CameraFrame, Intrinsics, Picture
 from mjsim.models import any_picture_size
 from mjsim.record.drawn.scene_messages import picture_message, stamp
 from mjsim.record.file import parts_of
+from mjsim.sentences import Sentence
 
 FORMS = {b"\xff\xd8": "jpeg", b"\x89P": "png"}
 """First bytes of files that are stored unchanged -> name of the format."""
@@ -62,7 +63,7 @@ def filed_frame(data: bytes, stamp: float, intrinsics: Intrinsics) -> LoggedFram
     try:
         size = any_picture_size(data)
     except ValueError as error:
-        raise ValueError(f"a picture that {error}") from None
+        raise ValueError(Sentence("a picture that {error}", error)) from None
     require_size(size, intrinsics)
     image = decode_picture(data)
     height, width = image.shape[:2]
@@ -85,7 +86,9 @@ def require_size(size: tuple[int, int], intrinsics: Intrinsics) -> None:
     """
     width, height = size
     if size != (intrinsics.width, intrinsics.height):
-        raise ValueError(f"a picture of {width} x {height} pixels among pictures of another size")
+        raise ValueError(
+            Sentence("a picture of {width} x {height} pixels among pictures of another size", width, height)
+        )
 
 
 def decode_picture(data: bytes) -> Picture:

@@ -10,6 +10,7 @@ from typing import Any
 
 from mjsim.errors import OpenGLError
 from mjsim.interface import Picture
+from mjsim.sentences import Sentence
 from mjsim.sim.gl.opengl import GLContext
 
 EXTENSIONS = 0x1F03
@@ -82,5 +83,5 @@ class GlCalls:
         """Return a function of OpenGL, by its name and the ctypes of its result and its arguments."""
         address = self._context.address(name)
         if not address:
-            raise OpenGLError(f"OpenGL has no function {name.decode()}")
+            raise OpenGLError(Sentence("OpenGL has no function {decode}", name.decode()))
         return ctypes.CFUNCTYPE(result, *arguments)(address)

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from mjsim.errors import OpenGLError
+from mjsim.sentences import Sentence
 
 GL_RENDERER = 0x1F01
 
@@ -30,7 +31,7 @@ def function(library: ctypes.CDLL, name: str, result: Any, *arguments: Any) -> A
     try:
         found = getattr(library, name)
     except AttributeError:
-        raise OpenGLError(f"{library._name} has no function {name}") from None
+        raise OpenGLError(Sentence("{name} has no function {other_name}", library._name, name)) from None
     found.restype, found.argtypes = result, arguments
     return found
 

@@ -19,6 +19,7 @@ import mujoco
 
 from mjsim.errors import OpenGLError, how_to_install
 from mjsim.gl_request import requested_backend
+from mjsim.sentences import Sentence
 from mjsim.sim.gl import native
 from mjsim.sim.gl.egl import Egl, EglContext
 from mjsim.sim.gl.osmesa import OSMESA_PACKAGE, VERSION, OsmesaContext, has_package, packaged_osmesa, system_osmesa
@@ -96,7 +97,7 @@ def _choice() -> tuple[str, ContextMaker]:
             reasons.append(f"{name}: {error}")
         else:
             return name, maker
-    raise OpenGLError(f"cannot draw pictures ({'; '.join(reasons)}); type: {_remedy()}")
+    raise OpenGLError(Sentence("cannot draw pictures ({reasons}); type: {remedy}", "; ".join(reasons), _remedy()))
 
 
 def _candidates(requested: str) -> tuple[str, ...]:
@@ -106,7 +107,9 @@ def _candidates(requested: str) -> tuple[str, ...]:
     if requested in _OPEN:
         return (requested,)
     if requested:
-        raise OpenGLError(f"MUJOCO_GL is '{requested}'; mjsim draws with 'egl' or 'osmesa'; type: unset MUJOCO_GL")
+        raise OpenGLError(
+            Sentence("MUJOCO_GL is '{requested}'; mjsim draws with 'egl' or 'osmesa'; type: unset MUJOCO_GL", requested)
+        )
     return tuple(_OPEN)
 
 
@@ -173,7 +176,7 @@ def _preset_mujoco(name: str, maker: ContextMaker) -> None:
         context.make_current()
         mujoco.MjrContext(mujoco.MjModel.from_xml_string(TINY), mujoco.mjtFontScale.mjFONTSCALE_50).free()
     except mujoco.FatalError as error:
-        raise OpenGLError(f"MuJoCo cannot draw with it: {error}") from None
+        raise OpenGLError(Sentence("MuJoCo cannot draw with it: {error}", error)) from None
     finally:
         context.free()
         if before is None:

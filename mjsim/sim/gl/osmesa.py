@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import cast
 
 from mjsim.errors import OpenGLError
+from mjsim.sentences import Sentence
 from mjsim.sim.gl.native import function, open_library, renderer_name
 
 RGBA, UNSIGNED_BYTE = 0x1908, 0x1401
@@ -30,7 +31,7 @@ def system_osmesa() -> ctypes.CDLL:
 def packaged_osmesa() -> ctypes.CDLL:
     """Return the OSMesa of the package lavavu-osmesa."""
     if not has_package():
-        raise OpenGLError(f"the package {OSMESA_PACKAGE} is not installed")
+        raise OpenGLError(Sentence("the package {osmesa_package} is not installed", OSMESA_PACKAGE))
     folder = Path(str(metadata.distribution(OSMESA_PACKAGE).locate_file("lavavu_osmesa.libs")))
     for name in NEEDED_FIRST:
         open_library(*map(str, folder.glob(f"lib{name}-*")))

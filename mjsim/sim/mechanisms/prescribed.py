@@ -10,6 +10,7 @@ import numpy as np
 from mjsim.errors import PhysicsFault
 from mjsim.geometry import Array
 from mjsim.mechanics import rates, residual, tracked
+from mjsim.sentences import Sentence
 from mjsim.sim.mechanisms.mechanism_motion import MechanismAtWork
 from mjsim.sim.mechanisms.mechanism_sensors import MechanismState
 from mjsim.world import Mechanism
@@ -79,7 +80,7 @@ class LedMechanism(MechanismAtWork):
         rates_of_rows = [np.zeros(self._held), np.array(slopes)]
         self._now = tracked(linkage, rows, self._now, columns=range(linkage.size))
         if np.abs(residual(linkage, rows, self._now)).max(initial=0.0) > MAX_LOOP_ERROR and (line := self.locked(step)):
-            raise PhysicsFault(f"physics failed at {step * self._h:.2f} s: {line}")
+            raise PhysicsFault(Sentence("physics failed at {step:.2f} s: {line}", step * self._h, line))
         speeds, _ = rates(linkage, rows, self._now, held={}, targets=np.concatenate(rates_of_rows))
         self._places.write(self._data, self._assembly, self._now, speeds)
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.errors import OpenGLError
+from mjsim.sentences import Sentence
 from mjsim.sim.gl import COMPILE, LIGHTING, MODELVIEW, TEXTURE_2D, UNSIGNED_BYTE, GlCalls
 
 TEXTURE0, LIGHT_UNIT = 0x84C0, 0x84C2
@@ -122,7 +123,7 @@ class GlLight:
         """Raise OpenGLError if a call failed since the last time."""
         code = int(self._error())
         if code:
-            raise OpenGLError(f"OpenGL refuses the {what} (error {code:#x})")
+            raise OpenGLError(Sentence("OpenGL refuses the {what} (error {code:#x})", what, code))
 
     def _states(self) -> tuple[int, int]:
         """Return `enter` and `leave`."""

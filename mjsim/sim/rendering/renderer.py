@@ -10,6 +10,7 @@ from mjsim.compile import general_light, lamp_lights, lamps_drawn
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.interface import Picture
+from mjsim.sentences import Sentence
 from mjsim.sim.rendering.canvas import Canvas, Quality
 from mjsim.sim.rendering.in_view import Frustum, InView, frustum_of
 from mjsim.sim.rendering.light_source import LightSource
@@ -187,7 +188,14 @@ class Renderer(Closes):
 
     def _checked(self, out: Picture) -> Picture:
         if out.shape != (*self._shape, 3) or out.dtype != np.uint8 or not out.flags.c_contiguous:
-            raise ValueError(f"out is {out.dtype} of shape {out.shape}; it must be C-contiguous uint8 {self._shape}, 3")
+            raise ValueError(
+                Sentence(
+                    "out is {dtype} of shape {shape}; it must be C-contiguous uint8 {other_shape}, 3",
+                    out.dtype,
+                    out.shape,
+                    self._shape,
+                )
+            )
         return out
 
     def _update(
@@ -237,7 +245,9 @@ class Renderer(Closes):
         found = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_CAMERA, camera)
         if found < 0:
             names = [self._model.camera(index).name for index in range(self._model.ncam)]
-            raise UsageError(f"no camera '{camera}' in this scene{did_you_mean(camera, names)}")
+            raise UsageError(
+                Sentence("no camera '{camera}' in this scene{did_you_mean}", camera, did_you_mean(camera, names))
+            )
         self._fixed.fixedcamid = found
         return self._fixed
 

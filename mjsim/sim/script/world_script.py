@@ -10,6 +10,7 @@ import mujoco
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array, Pose
+from mjsim.sentences import Sentence
 from mjsim.sim.actuation import Actuation
 from mjsim.sim.script.mover_motion import Movers
 from mjsim.sim.script.placing import heading_of, held_by, put_down
@@ -333,7 +334,7 @@ class WorldScript:
         try:
             return event.signal.made(self._world.read_asset, rng)
         except ValueError as error:
-            raise UsageError(f"the signal of the push of '{event.push}': {error}") from None
+            raise UsageError(Sentence("the signal of the push of '{push}': {error}", event.push, error)) from None
 
     def _check_swing(self, event: OpenEvent) -> None:
         leaf = self._doors[event.open]
@@ -341,7 +342,12 @@ class WorldScript:
         if not joint.lower - EVENT_TOLERANCE <= angle <= joint.upper + EVENT_TOLERANCE:
             limit = leaf.door.limit_deg
             raise UsageError(
-                f"the angle is {event.angle_deg:.6g} degrees; door '{event.open}' swings to {limit:.6g} at most"
+                Sentence(
+                    "the angle is {angle_deg:.6g} degrees; door '{open}' swings to {limit:.6g} at most",
+                    event.angle_deg,
+                    event.open,
+                    limit,
+                )
             )
 
     def require_room(self, event: WorldEvent) -> None:
@@ -356,9 +362,15 @@ class WorldScript:
         """Raise UsageError if something would be placed, or come back, inside something currently there."""
         if (found := self._obstacle_at(event, but=but)) is not None:
             if isinstance(event, RestoreEvent) and event.to is None:
-                raise UsageError(f"'{event.restore}' would come back inside {found}; move that away first")
+                raise UsageError(
+                    Sentence("'{restore}' would come back inside {found}; move that away first", event.restore, found)
+                )
             name, (x, y) = event.move if isinstance(event, MoveEvent) else event.restore, event.to or (0.0, 0.0)
-            raise UsageError(f"'{name}' is placed at [{x:g}, {y:g}] inside {found}; move it to a free place")
+            raise UsageError(
+                Sentence(
+                    "'{name}' is placed at [{x:g}, {y:g}] inside {found}; move it to a free place", name, x, y, found
+                )
+            )
 
     def _obstacle_at(self, event: MoveEvent | RestoreEvent, *, but: Sequence[int] = ()) -> str | None:
         """Return the object inside which something would be placed; None if there is none, such as on the floor."""
@@ -395,4 +407,6 @@ class WorldScript:
 
 def _require(name: str, kind: str, known: Iterable[str]) -> None:
     if name not in known:
-        raise UsageError(f"no {kind} '{name}' in this world{did_you_mean(name, known)}")
+        raise UsageError(
+            Sentence("no {kind} '{name}' in this world{did_you_mean}", kind, name, did_you_mean(name, known))
+        )

@@ -6,6 +6,7 @@ from typing import Any
 
 from mjsim.errors import UsageError
 from mjsim.interface import SensorInfo
+from mjsim.sentences import Sentence
 from mjsim.sim.sensors.device import Device, FastDevice, Makers, Mounting, Sensed, StepDevice
 from mjsim.world import AnySensor, Robot, name_of
 
@@ -115,5 +116,12 @@ def ticks_between(loop_hz: float, sensor_hz: float) -> int:
     ticks = loop_hz / sensor_hz
     if abs(ticks - round(ticks)) > 1e-9 or ticks < 1.0 - 1e-9:
         nearest = loop_hz / max(1, round(ticks))
-        raise UsageError(f"rate_hz is {sensor_hz:g}; it must divide the loop's {loop_hz:g}, the nearest is {nearest:g}")
+        raise UsageError(
+            Sentence(
+                "rate_hz is {sensor_hz:g}; it must divide the loop's {loop_hz:g}, the nearest is {nearest:g}",
+                sensor_hz,
+                loop_hz,
+                nearest,
+            )
+        )
     return round(ticks)

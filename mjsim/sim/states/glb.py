@@ -16,6 +16,7 @@ from mjsim.geometry import Array
 from mjsim.light import BakedLight
 from mjsim.models import quaternion_of
 from mjsim.output import require_free, write_file
+from mjsim.sentences import Sentence
 from mjsim.sim.rendering import (
     SEEN_FROM_OUTSIDE,
     LightWeights,
@@ -54,7 +55,7 @@ def write_glb(world: World, path: str | Path, *, overwrite: bool = False) -> Pat
     """
     path = Path(path)
     if path.suffix != ".glb":
-        raise UsageError(f"'{path}' ends in '{path.suffix}'; a binary file of glTF ends in .glb")
+        raise UsageError(Sentence("'{path}' ends in '{suffix}'; a binary file of glTF ends in .glb", path, path.suffix))
     require_free(path, overwrite=overwrite)
     scene = StillScene(world)
     scene.show(scene.model.qpos0)
@@ -87,7 +88,11 @@ def glb_bytes(
     bodies = solid_bodies(model, data, groups=SEEN_FROM_OUTSIDE, sparing=sparing, light=lit)
     count = sum(len(surface.triangles.corners) for body in bodies for surface in body.surfaces)
     if count > MAX_TRIANGLES:
-        raise UsageError(f"the scene has {count} triangles; a .glb file may have at most {MAX_TRIANGLES}")
+        raise UsageError(
+            Sentence(
+                "the scene has {count} triangles; a .glb file may have at most {max_triangles}", count, MAX_TRIANGLES
+            )
+        )
     return _Writer(model, data, bodies).file()
 
 

@@ -10,6 +10,7 @@ from mjsim.closing import Closes
 from mjsim.errors import RecordingError
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame
+from mjsim.sentences import Sentence
 from mjsim.sim.rendering import Canvases
 from mjsim.sim.sensors import OnboardCamera, ticks_between
 from mjsim.sim.states.static_scene import StillScene
@@ -66,7 +67,11 @@ class Retake(Closes):
             RecordingError: The time is before the start of the recording.
         """
         if self._row(stamp) is None:
-            raise RecordingError(f"camera '{camera}' took its picture at {stamp:g} s; no tick at that time is recorded")
+            raise RecordingError(
+                Sentence(
+                    "camera '{camera}' took its picture at {stamp:g} s; no tick at that time is recorded", camera, stamp
+                )
+            )
         if not self._cameras:
             self._compile()
         return self._cameras[camera].frame(stamp, tick=round(stamp / self._period))
@@ -132,7 +137,7 @@ class _Again:
                 self._states.append(self._state())
         data = self._state_at(tick)
         if data is None:
-            raise RecordingError(f"there is no tick at {stamp:g} s")
+            raise RecordingError(Sentence("there is no tick at {stamp:g} s", stamp))
         self._bring_to(number)
         return self._camera.frame(data, stamp)
 

@@ -12,6 +12,7 @@ from mjsim.compile import overview_of
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame, Picture
+from mjsim.sentences import Sentence
 from mjsim.sim.rendering import SEEN_FROM_OUTSIDE, Canvas, Canvases, Quality, Renderer
 from mjsim.sim.sensors import OnboardCamera
 from mjsim.sim.states.playback import avoid_walls
@@ -168,7 +169,7 @@ class Onlooker(Closes):
         }
         if (robot, camera) not in cameras:
             known = did_you_mean(f"{robot}/{camera}", map("/".join, cameras))
-            raise UsageError(f"no camera '{robot}/{camera}' in this world{known}")
+            raise UsageError(Sentence("no camera '{robot}/{camera}' in this world{known}", robot, camera, known))
         body, sensor = cameras[robot, camera]
         return OnboardCamera(
             self._shown().model,

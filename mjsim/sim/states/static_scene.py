@@ -6,6 +6,7 @@ import numpy as np
 from mjsim.compile import compile_world, compiled
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
+from mjsim.sentences import Sentence
 from mjsim.sim.rendering import UNSEEN, light_source
 from mjsim.sim.states.scenery import Scenery
 from mjsim.world import Looks, World
@@ -45,7 +46,9 @@ class StillScene:
             UsageError: The state is not of this world.
         """
         if qpos.shape != self.data.qpos.shape:
-            raise UsageError(f"a state of {len(qpos)} numbers cannot be drawn; this world has {self.model.nq}")
+            raise UsageError(
+                Sentence("a state of {count} numbers cannot be drawn; this world has {nq}", len(qpos), self.model.nq)
+            )
         self.data.qpos[:] = qpos
         self.data.qvel[:] = 0.0 if qvel is None else qvel
         self._scenery.show(self._initial_looks if looks is None else looks)
