@@ -59,7 +59,7 @@ class _ArmController(ABC):
         self._frequency, self._mass_scale = frequency, mass_scale
 
     def start(self, robot: RobotInfo, part: str, rng: Generator) -> None:
-        """Keep the data sheet of the arm."""
+        """Store the data sheet of the arm."""
         self._part, self._info = part, robot.arms[part]
         self._arm = believed(self._info.model, self._mass_scale)
         slow = np.full(len(self._info.joints), STILL)

@@ -82,7 +82,7 @@ class _ArmPath(ABC):
         self._arm, self._wait, self._repeat = arm, wait, repeat
 
     def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
-        """Keep the data sheet of the arm.
+        """Store the data sheet of the arm.
 
         Raises:
             ValueError: The robot has no such arm.

@@ -32,7 +32,7 @@ class TransferLaw:
     """
 
     def __init__(self, num: Sequence[float], den: Sequence[float]) -> None:
-        """Take the coefficients, the highest power of s first.
+        """Store the coefficients, the highest power of s first.
 
         Raises:
             ValueError: It is improper, or not finite.

@@ -89,7 +89,7 @@ class PathIntegral:
     """
 
     def __init__(self, robot: RobotInfo, rng: Generator, *, top: float) -> None:
-        """Take the limits of the robot.
+        """Store the limits of the robot.
 
         Args:
             robot: Data sheet.

@@ -135,7 +135,7 @@ class PoseApproach:
     """Takes over near a goal with a heading, for robots that cannot turn on the spot."""
 
     def __init__(self, robot: RobotInfo, body: BodyDiscs, *, top: float) -> None:
-        """Take the limits of the robot, its body and its maximum speed [m/s]."""
+        """Store the limits of the robot, its body and its maximum speed [m/s]."""
         self._robot, self._body, self._top = robot, body, min(top, SPEED)
         self._radius = WIDER / robot.max_curvature
         self._near = max(NEAR * self._radius, NEAREST)

@@ -1,4 +1,4 @@
-"""Bumpers of robots, which hold contacts between ticks."""
+"""Bumpers of robots, which store contacts between ticks."""
 
 from collections.abc import Callable, Sequence
 from itertools import chain
@@ -39,7 +39,7 @@ class Bumper:
     """Detects contact between any part of a robot and anything except the floor, in every step of the physics."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, world: World) -> None:
-        """Keep the state, read at each measurement, and find the geoms of the robot and the floor."""
+        """Store the state, read at each measurement, and find the geoms of the robot and the floor."""
         self._data = data
         self._base = model.body(f"{robot.name}/base").id
         # All colliding parts of the base except casters, which have a group of their own.
@@ -50,11 +50,11 @@ class Bumper:
         self._touches: dict[bytes, bool] = {}
 
     def release(self) -> None:
-        """Forget the contacts that are held."""
+        """Forget the stored contacts."""
         self._held.clear()
 
     def hold(self, key: bytes) -> bool:
-        """Hold the current contacts; return whether any part of the robot touches anything, including the ground.
+        """Store the current contacts; return whether any part of the robot touches anything, including the ground.
 
         Args:
             key: Bytes of the pairs of geoms in contact; for the same pairs, the last contacts are held.
@@ -101,10 +101,10 @@ class Bumper:
 
 
 class Bumpers:
-    """The bumpers of all robots of a simulation, which hold contacts from one tick to the next."""
+    """The bumpers of all robots of a simulation, which store contacts from one tick to the next."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, bumpers: Sequence[Bumper], world: World) -> None:
-        """Take the state and the bumpers."""
+        """Store the state and the bumpers."""
         self._data, self._bumpers, self._steps, self._count = data, bumpers, world.run.steps_per_tick, 0
         self._known = set[bytes]()
         roots = [model.body(f"{robot.name}/base").id for robot in world.robots]
@@ -124,7 +124,7 @@ class Bumpers:
         return []
 
     def after_step(self) -> None:
-        """Hold the contacts at the start of the step just taken; those at the start of a tick were read before."""
+        """Store the contacts at the start of the step just taken; those at the start of a tick were read before."""
         first, self._count = self._count == 0, (self._count + 1) % self._steps
         if first:
             for bumper in self._bumpers:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 
 MAX_ACCELERATION = 100.0
-"""Upper bound of the acceleration of a robot that touches only the floor, ten times that by friction and gravity
+"""Upper bound of the acceleration of a robot that touches only the floor, ten times that due to friction and gravity
 [m/s^2]."""
 PAUSE = 25
 """Ticks between two measurements of the distance, which cost more than they save near obstacles."""

@@ -51,7 +51,7 @@ class ImuFeed:
     """Distributes the readings of a robot's inertial sensors to several controllers, each at its own rate."""
 
     def __init__(self, devices: Sequence[FastDevice]) -> None:
-        """Keep the sensors."""
+        """Store the sensors."""
         self._devices, self._until = devices, -math.inf
         self._takers: list[list[ImuReading]] = []
 
@@ -75,7 +75,7 @@ class FastSenses:
     """Inputs of one controller: the readings since its own last call."""
 
     def __init__(self, *, wheels: JointEncoders, arms: Mapping[str, JointEncoders], imu: ImuFeed) -> None:
-        """Keep the sensors."""
+        """Store the sensors."""
         self._wheels, self._arms, self._feed = wheels, arms, imu
         self._readings = imu.join()
 

@@ -234,7 +234,7 @@ class LedHands:
     """Rotates the segments of people in a model, forwards or backwards in time; changes the model in place."""
 
     def __init__(self, model: mujoco.MjModel, world: World) -> None:
-        """Keep the initial orientations of the segments."""
+        """Store the initial orientations of the segments."""
         self._model = model
         self.people = LedPeople(world)
         """Motions of their hands."""

@@ -46,7 +46,7 @@ class Things:
     """Puts small things on the furniture of a world."""
 
     def __init__(self, world: World, style: RoomStyle, parts: list[str]) -> None:
-        """Keep the world and find its beacons.
+        """Store the world and find its beacons.
 
         Args:
             world: The world.

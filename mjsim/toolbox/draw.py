@@ -19,7 +19,7 @@ from mjsim.toolbox.properties import set_on
 from mjsim.toolbox.script_arms import arm_of
 
 ORDER = ("#0072bd", "#d95319", "#edb120", "#7e2f8e", "#77ac30", "#4dbeee", "#a2142f")
-"""Colours of successive lines, as MATLAB has them."""
+"""Colours of successive lines, as in MATLAB."""
 AXES = ("axes", "gca", "subplot", "nexttile", "newplot")
 """Functions that return handles of axes; the fraction of such a handle is HANDLE."""
 HANDLE = 2.0**-13

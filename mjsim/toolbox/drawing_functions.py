@@ -65,7 +65,7 @@ def _lines(draw: Callable[[Any], Callable[..., Any]], dimensions: int = 2) -> Dr
 
 
 def _line(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
-    """Draw a line into axes that keep what they have."""
+    """Draw a line into axes without clearing them."""
     given = data_of(call)
     data = given or [np.zeros(0), np.zeros(0)]
     pane = drawn.pane(call.figure, solid=len(data) == 3)

@@ -23,7 +23,7 @@ OUTSIDE: Mapping[str, tuple[str, tuple[float, float]]] = {
 }  # fmt: skip
 """Places of a legend beside the axes: its corner, and where that is in the axes."""
 NUMBERED = {-1: "northeastoutside", 0: "best", 1: "northeast", 2: "northwest", 3: "southwest", 4: "southeast"}
-"""Places of a legend as numbers, as old programs have them."""
+"""Places of a legend as numbers, as in old programs."""
 OPTIONS = ("location", "orientation", "fontsize", "numcolumns", "interpreter", "box", "autoupdate", "textcolor",
            "color", "edgecolor", "fontweight", "fontname", "position", "units", "linewidth", "string")  # fmt: skip
 """Properties of a legend, in lower case."""

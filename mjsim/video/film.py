@@ -80,7 +80,7 @@ def make_video(
 
 
 def usual_view(recording: Recording) -> str | None:
-    """Return the view of a recording that fits what its world has; None is the composed one, of robots."""
+    """Return the view of a recording that fits what its world has; None for the composed view of robots."""
     if recording.robots:
         return None
     return DIAGRAMS if recording.world.mechanisms else "overview"

@@ -148,7 +148,7 @@ def _magnified(moment: Moment, radius: float) -> tuple[Moment, str]:
 def _close_bounds(moving: Sequence[PlanItem]) -> Array:
     """Return the bounds of a robot, its estimate with its ellipse, and its lines of sight, shape (2, 2) [m].
 
-    They are as wide as the column, and not lower than a half of that.
+    They are as wide as the column, and at least half as high.
     """
     low, high = bounds_of([item for item in moving if item.role in BELIEF])
     size = float(np.max(high - low))

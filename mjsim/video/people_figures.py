@@ -110,7 +110,7 @@ def _draw_outline(drawing: Paper, outline: Array, color: str) -> None:
 
 
 def people_page(world: World, width: int, *, names: bool) -> Picture:
-    """Return all people of a world from the right and from above, RGB, in rows of a width [px]."""
+    """Return all people of a world from the right and from above, RGB, in rows of the given width [px]."""
     ratio = next(each for count, each in RATIOS.items() if len(world.people) <= count)
     letters = Letters()
     panels = [_panel(world, person, ratio, letters, names=names) for person in world.people]

@@ -65,13 +65,13 @@ class SingleValue:
         return np.array([data.qpos[self.place]])
 
     def slopes(self, data: mujoco.MjData) -> Array:
-        """Return a row of the identity."""
+        """Return the Jacobian, a row of the identity."""
         row = np.zeros((1, len(data.qvel)))
         row[0, self.dof] = 1.0
         return row
 
     def missing(self, data: mujoco.MjData, goal: Array, speeds: Array, seconds: float) -> Array:
-        """Return the difference."""
+        """Return the remaining motion, a plain difference."""
         return np.asarray(goal - self.now(data) - seconds * speeds)
 
     def rates(self, goal: Array, changes: Array) -> Array:
@@ -174,7 +174,7 @@ class Along:
         return np.asarray(turned[None] @ (rows[0] - rows[1]) / float(tangent @ tangent))
 
     def missing(self, data: mujoco.MjData, goal: Array, speeds: Array, seconds: float) -> Array:
-        """Return the difference, on a closed curve the shorter way."""
+        """Return the remaining motion; on a closed curve, the shorter way."""
         return shorter(goal - self.now(data) - seconds * speeds, self.period)
 
     def rates(self, goal: Array, changes: Array) -> Array:

@@ -23,7 +23,7 @@ class ProximityRing:
     """Sixteen proximity sensors around a robot, counter-clockwise from the front: level rays and cones."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, *, sought: Sequence[int] = ()) -> None:
-        """Keep the model and its state, read at each measurement, and where the rays of the robot begin.
+        """Store the model and its state, read at each measurement, and where the rays of the robot begin.
 
         Args:
             model: The compiled world.
@@ -65,7 +65,7 @@ class Cones:
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, sought: Sequence[int]) -> None:
-        """Keep the model and its state, read at each measurement.
+        """Store the model and its state, read at each measurement.
 
         Args:
             model: The compiled world.

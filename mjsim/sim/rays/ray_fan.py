@@ -56,7 +56,7 @@ class Fan:
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, *, capacity: int, normals: bool = False) -> None:
-        """Keep the model and its state, which is read at each cast.
+        """Store the model and its state, which is read at each cast.
 
         Args:
             model: The compiled world.

@@ -45,7 +45,7 @@ class Canvas:
     """Resources shared by the renderers of one model; any thread may use them, one at a time."""
 
     def __init__(self, model: mujoco.MjModel, *, quality: Quality = "normal", light: LightSource | None = None) -> None:
-        """Keep the model; everything else is created at first use.
+        """Store the model; everything else is created at first use.
 
         Args:
             model: The model.

@@ -83,7 +83,7 @@ class PlacedShadows:
     """Places shadows on the floor; constant values are computed once."""
 
     def __init__(self, shadows: Sequence[Shadow]) -> None:
-        """Keep the shadows."""
+        """Store the shadows."""
         self._bodies = np.array([shadow.body for shadow in shadows])
         self._heights = np.array([shadow.height for shadow in shadows])
         unit = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -110,7 +110,7 @@ class PlacedShadows:
 
 
 def _carriers(model: mujoco.MjModel) -> NDArray[np.intp]:
-    """Return, of each body, the body that its shadow moves with, 0 for none, shape (nbody,)."""
+    """Return for each body the body that its shadow moves with, 0 for none, shape (nbody,)."""
     moving = moving_bodies(model)
     found = moving.copy()
     for body in range(1, model.nbody):

@@ -220,7 +220,7 @@ class LightMix:
     """Adds up the maps again when weights change; the result depends on the weights alone, to the last bit."""
 
     def __init__(self, baked: BakedLight) -> None:
-        """Keep the maps of the groups."""
+        """Store the maps of the groups."""
         self._maps = [group.texels for group in baked.groups]
         self.height, self.width = self._maps[0].shape[:2]
         self._spans = [_rows(each) for each in self._maps]

@@ -33,7 +33,7 @@ class Scenery:
     """Sets a model to the looks of an instant, forwards or backwards in time; changes the model in place."""
 
     def __init__(self, model: mujoco.MjModel, world: World) -> None:
-        """Keep the compiled model, so that removed objects can be restored."""
+        """Store the compiled model, so that removed objects can be restored."""
         self._model, self._world = model, world
         self._looks = first_looks(world)
         self._lamps = dict(zip(item_names(world.lamps), zip(world.lamps, lamp_names(world), strict=True), strict=True))

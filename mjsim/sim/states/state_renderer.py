@@ -48,7 +48,7 @@ class Onlooker(Closes):
     """
 
     def __init__(self, world: World) -> None:
-        """Keep the world."""
+        """Store the world."""
         self._world = world
         self._scene: StillScene | None = None
         self._canvases = Canvases()

@@ -257,7 +257,7 @@ class WebSocketConnection(WebSocketsSansIOProtocol):
         super().send_receive_event_to_app()
 
     async def receive(self) -> Any:
-        """Return the next message; a flood of small ones does not block others, and its end is noticed at once."""
+        """Return the next message; a flood of small ones blocks nothing, and a closed connection is noticed at once."""
         await asyncio.sleep(0)
         return await super().receive()
 

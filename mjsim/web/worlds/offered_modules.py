@@ -67,7 +67,7 @@ def modules_in(folder: Folder, world: str | None = None) -> Json:
 
 
 def shipped_modules() -> Sequence[tuple[str, Json]]:
-    """Return the shipped modules by role; what is read in their sources is kept for later, as it takes a second."""
+    """Return the shipped modules by role; their sources are read once, since this takes a second."""
     with _READING:
         return _shipped()
 

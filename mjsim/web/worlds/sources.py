@@ -36,7 +36,7 @@ def source_of_use(world: World, use: str) -> Json:
 
 
 def _shipped(module: str, begins: re.Pattern[str]) -> str:
-    """Return the text of a module, of a package that of the file in which the class begins."""
+    """Return the text of a module; for a package, of the file in which the class begins."""
     # A name with more dots would import what precedes the last one.
     spec = importlib.util.find_spec(module) if re.fullmatch(re.escape(SHIPPED) + r"\w+", module) else None
     if spec is None or spec.origin is None:

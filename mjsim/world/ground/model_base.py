@@ -114,4 +114,4 @@ Color = Annotated[str, Field(pattern=COLOR_PATTERN)]
 AssetPath = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_existing_picture)]
 """A picture, looked for beside the world file, then among the assets that come with mjsim."""
 ModelPath = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_existing_model)]
-"""A file of MJCF or URDF, looked for as pictures are."""
+"""An MJCF, URDF, xacro or SDF file, looked for beside the world file, then among the assets of mjsim."""

@@ -153,7 +153,7 @@ class _Even(_Body):
         return DENSITY * self.volume()
 
     def own_tensor(self) -> "Array":
-        """Return the inertia of its shape, shape (3, 3) [m^2]."""
+        """Return the inertia of its shape for a mass of 1 kg, shape (3, 3) [m^2]."""
         import numpy as np
 
         return np.diag(self.squares())

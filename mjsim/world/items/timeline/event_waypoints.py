@@ -47,7 +47,7 @@ def with_target(event: WorldEvent, target: WorldEvent) -> WorldEvent | None:
 
 
 def last_time(event: WorldEvent) -> float:
-    """Return the time of the last target of an event, its own if it has one alone [s]."""
+    """Return the time of the last target of an event; its own time if it has only one [s]."""
     rows = event.then if isinstance(event, ReachEvent | LeadEvent) else None
     return event.time if rows is None else event.time + rows[-1][0]
 
