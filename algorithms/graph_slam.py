@@ -219,7 +219,7 @@ class GraphSlam:
     def range_errors(self) -> tuple[Array, Array]:
         """Estimated offset [m] and relative error of ranges, (2,), and their covariance; (0,) without such errors.
 
-        They are those within the data sheet.
+        Errors are assumed to be within the data sheet.
         """
         if not (self._errors.possible and self._names):
             return np.zeros(0), np.zeros((0, 0))
@@ -348,7 +348,7 @@ class GraphSlam:
         self._publish(step, P)
 
     def _publish(self, step: Array, P: Array) -> None:
-        """Set pose and map from the solution by a step and the covariance of both, the pose in its own axes."""
+        """Set pose and map to the solution changed by a step, with the covariance of both, the pose in its own axes."""
         self._covariance = turned_covariance(P[:3, :3], self._pose[2])
         self._believed_pose = compose(self._pose, step[:3])
         if self._held:

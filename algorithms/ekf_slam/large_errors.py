@@ -21,7 +21,7 @@ from .ekf_filter import EkfSlamFilter
 
 
 class LargeErrors:
-    """A filter with large errors, and what follows from it if only some of them are large (`constant_errors`)."""
+    """A filter with large errors, and the beliefs if only some of them are large (`constant_errors`)."""
 
     def __init__(self, slam: EkfSlamFilter) -> None:
         """Begin with a filter that has parameters for `LARGE_MOTION` and `LARGE_SENSOR`, and no landmarks."""
@@ -62,6 +62,6 @@ class LargeErrors:
         return slam._mean[:size] + step, P
 
     def _conditions(self) -> tuple[Array, Array]:
-        """Return what changes the belief if the other errors are of usual size, for each of `KINDS`."""
+        """Return how the belief changes if the other errors are of usual size, for each of `KINDS`."""
         errors = slice(3, self.slam._base)
         return reweighted(self.slam._mean[errors], self.slam._P[errors, errors], LARGE, with_large(self._usual))

@@ -1,8 +1,8 @@
 """Constant errors of odometry and sensor: the belief under any prior, and how well that explains the data.
 
-From the belief under one prior follows that under any other: errors are constant, so a change of their prior is a
-measurement of them. How well the other prior explains the data is the ratio of the densities of that measurement after
-the data and before (Savage and Dickey).
+The belief under one prior gives that under any other: errors are constant, so a change of their prior is like a
+measurement of them. The Bayes factor of the other prior is the ratio of the densities of that measurement after and
+before the data (Savage and Dickey).
 
 References:
     Verdinelli, Wasserman, Computing Bayes Factors Using a Generalization of the Savage-Dickey Density Ratio,
@@ -26,7 +26,7 @@ DISTANCE, VEER, TURN, DELAYED, DRIFT, OFFSET, SCALE, BEARING = range(len(LARGE))
 KINDS = ((DISTANCE,), (VEER,), (TURN,), (DRIFT,), (OFFSET, SCALE), (BEARING,), tuple(range(len(LARGE))))
 """Which errors are large together: one of odometry, those of ranges, that of bearings, or all."""
 IS_LARGE = np.array([[error in kind for error in range(len(LARGE))] for kind in KINDS])
-"""The same, shape (kinds, 8)."""
+"""Whether each error is large in each of `KINDS`, shape (kinds, 8)."""
 NEGLIGIBLE = 1e-6
 """Minimum variance of an error that is not large, in proportion to a large one."""
 CAPPED = 1.0
@@ -34,23 +34,23 @@ CAPPED = 1.0
 POSITIVE = 1.0
 """Logarithm of the Bayes factor from which evidence is positive (Kass, Raftery, Bayes Factors, JASA 90, 1995)."""
 DECIDED = 20.0
-"""Logarithm of the Bayes factor after which a hypothesis is decided."""
+"""Logarithm of a Bayes factor that is decisive."""
 LARGE_ODDS = np.full(len(KINDS), 0.02)
 """Prior odds of each kind of large errors, against errors within the data sheets."""
 DISPROVED = 7.0
-"""Logarithm of the Bayes factor that disproves that there are no errors; if there are none, it is exceeded in one
-run of exp(7) = 1100 at most (Ville's inequality)."""
+"""Logarithm of the Bayes factor that disproves that there are no errors; if there are none, at most one run in exp(7) =
+1100 ever exceeds it (Ville's inequality)."""
 DOUBTED = 5.0
 """How much more probable errors beyond the data sheets are once that is disproved."""
 
 
 def with_large(usual: Array) -> Array:
-    """Return the prior variances of errors, of which those of each of `KINDS` are large, shape (kinds, 8)."""
+    """Return the prior variances of errors if those in each of `KINDS` are large, shape (kinds, 8)."""
     return np.where(IS_LARGE, LARGE, np.clip(usual, NEGLIGIBLE * LARGE, LARGE))
 
 
 def reweighted(mean: Array, P: Array, prior: Array, others: Array) -> tuple[Array, Array]:
-    """Return what changes a belief when constant errors e have other priors.
+    """Return how a belief changes under other priors of constant errors e.
 
     Args:
         mean: Mean of e, shape (n,).
@@ -59,7 +59,7 @@ def reweighted(mean: Array, P: Array, prior: Array, others: Array) -> tuple[Arra
         others: Variances of k other priors, shape (k, n).
 
     Returns:
-        A: With another prior, the mean of everything is less by P_e A e and the covariance by P_e A P_e^T, where P_e
+        A: Another prior reduces the mean of everything by P_e A e and the covariance by P_e A P_e^T, where P_e
             is the covariance of everything with e; shape (k, n, n).
         ratios: Logarithm of the Bayes factor of each against `prior`, shape (k,).
     """

@@ -1,7 +1,7 @@
-"""Constant errors of odometry and sensor in a graph, and the belief averaged over what is assumed about them.
+"""Constant errors of odometry and sensor in a graph, and the belief averaged over assumptions about them.
 
 The graph estimates all errors (`constant_errors`), usually with priors from the data sheets. Estimating errors that do
-not exist costs accuracy, so the belief without any counts once the data have spoken for it. Errors far beyond the data
+not exist costs accuracy, so the belief without errors gets weight once the data support it. Errors far beyond the data
 sheets have their own hypotheses; one that becomes more probable than all others gets its prior in the graph.
 """
 
@@ -41,13 +41,13 @@ from .recent_motion import RecentMotion
 CHANGED = 1.2
 """The prior in the graph is replaced when a variance has changed by this factor."""
 SURE, FORGOTTEN = 1.0, 0.01
-"""Odds of large errors with which they get their prior in the graph, and below which they lose it."""
+"""Odds of large errors above which they get their prior in the graph, and below which they lose it."""
 MOTION = len(LARGE_MOTION)
 """Number of errors of odometry; those of the sensor follow them."""
 
 
 class GraphErrors:
-    """Constant errors of odometry (5,) and sensor (3,): their priors in a graph, and what is believed of them."""
+    """Constant errors of odometry (5,) and sensor (3,): their priors in a graph, and the belief about them."""
 
     def __init__(self, gtsam: Any, *, length: float, scale: float) -> None:
         """Start without errors.
@@ -64,7 +64,7 @@ class GraphErrors:
             np.zeros(len(LARGE)),
             np.zeros((len(LARGE),) * 2),
         )
-        """As the graph has them; and averaged, with covariance."""
+        """Errors in the graph's solution; mean and covariance of the averaged belief."""
         self.evidence = np.zeros(len(KINDS))
         """Logarithm of the Bayes factor of each of `KINDS` against usual errors; at most 1 per update."""
         self._odometry, self._ranges = OdometryErrors(length), RangeErrors(scale=scale)
@@ -72,9 +72,9 @@ class GraphErrors:
         self._usual, self._large = np.zeros(len(LARGE)), np.zeros(len(LARGE), dtype=bool)
         self._most, self._before = 0.0, np.zeros(len(KINDS))
         self.variances, self.chosen = self._usual, self.solved
-        """Their prior in the most probable hypothesis, and their mean."""
+        """Prior variances and mean of the errors in the most probable hypothesis."""
         self.usual = self.mean, self.covariance
-        """Their mean and covariance with usual errors."""
+        """Mean and covariance of the errors if they are of usual size."""
 
     def step(self, moved: Odometry, seconds: float) -> tuple[Array, Array]:
         """Return (forward, left, turn) of a tick, shape (3,), and its derivative by the errors of odometry, (3, 5)."""
@@ -83,31 +83,31 @@ class GraphErrors:
         return control, np.column_stack([slopes, [0.0, 0.0, seconds if self.possible else 0.0]])
 
     def see(self, sightings: Sequence[Sighting], recent: RecentMotion) -> None:
-        """Take the scatter of sightings with a name, which bounds the usual errors of ranges."""
+        """Use the scatter of named sightings, which bounds the usual errors of ranges."""
         if self.possible:
             self._ranges.begin(sightings)
             self._ranges.constraint(sightings, recent)
             self._usual[OFFSET : OFFSET + RANGE_ERRORS] = self._ranges.variances
 
     def mended(self, sighting: Sighting, errors: Array | None = None) -> Sighting:
-        """Return a sighting corrected for the errors (8,) of the sensor; by default those that the graph has."""
+        """Return a sighting corrected for the sensor's part of the errors (8,), by default those of the graph."""
         errors = self.solved if errors is None else errors
         true, _, _ = corrected(np.array([sighting.range, sighting.bearing]), errors[MOTION:])
         return replace(sighting, range=float(true[0]), bearing=float(true[1]))
 
     def renew(self, graph: Any) -> list[int]:
-        """Add priors that have changed to a graph of new factors; return the outdated ones."""
+        """Add changed priors to a graph of new factors; return the indices of the outdated ones."""
         variances = np.where(self._large, LARGE, np.maximum(self._usual, NEGLIGIBLE * LARGE))
         outdated = self._priors[0].renew(graph, variances[:MOTION])
         return outdated + (self._priors[1].renew(graph, variances[MOTION:]) if self.possible else [])
 
     def added(self, factors: Any) -> None:
-        """Remember the indices that the solver has given to priors that were added; `factors` are those of all."""
+        """Remember the indices that the solver has given to added priors; `factors` has all new indices."""
         for prior in self._priors:
             prior.added(factors)
 
     def average(self, solved: Array, P: Array) -> tuple[Array, Array]:
-        """Average a belief of the graph over what may be assumed about its errors.
+        """Average a belief of the graph over the hypotheses about its errors.
 
         Args:
             solved: The errors, shape (8,).
@@ -115,7 +115,7 @@ class GraphErrors:
 
         Returns:
             step: Change of the mean of everything else, shape (m,).
-            P: Covariance of that, shape (m, m).
+            P: Covariance of everything else, shape (m, m).
         """
         size = len(LARGE)
         self.solved = solved

@@ -80,7 +80,7 @@ def shared_sighting_factor(
 
 
 class PoseSightings(NamedTuple):
-    """Sightings from one pose, with errors that all have in common."""
+    """Sightings from one pose, with errors common to all."""
 
     common: int
     """Key of these errors (3,), as in `shared_sighting_factor`."""

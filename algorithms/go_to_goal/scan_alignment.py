@@ -26,8 +26,8 @@ SURE = 16.3
 """Corrections with a larger squared Mahalanobis distance are wrong, as among moving things: 99.9 % of correct ones are
 smaller (chi-square, three degrees of freedom). With 10, skids were not corrected in BARN worlds."""
 FITTING, BETTER, MANY = 0.95, 0.25, 120
-"""A robot that is pushed or skids sideways moves farther than its wheels measure. A larger correction is right, too, if
-after it at least this share of the points count in full, if it leaves less than this share of their misfit, and if at
+"""A robot that is pushed or skids sideways moves farther than its wheels measure. A larger correction is accepted too
+if at least this share of the points then count in full, if less than this share of their misfit remains, and if at
 least so many points count."""
 
 

@@ -37,7 +37,7 @@ class Footprint:
     """The shape of a robot, swept along arcs: a circle, or a bounding box if it is not round."""
 
     def __init__(self, robot: RobotInfo, *, clearance: float = MIN_CLEARANCE, swing: bool = False) -> None:
-        """Take the shape from the data sheet.
+        """Store the shape given by the data sheet.
 
         Args:
             robot: Robot with this body.

@@ -1,4 +1,4 @@
-"""Names of figure functions that Octave records instead of opening windows, and of those that ask a person."""
+"""Names of figure functions that Octave records instead of opening windows, and of those that need user input."""
 
 DRAWN = (
     *("figure", "subplot", "axes", "hold", "clf", "cla", "close", "closereq", "set", "gca", "newplot", "delete"),

@@ -84,7 +84,7 @@ class LitScene:
             self._shadows.draw(data, frustum_of(scene, width=rect.width, height=rect.height))
 
     def _update(self, data: mujoco.MjData) -> None:
-        """Take the light of a state."""
+        """Update to the light of a state."""
         weights = self._weights.of(data)
         if weights is self._now:
             return

@@ -173,7 +173,7 @@ class StepsObstacle(_Fixed):
 
 
 class ModelObstacle(FromFile, _Obstacle):
-    """An object from an MJCF or URDF file; its origin is placed at `at`, its lowest point at `elevation`."""
+    """An object from an MJCF, URDF, xacro or SDF file; its origin is at `at`, its lowest point at `elevation`."""
 
     # Other things have a default mass.
     mass: Mass | None = None  # type: ignore[assignment]
