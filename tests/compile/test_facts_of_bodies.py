@@ -61,3 +61,31 @@ def test_parts_of_a_body_are_seen_and_touch_nothing():
     (part,) = [k for k in range(model.ngeom) if np.allclose(model.geom_size[k], [0.05, 0.1, 0.15])]
     assert (model.geom_contype[part], model.geom_conaffinity[part], model.geom_group[part]) == (0, 0, DECOR)
     assert model.geom_rgba[part] == pytest.approx([1.0, 0.0, 0.0, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("shape", "middle", "half"),
+    [
+        ("box: [0.2, 0.3, 0.4]", (0.1, 0.2, 0.3), (0.15, 0.1, 0.2)),
+        ("cylinder: [0.1, 0.4]", (0.1, 0.2, 0.3), (0.1, 0.1, 0.2)),
+        ("sphere: 0.1", (0.1, 0.2, 0.3), (0.1, 0.1, 0.1)),
+        ("rod: [0.8, 0.05]", (0.1, 0.6, 0.3), (0.05, 0.45, 0.05)),  # begins at its frame, and lies along x
+    ],
+)
+def test_a_body_of_a_mechanism_fills_its_shape_turned_in_its_frame(shape, middle, half):
+    model = model_of(
+        f"""mjsim: 1
+mechanisms:
+  - name: m
+    at: [0, 0]
+    elevation: 2
+    bodies: [{{name: b, {shape}, mass: 1, at: [0.1, 0.2, 0.3], rpy_deg: [0, 0, 90]}}]
+    joints: [{{revolute: q, of: [ground, b], axis: [0, 1, 0]}}]
+"""
+    )
+    (number,) = np.flatnonzero((model.geom_bodyid == model.body("m/b").id) & (model.geom_contype != 0))
+    turned, (center, extent) = np.zeros(9), model.geom_aabb[number].reshape(2, 3)
+    mujoco.mju_quat2Mat(turned, model.geom_quat[number])
+    turned = turned.reshape(3, 3)
+    assert turned @ center + model.geom_pos[number] == pytest.approx(middle)
+    assert np.abs(turned) @ extent == pytest.approx(half)

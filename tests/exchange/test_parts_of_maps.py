@@ -8,6 +8,7 @@ import pytest
 from scipy.signal import convolve2d
 
 from mjsim.exchange.maps.cell_shapes import Bar, bar_between, cells_in, fitted_bar, fitted_disc, fitted_rectangle
+from mjsim.exchange.maps.gather import gathered
 from mjsim.exchange.maps.map_pixels import claimed_pixels, gray_of
 from mjsim.exchange.maps.tidy import _without_pinholes, tidied
 from mjsim.geometry import Pose
@@ -103,6 +104,26 @@ def test_rectangles_and_discs_are_fitted_to_cells(heading):
     again = bar_between(*bar.ends, bar.width)
     assert (again.x, again.y, again.length) == pytest.approx((40, 35, 40))
     assert abs(math.sin(again.heading - heading)) < 1e-9
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.5, 1.3, -0.8])
+def test_fragments_of_a_broken_bar_are_one_bar_and_a_thing_beside_it_is_another(heading):
+    across = np.array([-math.sin(heading), math.cos(heading)])
+    whole = Bar(60.0, 55.0, heading, 80.0, 4.0)
+    # Five pieces, 12 long, with gaps of 5.
+    pieces = [Bar(*(whole.along * 17 * k + [60.0, 55.0]), heading, 12.0, 4.0) for k in range(-2, 3)]
+    beside = Bar(*(across * 30 + [60.0, 55.0]), heading, 12.0, 4.0)
+    grids = []
+    for bar in (*pieces, beside):
+        grids.append(np.zeros((130, 130), bool))
+        window, cells = cells_in(bar.outline(), (130, 130))
+        grids[-1][window] = cells
+    (found,), others = gathered([np.argwhere(grid)[:, ::-1] + 0.5 for grid in grids], gap=8.0)
+    assert (found.x, found.y, found.length) == pytest.approx((60, 55, 80), abs=1.0)
+    assert found.width == pytest.approx(4.0, abs=1.0)
+    assert abs(math.sin(found.heading - heading)) < 0.02
+    assert [len(part) for part in others] == [np.count_nonzero(grids[-1])]
+    assert len(gathered([np.argwhere(grid)[:, ::-1] + 0.5 for grid in grids], gap=4.0)[1]) == 6
 
 
 def test_four_corners_are_a_rectangle_or_not():

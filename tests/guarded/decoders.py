@@ -27,6 +27,14 @@ def process():
     return os.getpid()
 
 
+def limits_here():
+    """Return the limits of private memory and address space [bytes] and of processor time, and what is used [s]."""
+    import resource
+
+    kinds = resource.RLIMIT_DATA, resource.RLIMIT_AS, resource.RLIMIT_CPU
+    return [*(resource.getrlimit(kind)[0] for kind in kinds), time.process_time()]
+
+
 def text_of(path):
     """Return the text of a file."""
     return Path(path).read_text()

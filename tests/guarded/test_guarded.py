@@ -122,6 +122,16 @@ def test_limits_grow_with_the_file():
     assert large.seconds > small.seconds + 20.0
 
 
+@linux
+def test_each_call_has_the_limits_of_its_own_file(reader):
+    for size in (0, 3_000_000, 1000):
+        memory, space, seconds, used = reader.call(f"{HERE}:limits_here", about="x", size=size)
+        own = limits_for(size)
+        assert (memory, space) == (own.memory, own.memory + (1 << 30))
+        # A limit is in whole seconds, of all that the child has used so far.
+        assert own.seconds - 0.1 <= seconds - used <= own.seconds + 1.1
+
+
 def test_an_exception_of_a_library_is_a_fault_of_the_file_and_developers_see_where(reader, caplog):
     caplog.set_level("DEBUG")
     assert said(reader.call, f"{HERE}:fail", "library") == (

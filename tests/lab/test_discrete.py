@@ -165,6 +165,18 @@ def test_a_saturated_integrator_rises_at_its_limit_and_then_settles():
     np.testing.assert_allclose(found.step[0], y, atol=2e-4)
 
 
+def test_a_saturated_double_integrator_under_state_feedback_follows_its_parabolas():
+    text = "ss: {a: [[0, 1], [0, 0]], b: [[0], [1]], c: [[1, 0]]}, saturation: 0.4, amplitude: 2"
+    found, design = loop_of(text, lambda linear: placed_design(linear, [-1.0, -2.0]))
+    dt, place, speed, places = found.time[1], 0.0, 0.0, []
+    assert design.gain == pytest.approx((2.0, 3.0))
+    for _ in found.time:
+        places.append(place)
+        push = min(max(2.0 - 2.0 * place - 3.0 * speed, -0.4), 0.4)
+        place, speed = place + speed * dt + push * dt**2 / 2, speed + push * dt
+    np.testing.assert_allclose(found.step[0], places, atol=1e-9)
+
+
 def test_a_dead_zone_leaves_an_error_behind():
     text = "tf: {num: [1], den: [1, 0]}, dead_zone: 0.2, seconds: 3"
     found, design = loop_of(text, lambda linear: placed_design(linear, [-1.0]))

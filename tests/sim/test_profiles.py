@@ -65,6 +65,19 @@ def test_a_drive_that_goes_sideways_gathers_speed_along_the_way_that_it_is_told(
     np.testing.assert_allclose(most, [-1.0, 0.4 / 3.0, 0.0], atol=1e-9)
 
 
+@pytest.mark.parametrize("kind", [*LAGS, "ackermann", "tricycle"])
+@pytest.mark.parametrize("twist", [(1.2, 1.2), (-1.2, 1.2), (0.9, -0.1), (0.3, 0.3)])
+def test_a_twist_beyond_both_limits_is_scaled_until_it_keeps_both(kind, twist):
+    base = gear(f"type: {kind}, max_speed: 0.5, max_turn_deg: 20")
+    base.profile.command(Command(twist[0], turn=twist[1]))
+    twists, angles = asked(base, 400)
+    excess = max(1.0, abs(twist[0]) / 0.5, abs(twist[1]) / math.radians(20))
+    np.testing.assert_allclose(twists[-1, [0, 2]], np.array(twist) / excess, atol=1e-9)
+    if kind == "ackermann":
+        # The front wheels, 0.33 m ahead of the rear axle, stand across lines from the centre of the turn on that axle.
+        assert (1.0 / np.tan(angles[-1])).sum() == pytest.approx(2.0 * twist[0] / twist[1] / 0.33)
+
+
 @pytest.mark.parametrize("kind", LAGS)
 def test_wheel_speeds_are_the_twist_that_they_stand_for_and_are_limited_as_one(kind):
     told, wheeled = gear(f"type: {kind}, max_speed: 0.5"), gear(f"type: {kind}, max_speed: 0.5")
