@@ -2,15 +2,18 @@
 
 nice .venv/bin/python scripts/measure/mutants.py -o DIR [--number 200] [--seed 1] [--under mjsim/sim] [--kinds sign]
 
-One process collects the quick tests once. For each fault it forks: the child gives the functions of that file their
-faulty code and runs the tests that call the faulty function, the nearest first, until one fails. Which test calls which
-function is measured before, once; DIR keeps it. A fault outside of functions, and with --slow each that survives, is
-tried in a process of its own, in which the file is imported with the fault. The checkout stays as it is.
+One process collects the quick tests once. A first child runs all of them, and notes which call a function that is to
+have a fault, also in programs and readers of files. Then for each fault a child gives the functions of its file their
+faulty code and runs those tests, the nearest first, until one fails that passes without the fault. A fault outside of
+functions, and with --slow each that survives, is tried in a process of its own, which imports the file with the fault.
+The checkout stays as it is.
 """
 
 import argparse
+import ast
 import functools
 import gc
+import itertools
 import json
 import os
 import shutil
@@ -18,13 +21,11 @@ import signal
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 import types
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import suppress
-from hashlib import sha256
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -34,39 +35,12 @@ from outcomes import Outcome, write_table
 
 ROOT = Path(__file__).resolve().parents[2]
 OWN = tuple(f"{ROOT / name}{os.sep}" for name in ("mjsim", "algorithms"))
-QUICK = ["-m", "not slow", "-p", "no:cacheprovider", "-s"]
+QUICK = ["-m", "not slow", "-p", "no:cacheprovider", "-s", "--timeout", "0", "-W", "ignore::ResourceWarning"]
 MOST = 60.0
 """Time that the tests of one fault may take, as measured without it [s]."""
-PATIENCE = 40.0
+TIMEOUT = 60.0
 """A child may take this, and five times the time of its tests, before it is killed [s]."""
 CACHED = type(functools.cache(lambda: None))
-SITE = """
-import os, sys
-from importlib.machinery import SourceFileLoader
-FOLDER, OWN = {folder!r}, {own!r}
-get_code = SourceFileLoader.get_code
-def faulty(self, name):
-    try:
-        with open(FOLDER + "/fault") as file:
-            path, _, source = file.read().partition("\\n")
-    except OSError:
-        return get_code(self, name)
-    return compile(source, path, "exec", dont_inherit=True) if self.path == path else get_code(self, name)
-SourceFileLoader.get_code = faulty
-if os.path.exists(FOLDER + "/calls"):
-    calls, seen = os.open(FOLDER + "/calls", os.O_WRONLY | os.O_APPEND), set()
-    def call(frame, event, argument):
-        code = frame.f_code
-        if code not in seen:
-            seen.add(code)
-            if code.co_filename.startswith(OWN):
-                try:
-                    os.write(calls, f"{{code.co_filename}}:{{code.co_qualname}}\\n".encode())
-                except OSError:
-                    sys.settrace(None)  # a guarded reader may not write
-    sys.settrace(call)
-"""
-"""Code that each Python of this run starts with: it loads faults, and notes which functions programs of tests call."""
 
 
 class Warm:
@@ -74,6 +48,9 @@ class Warm:
 
     def __init__(self, faults: Sequence[Fault], folder: Path, site: Path, *, slow: bool) -> None:
         self._faults, self._folder, self._site, self._slow = faults, folder, site, slow
+        self._said = folder / "said"
+        self._sound: dict[str, bool] = {}
+        """Whether a test that failed with a fault passes without it."""
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
@@ -82,125 +59,126 @@ class Warm:
             if type(plugin).__name__ == "Watch":
                 session.config.pluginmanager.unregister(plugin)
         gc.unfreeze()
-        self._session, self._codes = session, _functions()
+        self._session, self._functions = session, _functions()
+        self._caches = [each for each in gc.get_objects() if isinstance(each, CACHED)]
+        gc.freeze()  # A pass of the collector in a child would copy all of them.
         self._items = {item.nodeid: item for item in session.items}
-        self._measured()
+        self._measure()
         outcomes = []
-        for fault in self._faults:
-            outcomes.append(self._tried(fault))
+        for number, fault in enumerate(self._faults):
+            outcomes.append(self._tried(fault, self._near(number)))
             write_table(self._folder, outcomes)
         return True
 
-    def _measured(self) -> None:
-        """Measure time [s] and called functions of each test that passes; unchanged files are left out."""
-        kept = self._folder / "map.json"
-        before = json.loads(kept.read_text()) if kept.exists() else {}
-        notes = {}
-        for file, items in _by_file(self._session.items).items():
-            digest = sha256((ROOT / file).read_bytes()).hexdigest()
-            notes[file] = before.get(file)
-            if notes[file] is None or notes[file]["digest"] != digest or not notes[file]["seconds"]:
-                notes[file] = {"digest": digest, **self._measured_file(items)}
-                print(f"{file}: {len(items)}", file=sys.stderr, flush=True)
-                kept.write_text(json.dumps({**before, **notes}))
-        self._seconds: dict[str, float] = {}
-        self._calls: dict[str, list[str]] = defaultdict(list)
-        for each in notes.values():
-            self._seconds |= each["seconds"]
-            for function, tests in each["calls"].items():
-                self._calls[function] += tests
+    def _measure(self) -> None:
+        """Measure the time [s] of each test that passes, and which faults lie in functions that it calls."""
+        probes: dict[str, dict[str, list[int]]] = defaultdict(lambda: defaultdict(list))
+        for number, fault in enumerate(self._faults):
+            probes[str(fault.path)][fault.function or ""].append(number)
+        notes = _Notes(self._said, self._site / "reached")
+        (self._site / "reached").write_bytes(bytes(len(self._faults)))
+        with self._in_site("probes", json.dumps(probes)):
+            self._forked(lambda: self._run(list(self._items), list(probes), notes), limit=3600.0)
+        lines = [json.loads(line) for line in self._said.read_text().splitlines()]
+        self._seconds = {name: seconds for name, seconds, failed, _ in lines if not failed}
+        self._reached = {name: set(faults) for name, _, failed, faults in lines if not failed}
+        failed = [name for name, _, failed, _ in lines if failed]
+        print(f"{len(lines)} of {len(self._items)} tests ran; failed without faults: {failed}", file=sys.stderr)
 
-    def _measured_file(self, items: list[pytest.Item]) -> dict[str, Any]:
-        said, noted = self._folder / "said", self._site / "calls"
-        said.unlink(missing_ok=True)
-        noted.write_bytes(b"")
-        self._forked(lambda: _measure(self._session, items, said), limit=600.0)
-        seconds: dict[str, float] = {}
-        calls: dict[str, list[str]] = defaultdict(list)
-        for line in said.read_text().splitlines() if said.exists() else ():
-            nodeid, seconds[nodeid], *called = json.loads(line)
-            for function in called:
-                calls[function].append(nodeid)
-        # Which test a program was started for is not known: it may serve several of a file.
-        for function in set(noted.read_text().split("\n")) - {""}:
-            calls[function] = list(seconds)
-        noted.unlink()
-        return {"seconds": seconds, "calls": calls}
+    def _near(self, number: int) -> list[str]:
+        """Return tests by file: those that call the function, its area first, then others of their files.
 
-    def _tried(self, fault: Fault) -> Outcome:
-        tests = self._near(fault)
-        (self._site / "fault").write_text(f"{fault.path}\n{fault.source}")
-        try:
-            caught = self._caught(fault, tests)
+        A test may look at what another one of its file computed.
+        """
+        parts = self._faults[number].path.relative_to(ROOT).parts
+        home = f"tests/{parts[1] if parts[0] == 'mjsim' else parts[0]}/"
+        calling = [test for test in self._seconds if number in self._reached[test]]
+        files = {_file(test) for test in calling}
+        others = [test for test in self._seconds if _file(test) in files and number not in self._reached[test]]
+        kept, total = [], 0.0
+        for tests in (calling, others):
+            groups = [list(group) for _, group in itertools.groupby(tests, _file)]
+            groups.sort(key=lambda group: (not group[0].startswith(home), sum(map(self._seconds.__getitem__, group))))
+            for test in (test for group in groups for test in group):
+                total += self._seconds[test]
+                if total < MOST:
+                    kept.append(test)
+        return kept
+
+    def _tried(self, fault: Fault, tests: list[str]) -> Outcome:
+        with self._in_site("fault", f"{fault.path}\n{fault.source}"):
+            alone = not self._fits(fault) if fault.function else _constants(fault) is None
+            caught = _alone([*dict.fromkeys(map(_file, tests))] or _area(fault), ["-m", "not slow"]) if alone else None
+            if not alone:
+                caught = self._caught(fault, tests)
             if caught or not self._slow:
                 return Outcome(fault, caught, tests=len(tests))
             return Outcome(fault, _alone(_area(fault), ["-m", "slow"]), slow=True, tests=len(tests))
-        finally:
-            (self._site / "fault").unlink()
 
-    def _caught(self, fault: Fault, tests: Sequence[str]) -> str | None:
-        """Return the quick test that fails."""
-        if not tests:
-            return None
-        patch = self._patch(fault)
-        if patch is None:
-            return _alone(list(dict.fromkeys(test.partition("::")[0] for test in tests)), ["-m", "not slow"])
-        said = self._folder / "said"
-        said.unlink(missing_ok=True)
-        items = [self._items[test] for test in tests]
+    def _caught(self, fault: Fault, tests: list[str]) -> str | None:
+        """Return the quick test that fails, and passes without the fault."""
+        while tests:
+            run = functools.partial(self._run, tests, [str(fault.path)], _Notes(self._said), _constants(fault) or ())
+            ended = self._forked(run, limit=self._limit(tests))
+            lines = [json.loads(line) for line in self._said.read_text().splitlines()]
+            failed = next((name for name, _, failed, _ in lines if failed), None)
+            if failed is None:
+                return None if ended == 0 else f"the process ended: {ended}, after {len(lines)} tests"
+            if self._passes(failed):
+                return failed
+            tests = tests[tests.index(failed) + 1 :]
+        return None
 
-        def run() -> None:
-            patch()
-            _run(self._session, items, said)
+    def _passes(self, test: str) -> bool:
+        if test not in self._sound:
+            fault = (self._site / "fault").rename(self._site / "aside")
+            self._forked(lambda: self._run([test], [], _Notes(self._said)), limit=self._limit([test]))
+            fault.rename(self._site / "fault")
+            self._sound[test] = not any(json.loads(line)[2] for line in self._said.read_text().splitlines())
+        return self._sound[test]
 
-        limit = PATIENCE + 5 * sum(self._seconds[test] for test in tests)
-        ended = self._forked(run, limit=limit)
-        if said.exists():
-            return said.read_text()
-        return None if ended == 0 else f"the process ended: {ended}"
+    def _limit(self, tests: Sequence[str]) -> float:
+        return TIMEOUT + 5 * sum(self._seconds[test] for test in tests)
 
-    def _near(self, fault: Fault) -> list[str]:
-        """Return the tests that call the function, or one in its file; those of its area, of few calls, come first."""
-        calls, seconds, path = self._calls, self._seconds, str(fault.path)
-        if fault.function is None:
-            tests = {test for name, found in calls.items() if name.rpartition(":")[0] == path for test in found}
-        else:
-            tests = set(calls.get(f"{path}:{fault.function}", ()))
-        area = fault.path.relative_to(ROOT).parts
-        home = f"tests/{area[1] if area[0] == 'mjsim' else area[0]}/"
-        # What only guarded readers call is not noted: the tests of its area are all there is to go by.
-        tests = tests or {test for test in seconds if test.startswith(home)}
-        order = sorted(tests & self._items.keys(), key=lambda test: (not test.startswith(home), seconds[test], test))
-        kept, total = [], 0.0
-        for test in order:
-            total += seconds[test]
-            if total > MOST:
-                break
-            kept.append(test)
-        return kept
-
-    def _patch(self, fault: Fault) -> Callable[[], None] | None:
-        """Return a function that puts the faulty code into the functions of a file; None where only an import can."""
-        if fault.function is None:
-            return None
+    def _fits(self, fault: Fault) -> bool:
+        """Return whether functions that exist can have the faulty code; else only an import can put it in."""
         codes = _codes(compile(fault.source, str(fault.path), "exec", dont_inherit=True))
-        there = self._codes[str(fault.path)]
-        pairs = [(function, codes.get(key)) for key, found in there.items() for function in found]
-        if any(code is None or len(code.co_freevars) != len(old.__code__.co_freevars) for old, code in pairs):
-            return None
+        return all(_fit(old, codes.get(key)) for key, old in self._functions[str(fault.path)])
 
-        def patch() -> None:
-            for function, code in pairs:
-                function.__code__ = code
-            for each in gc.get_objects():  # What was computed before, as tests were collected, is computed anew.
-                if isinstance(each, CACHED):
-                    each.cache_clear()
+    def _run(
+        self,
+        tests: Sequence[str],
+        paths: Sequence[str],
+        notes: "_Notes",
+        constants: Sequence[tuple[str, Any, Any]] = (),
+    ) -> None:
+        """Run tests, in a child, with the code that the site has for some files; stop at a fault's first failure."""
+        import sitecustomize
 
-        return patch
+        sitecustomize.load()
+        for path in paths:
+            codes = _codes(sitecustomize.changed(path))
+            for key, function in self._functions[path]:
+                if _fit(function, code := codes.get(key)):
+                    function.__code__ = code
+        for module, (name, old, new) in itertools.product(_modules(), constants):
+            if getattr(module, name, None) is old:
+                setattr(module, name, new)
+        for each in self._caches:  # What was computed before, as tests were collected, is computed anew.
+            each.cache_clear()
+        session, items = self._session, [self._items[test] for test in tests]
+        session.config.pluginmanager.register(notes)
+        for item, following in zip(items, [*items[1:], None], strict=True):
+            notes.begin()
+            item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
+            if notes.end(item.nodeid):
+                break
+        session._setupstate.teardown_exact(None)
 
     def _forked(self, run: Callable[[], None], *, limit: float) -> int:
         """Run something in a child with a folder of its own for temporary files; return how it ended."""
         folder = Path(tempfile.mkdtemp(dir=self._site))
+        self._said.write_bytes(b"")
         child = os.fork()
         if child == 0:
             code = 1
@@ -209,7 +187,7 @@ class Warm:
                 silent = os.open(os.devnull, os.O_RDWR)
                 for stream in (0, 1, 2):
                     os.dup2(silent, stream)
-                self._session.config._tmp_path_factory._basetemp = folder  # type: ignore[attr-defined]
+                self._session.config._tmp_path_factory._basetemp = folder
                 tempfile.tempdir = str(folder)
                 run()
                 code = 0
@@ -220,6 +198,60 @@ class Warm:
             os.killpg(child, signal.SIGKILL)
         shutil.rmtree(folder, ignore_errors=True)
         return ended
+
+    @contextmanager
+    def _in_site(self, name: str, text: str) -> Iterator[None]:
+        (self._site / name).write_text(text)
+        yield
+        (self._site / name).unlink()
+
+
+class _Notes:
+    """A line for each test: its name, its time [s], whether it failed, and the faults in functions that it called."""
+
+    def __init__(self, said: Path, reached: Path | None = None) -> None:
+        self._said, self._reached, self._began, self._failed = said, reached, 0.0, False
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        self._failed |= report.failed
+
+    def begin(self) -> None:
+        self._began, self._failed = time.perf_counter(), False
+
+    def end(self, test: str) -> bool:
+        """Write the line; return whether no further test is needed."""
+        faults = []
+        if self._reached is not None:
+            with self._reached.open("r+b") as file:
+                faults = [number for number, called in enumerate(file.read()) if called]
+                file.seek(0)
+                file.write(bytes(self._reached.stat().st_size))
+        with self._said.open("a") as file:
+            file.write(json.dumps([test, time.perf_counter() - self._began, self._failed, faults]) + "\n")
+        return self._failed and self._reached is None
+
+
+def _constants(fault: Fault) -> list[tuple[str, Any, Any]] | None:
+    """Return names of a module, their numbers, and the faulty ones; None where only an import can put them in."""
+    if fault.function is not None:
+        return []
+    module = next((each for each in _modules() if each.__file__ == str(fault.path)), None)
+    pairs = zip(ast.parse(fault.path.read_text()).body, ast.parse(fault.source).body, strict=True)
+    new = next(new for old, new in pairs if ast.dump(old) != ast.dump(new))
+    if module is None or not isinstance(new, ast.Assign):
+        return None
+    before = vars(module)
+    exec(compile(ast.Module([new], []), str(fault.path), "exec"), after := dict(before))
+    changed = [(name, before[name], after[name]) for name in before if before[name] is not after[name]]
+    return changed if all(isinstance(old, float | int) for _, old, _ in changed) else None
+
+
+def _modules() -> list[types.ModuleType]:
+    return [each for each in list(sys.modules.values()) if (getattr(each, "__file__", None) or "").startswith(OWN)]
+
+
+def _file(test: str) -> str:
+    return test.partition("::")[0]
 
 
 def _waited(child: int, limit: float) -> int:
@@ -235,71 +267,12 @@ def _waited(child: int, limit: float) -> int:
     return -signal.SIGKILL
 
 
-class _Notes:
-    """The first failure, in a file."""
-
-    def __init__(self, said: Path) -> None:
-        self._said = said
-
-    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        if report.failed and not self._said.exists():
-            self._said.write_text(report.nodeid)
-
-
-class _Amiss:
-    """The tests that do not pass."""
-
-    def __init__(self) -> None:
-        self.tests = set[str]()
-
-    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        if report.outcome != "passed":
-            self.tests.add(report.nodeid)
-
-
-def _run(session: pytest.Session, items: list[pytest.Item], said: Path) -> None:
-    """Run tests until one fails."""
-    session.config.pluginmanager.register(_Notes(said))
-    for item, following in zip(items, [*items[1:], None], strict=True):
-        item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
-        if said.exists():
-            break
-    session._setupstate.teardown_exact(None)
-
-
-def _measure(session: pytest.Session, items: list[pytest.Item], said: Path) -> None:
-    """Write a line for each test that passes: its name, its time [s], and the functions that it calls."""
-    amiss = _Amiss()
-    session.config.pluginmanager.register(amiss)
-    seen: set[types.CodeType] = set()
-
-    def call(frame: types.FrameType, _: str, __: object) -> None:
-        seen.add(frame.f_code)
-
-    threading.settrace(call)
-    with said.open("w") as file:
-        for item, following in zip(items, [*items[1:], None], strict=True):
-            began = time.perf_counter()
-            sys.settrace(call)
-            item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
-            sys.settrace(None)
-            if item.nodeid not in amiss.tests:
-                called = sorted({f"{code.co_filename}:{code.co_qualname}" for code in seen if _ours(code)})
-                file.write(json.dumps([item.nodeid, time.perf_counter() - began, *called]) + "\n")
-                file.flush()
-            seen.clear()
-
-
-def _ours(code: types.CodeType) -> bool:
-    return code.co_filename.startswith(OWN)
-
-
-def _functions() -> dict[str, dict[tuple[str, int], list[types.FunctionType]]]:
-    """Return the functions of each file of ours by qualified name and first line."""
-    found: dict[str, Any] = defaultdict(lambda: defaultdict(list))
+def _functions() -> dict[str, list[tuple[tuple[str, int], types.FunctionType]]]:
+    """Return the functions of each file of ours, each with its qualified name and first line."""
+    found: dict[str, Any] = defaultdict(list)
     for each in gc.get_objects():
-        if isinstance(each, types.FunctionType) and _ours(each.__code__):
-            found[each.__code__.co_filename][each.__code__.co_qualname, each.__code__.co_firstlineno].append(each)
+        if isinstance(each, types.FunctionType) and each.__code__.co_filename.startswith(OWN):
+            found[each.__code__.co_filename].append(((each.__code__.co_qualname, each.__code__.co_firstlineno), each))
     return found
 
 
@@ -312,11 +285,8 @@ def _codes(code: types.CodeType) -> dict[tuple[str, int], types.CodeType]:
     return found
 
 
-def _by_file(items: Iterable[pytest.Item]) -> dict[str, list[pytest.Item]]:
-    found: dict[str, list[pytest.Item]] = defaultdict(list)
-    for item in items:
-        found[item.nodeid.partition("::")[0]].append(item)
-    return found
+def _fit(old: types.FunctionType, code: types.CodeType | None) -> bool:
+    return code is not None and len(code.co_freevars) == len(old.__code__.co_freevars)
 
 
 def _area(fault: Fault) -> list[str]:
@@ -345,6 +315,19 @@ def _alone(files: Sequence[str], words: Sequence[str]) -> str | None:
     return failed[0] if failed else None if program.returncode in (0, 5) else f"pytest ended: {program.returncode}"
 
 
+def run(faults: Sequence[Fault], folder: Path, *, tests: Sequence[str] = ("tests",), slow: bool = False) -> None:
+    """Try faults, and write the tables."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as place:
+        shutil.copy(Path(__file__).with_name("fault_site.py"), Path(place) / "sitecustomize.py")
+        os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [place, os.environ.get("PYTHONPATH")]))
+        sys.path.insert(0, place)
+        sys.modules.pop("sitecustomize", None)
+        warm = Warm(faults, folder.resolve(), Path(place), slow=slow)
+        os.chdir(ROOT)
+        pytest.main([*QUICK, "--confcutdir", "tests", *tests], plugins=[warm])
+
+
 def main() -> None:
     """Run the program."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -353,20 +336,12 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--under", nargs="*", default=["mjsim", "algorithms"])
     parser.add_argument("--kinds", nargs="*", help="only faults of these kinds, such as 'guard removed'")
-    parser.add_argument("--tests", nargs="*", default=[str(ROOT / "tests")])
+    parser.add_argument("--tests", nargs="*", default=["tests"])
     parser.add_argument("--slow", action="store_true")
     options = parser.parse_args()
-    options.folder.mkdir(parents=True, exist_ok=True)
     paths = [path for name in options.under for path in sorted((ROOT / name).rglob("*.py")) or [ROOT / name]]
     faults = draw(paths, number=options.number, seed=options.seed, kinds=options.kinds)
-    with tempfile.TemporaryDirectory() as place:
-        site = Path(place)
-        (site / "sitecustomize.py").write_text(SITE.format(folder=place, own=OWN))
-        os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [place, os.environ.get("PYTHONPATH")]))
-        exec(compile((site / "sitecustomize.py").read_text(), "sitecustomize", "exec"), {})
-        warm = Warm(faults, options.folder.resolve(), site, slow=options.slow)
-        os.chdir(ROOT)
-        pytest.main([*QUICK, "--confcutdir", "tests", *options.tests], plugins=[warm])
+    run(faults, options.folder, tests=options.tests, slow=options.slow)
     print((options.folder / "mutants.md").read_text())
 
 

@@ -1,6 +1,8 @@
 """Figures of robots from files, computed another way: presets, steering, forward directions, slip of drives."""
 
 import math
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ from ruamel.yaml import YAML
 
 from mjsim.errors import UsageError
 from mjsim.exchange import RobotOptions
-from mjsim.exchange.robots import likely, slip
+from mjsim.exchange.robots import import_robot, likely, slip
 from mjsim.exchange.robots.driven_wheels import Gear, find_gear
 from mjsim.exchange.robots.found_wheels import FoundWheel
 from mjsim.exchange.robots.mounts import SensorMount
@@ -173,6 +175,25 @@ def test_a_plan_takes_over_what_was_measured():
         pytest.approx(0.8 / 1.1),
         pytest.approx(0.9 / 1.1),
     )
+
+
+@pytest.mark.parametrize(
+    ("found", "kept"),
+    [
+        ({"left": 0.0005, "outward": 0.001}, {}),  # a usual car slips as much
+        ({"left": 0.004, "turn": 0.0001}, {"left": 0.004}),
+        ({"swing": 0.01, "outward": 0.009}, {"swing": 0.01, "outward": 0.009}),
+    ],
+)
+def test_a_car_that_slips_more_than_usual_has_that_slip_in_its_plan(found, kept, monkeypatch):
+    # The drives take minutes; what they show is given.
+    given = slip.Learned(7, 0.0, 1.0, Slip(**found))
+    monkeypatch.setattr(import_robot, "learned", lambda *_, **__: given)
+    plan = first_plan("r", "r.urdf", gear("ackermann", [0.3, -0.1], steer=(-0.5, 0.6)), STAND, ())
+    driven, notes = import_robot._steering(plan, {}, Path("r.urdf"))
+    assert driven == (replace(plan, slip=Slip(**kept)) if kept else plan)
+    assert len(notes) == bool(kept)
+    assert all(f"{name} {value:.3g}" in note for note in notes for name, value in kept.items())
 
 
 def test_steering_is_limited_by_the_least_side_and_by_90_degrees():

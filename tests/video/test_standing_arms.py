@@ -5,8 +5,10 @@ import pytest
 
 from mjsim.record import read_recording
 from mjsim.run import run
-from mjsim.video.arm_frame import ArmFrame
+from mjsim.video.arm_frame import ArmFrame, CurveChart
+from mjsim.video.chart import BOTTOM, LEFT, RIGHT, TOP
 from mjsim.video.film import usual_view
+from mjsim.video.ink import Letters
 from mjsim.video.instant import write_instant
 from mjsim.video.moment import moments
 from mjsim.video.oblique import ObliqueView, standing_arms
@@ -88,3 +90,18 @@ def test_an_instant_of_an_arm_is_a_drawing_to_scale(recording, tmp_path):
 def test_a_world_of_people_alone_is_filmed_from_above(tmp_path):
     world = "mjsim: 1\npeople: [{name: ann, sex: female, at: [1, 1]}]\nrun: {seconds: 0.1}\n"
     assert usual_view(run(parse_world(world), record=tmp_path / "run.mcap")) == "overview"
+
+
+def test_curves_are_drawn_up_to_the_moment_and_no_further():
+    time, width, height = np.linspace(2.0, 4.0, 21), 300, 160
+    chart = CurveChart("q", time, [("a", (200, 30, 30), np.sin(time))], Letters(), width=width, height=height)
+    empty, image = np.empty((height, width, 3), np.uint8), np.empty((height, width, 3), np.uint8)
+    chart.draw(empty, -1)
+    for row in (1, 10, 20):
+        chart.draw(image, row)
+        drawn = np.argwhere((image != empty).any(axis=2))
+        until = LEFT + (width - LEFT - RIGHT - 1) * row / 20
+        # A line is 2 px wide, with round ends; a row is 12 px from the next.
+        assert drawn[:, 1].max() == pytest.approx(until, abs=4.0)
+        assert drawn[:, 1].min() == pytest.approx(LEFT, abs=4.0)
+        assert TOP - 2 <= drawn[:, 0].min() <= drawn[:, 0].max() <= height - BOTTOM + 2

@@ -1,6 +1,7 @@
 """Previews of cameras: of robots with a fixed base and beside them, and the newest one when several wait."""
 
 import threading
+import time
 
 import cv2
 import numpy as np
@@ -50,7 +51,9 @@ def test_of_several_previews_that_wait_only_the_newest_is_drawn():
     def ask(number):
         look = PreviewRequest(world, "scout", "front", Pose(1.0 + 0.1 * number, 2.0, 0.0), 96)
         try:
-            results[number] = preview.picture(look)[0]
+            began = time.perf_counter()
+            results[number], milliseconds = preview.picture(look)
+            assert 1.0 < milliseconds <= 1e3 * (time.perf_counter() - began)
         except RefusedError as error:
             results[number] = error.more
 
