@@ -36,12 +36,16 @@ test("a fresh marker is the first that nothing has, of a dictionary that has so 
 });
 
 test("after a picture the next unused one is offered, from there on and around; the same where all are used", () => {
-  const all = ["lion", "cat", "owl"];
-  assert.equal(nextUnused("lion", all, new Set()), "lion");
-  assert.equal(nextUnused("lion", all, new Set(["lion", "cat"])), "owl");
-  assert.equal(nextUnused("owl", all, new Set(["owl"])), "lion");
-  assert.equal(nextUnused("own", all, new Set(["own", "lion"])), "cat");
-  assert.equal(nextUnused("owl", all, new Set(all)), "owl");
+  const [own, all] = [["me", "you"], ["lion", "cat", "owl"]];
+  const next = (current, ...used) => nextUnused(current, [own, all], new Set(used));
+  assert.equal(next("lion"), "lion");
+  assert.equal(next("lion", "lion", "cat"), "owl");
+  assert.equal(next("owl", "owl"), "lion");
+  assert.equal(next("gone", "me", "gone"), "you");
+  assert.equal(next("owl", ...all), "me");
+  assert.equal(next("owl", ...own, ...all), "owl");
+  assert.equal(next("you", "you"), "me"); // one's own come before others
+  assert.equal(next("you", ...own), "lion");
 });
 
 test("copies lie beside their originals, and what hangs on one of them hangs on its copy at the same place", () => {

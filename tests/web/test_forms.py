@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
+from mjsim.errors import UsageError
 from mjsim.geometry import Pose, wrap_angle
 from mjsim.interface import ShownGrid, ShownLines, ShownPoints, ShownText
 from mjsim.models import bounded
@@ -18,11 +19,12 @@ from mjsim.web.run.showing import shown_json
 from mjsim.web.server.answers import RefusedError
 from mjsim.web.worlds.folder import Folder
 from mjsim.web.worlds.mechanism_poses import moved, sliders, start_values
+from mjsim.web.worlds.own_robots import preset_of
 from mjsim.web.worlds.shipped_parts import SHIPPED, is_shipped, shipped
 from mjsim.web.worlds.uploaded_pictures import MAX_SIDE, _plain, bring_picture, decoded, encoded, small_picture
 from mjsim.web.worlds.viewpoints import look_at
-from mjsim.web.worlds.world_files import new_world, read_world, source_of, stamp_of
-from mjsim.world import parse_world
+from mjsim.web.worlds.world_files import listed, new_world, read_world, source_of, stamp_of
+from mjsim.world import load_world, parse_world
 
 
 @pytest.fixture
@@ -150,10 +152,40 @@ def test_a_picture_keeps_its_kind_and_gets_a_free_name_beside_its_world(folder):
     assert (folder.root / told[0]["file"]).read_bytes().startswith(b"\x89PNG")
     assert (folder.root / told[1]["file"]).read_bytes().startswith(b"\xff\xd8")
     assert bring_picture(folder, png(pixels), name="../..", world=None)["file"] == "picture.png"
+    assert bring_picture(folder, png(pixels), name="кот 1/海报.png", world=None)["file"] == "海报.png"
+    with pytest.raises(RefusedError, match=r"^'notes\.txt' is not a PNG or JPEG picture; convert it$"):
+        bring_picture(folder, b"hello", name="notes.txt", world=None)
     assert small_picture(folder, "my-lion.png", size=64, world="deep/room.yaml").startswith(b"\xff\xd8")
     with pytest.raises(RefusedError) as caught:
         small_picture(folder, "none.png", size=64, world=None)
     assert caught.value.status == 404
+
+
+TWO_WHEELS = """\
+<robot name="own"><link name="base"><inertial><mass value="8"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0"
+iyz="0"/></inertial><collision><geometry><cylinder radius="0.2" length="0.15"/></geometry></collision></link>
+<link name="l"><visual><origin rpy="1.5708 0 0"/><geometry><cylinder radius="0.08" length="0.04"/></geometry></visual>
+</link><link name="r"><visual><origin rpy="1.5708 0 0"/><geometry><cylinder radius="0.08" length="0.04"/></geometry>
+</visual></link><joint name="lw" type="continuous"><parent link="base"/><child link="l"/><origin xyz="0 0.2 0"/>
+<axis xyz="0 1 0"/></joint><joint name="rw" type="continuous"><parent link="base"/><child link="r"/>
+<origin xyz="0 -0.2 0"/><axis xyz="0 1 0"/></joint></robot>
+"""
+
+
+@pytest.mark.slow
+def test_a_robot_of_the_folder_is_offered_and_becomes_a_preset_that_worlds_beside_it_name(folder):
+    place = folder.root / "deep"
+    (place / "own.urdf").write_text(TWO_WHEELS)
+    (place / "vase.urdf").write_text("<robot name='vase'><link name='all'/></robot>")
+    assert listed(folder)["robots"] == ["deep/own.urdf", "deep/vase.urdf"]
+    assert preset_of(folder, "own.urdf", world="deep/room.yaml")["path"] == "own.yaml"
+    assert listed(folder)["robots"] == ["deep/own.yaml", "deep/vase.urdf"]
+    (place / "room.yaml").write_text("mjsim: 1\nrobots: [{name: me, preset: own.yaml, at: [1, 1]}]\n")
+    (robot,) = load_world(place / "room.yaml").robots
+    assert robot.drive.track == pytest.approx(0.4)
+    for file in ("own.urdf", "vase.urdf", "../own.urdf", "/etc/passwd"):  # is there, has no wheels, lies elsewhere
+        with pytest.raises((UsageError, RefusedError)):
+            preset_of(folder, file, world="deep/room.yaml")
 
 
 def test_pictures_become_eight_bits_and_three_colours_within_a_size():

@@ -33,6 +33,7 @@ from mjsim.web.worlds import (
     modules_in,
     new_world,
     parsed,
+    preset_of,
     read_world,
     save_world,
     signs_of,
@@ -60,6 +61,13 @@ class NewAsk(Ask):
 
     path: str | None = None
     template: str | None = None
+
+
+class RobotAsk(Ask):
+    """Makes a preset of a robot's file, relative to the folder of a world."""
+
+    file: str
+    path: str | None = None
 
 
 class TextAsk(Ask):
@@ -156,6 +164,7 @@ class EditApi:
             Route("/api/modules", answer_get(self._modules), methods=["GET"]),
             Route("/api/open", posted(OpenAsk, self._open), methods=["POST"]),
             Route("/api/new", posted(NewAsk, self._new), methods=["POST"]),
+            Route("/api/robot", posted(RobotAsk, self._robot), methods=["POST"]),
             Route("/api/parse", posted(TextAsk, self._parse), methods=["POST"]),
             Route("/api/edit", posted(EditAsk, self._edit), methods=["POST"]),
             Route("/api/items", posted(PasteAsk, self._items), methods=["POST"]),
@@ -203,6 +212,9 @@ class EditApi:
     def _new(self, ask: NewAsk) -> Json:
         path, text = new_world(self._folder, ask.path, template=ask.template)
         return {"path": path, "text": text, "stamp": None, **self._parsed_json(path, text)}
+
+    def _robot(self, ask: RobotAsk) -> Json:
+        return preset_of(self._folder, ask.file, world=ask.path)
 
     def _parse(self, ask: TextAsk) -> Json:
         return self._parsed_json(ask.path, ask.text)

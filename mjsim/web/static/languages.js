@@ -1,2 +1,2 @@
-/* sources 6de52005f8642b6a68775921c5ed4e4df354a49055aaf36fc147739c0a5567a7 */
+/* sources 8652f3ba89dfc7d517e341429afba043ed17d5b5cb3d802362cb70d38192c1b0 */
 var r={},i="en-XA";function o(n,e){return n===i?Object.fromEntries(Object.entries(e).map(([t,u])=>[t,s(u)])):{...e,...r[n]?.table}}function a(n,e){return n===i?s(e):c(r[n]?.meanings,e)}function f(n,e){return n===i?s(e):c(r[n]?.sentences,e)}function c(n,e){return n&&Object.hasOwn(n,e)?n[e]:void 0}function s(n){let e={a:"á",e:"é",i:"í",o:"ó",u:"ú",A:"Á",E:"É",I:"Í",O:"Ó",U:"Ú"};return`[${n.replace(/\{\w+\}|[aeiou]/gi,t=>e[t]??t)}~]`}export{a as meaningIn,f as sentenceIn,o as tableOf};

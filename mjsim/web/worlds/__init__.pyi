@@ -6,6 +6,7 @@ from .items import moving_items as moving_items
 from .items import scene_of as scene_of
 from .offered_modules import modules_in as modules_in
 from .offered_modules import shipped_modules as shipped_modules
+from .own_robots import preset_of as preset_of
 from .parsed import Parsed as Parsed
 from .parsed import Read as Read
 from .parsed import parsed as parsed

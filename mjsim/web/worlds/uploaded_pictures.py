@@ -1,6 +1,7 @@
 """Uploaded pictures, validated by decoding and re-encoding them; and thumbnails."""
 
 import re
+import unicodedata
 from collections.abc import Sequence
 from pathlib import PurePosixPath
 
@@ -8,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from mjsim.errors import printable
 from mjsim.models import bounded, picture_size, upright
 from mjsim.modules import judge_images
 from mjsim.output import write_new
@@ -27,7 +29,7 @@ JPEG_QUALITY = 92
 MAX_SMALL = 1024
 ROWS_AT_ONCE = 256
 """Rows of a picture that are converted at once."""
-_ODD = re.compile(r"[^A-Za-z0-9_.-]+")
+_ODD = re.compile(r"[^\w.-]+")
 
 WIDTH = 0.6
 """Width of a beacon that is placed on the page [m]."""
@@ -50,10 +52,11 @@ def bring_picture(folder: Folder, data: bytes, *, name: str, world: str | None) 
     Raises:
         RefusedError: It is not a picture, or cannot be written.
     """
-    pixels = bounded(decoded(data), MAX_SIDE)
+    name = unicodedata.normalize("NFC", PurePosixPath(name.replace("\\", "/")).name)
+    pixels = bounded(decoded(data, name=f"'{printable(name)[:80]}'"), MAX_SIDE)
     kind = ".png" if data.startswith(b"\x89PNG") else ".jpg"
     place = source_of(folder, world or "").folder or folder.root
-    stem = _ODD.sub("-", PurePosixPath(name.replace("\\", "/")).stem).strip("-.") or "picture"
+    stem = _ODD.sub("-", PurePosixPath(name).stem).strip("-.") or "picture"
     data = encoded(pixels, kind)
     try:
         with folder.writing:
@@ -102,8 +105,8 @@ def small_picture(folder: Folder, path: str, *, size: int, world: str | None) ->
     return encoded(bounded(decoded(data), max(16, min(size, MAX_SMALL))), ".jpg")
 
 
-def decoded(data: bytes) -> Pixels:
-    """Return the pixels of a PNG or JPEG, in BGR order, with transparent pixels white.
+def decoded(data: bytes, *, name: str = "this") -> Pixels:
+    """Return the pixels of a PNG or JPEG, in BGR order, with transparent pixels white; `name` is for messages.
 
     Raises:
         RefusedError: It is neither, is damaged, or would be too large.
@@ -113,11 +116,11 @@ def decoded(data: bytes) -> Pixels:
         picture_size(data)
         pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED | cv2.IMREAD_ANYCOLOR)
     except ValueError as error:
-        raise RefusedError(415, Sentence("this {error}", error)) from None
+        raise RefusedError(415, Sentence("{name} {error}", name, error)) from None
     except cv2.error:
         pixels = None
     if pixels is None:
-        raise RefusedError(415, "this is a damaged picture; save it again")
+        raise RefusedError(415, Sentence("{name} is a damaged picture; save it again", name))
     return upright(_plain(np.asarray(pixels)), data)
 
 

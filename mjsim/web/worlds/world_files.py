@@ -3,7 +3,7 @@
 import hashlib
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from mjsim.exchange import template_text
@@ -30,6 +30,9 @@ MAX_FILES, DEEPEST = 5000, 6
 """Maximum number of files and of folder levels searched."""
 _WORLD = re.compile(rb"^mjsim[ \t]*:", re.MULTILINE)
 _MODEL = re.compile(rb"<(mujoco|robot)[\s>]")
+_PRESET = re.compile(rb"\A#.*--robot-from")
+"""What `mjsim new --robot-from` begins with."""
+ROBOTS = (".urdf", ".xacro")
 _HEAD_BYTES = 16_384
 """A world can be recognised by its first bytes; this many are read."""
 _PASSED_OVER = ("node_modules", "__pycache__", "site-packages")
@@ -41,10 +44,11 @@ def recordings_below(root: Path) -> Iterator[Path]:
 
 
 def listed(folder: Folder) -> Json:
-    """Return worlds, recordings, sweeps, pictures and models in and below a folder, and all that mjsim ships."""
+    """Return the worlds, recordings, sweeps, pictures, models and robots below a folder, and all that mjsim ships."""
     worlds, recordings, sweeps, pictures, models = [], [], [], [], []
     abouts = shipped_abouts()
-    for path in files_below(folder.root):
+    files = list(files_below(folder.root))
+    for path in files:
         name, kind = folder.name(path), path.suffix.lower()
         if kind in (".yaml", ".yml") and contains(path, _WORLD):
             worlds.append(name)
@@ -57,9 +61,25 @@ def listed(folder: Folder) -> Json:
             pictures.append(name)
         elif kind in MODELS and not name.startswith("out/") and contains(path, _MODEL):
             models.append(name)
-    found = {"worlds": worlds, "recordings": recordings, "sweeps": sweeps, "pictures": pictures, "models": models}
+    robots = [folder.name(path) for path in _robots(files)]
+    found = {
+        "robots": robots,
+        "worlds": worlds,
+        "recordings": recordings,
+        "sweeps": sweeps,
+        "pictures": pictures,
+        "models": models,
+    }
     lists = {kind: sorted(names) for kind, names in found.items()}
     return {"folder": str(folder.root), **lists, "shipped": shipped(), "abouts": abouts}
+
+
+def _robots(files: Sequence[Path]) -> list[Path]:
+    """Return presets and files of robots, without the files that presets were made from or name."""
+    presets = [path for path in files if path.suffix == ".yaml" and contains(path, _PRESET)]
+    made = {path.with_suffix("") for path in presets}
+    others = (path for path in files if path.suffix.lower() in ROBOTS and contains(path, _MODEL))
+    return [*presets, *(path for path in others if made.isdisjoint([path.with_suffix(""), path.parent]))]
 
 
 def source_of(folder: Folder, path: str) -> Source:

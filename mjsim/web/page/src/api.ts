@@ -105,6 +105,8 @@ export interface Folder {
   pictures: string[];
   /** Files of MJCF and URDF. */
   models: string[];
+  /** Presets of robots, and files that become one. */
+  robots: string[];
   /** Descriptions of worlds by their paths; '' for none. */
   abouts: Record<string, string>;
   world: string | null;
@@ -289,6 +291,9 @@ export const api = {
     if (this.version) asked.set("version", String(this.version));
     return `/api/portrait?${asked}`;
   },
+  /** Make a preset of a robot's file beside a world. */
+  robot: (file: string, path: string | null) =>
+    postJson<{ path: string; report: string[] }>("/api/robot", { file, path }),
   /** Put a picture beside a world; `path` is what the world then calls it. */
   upload: async (file: File, world: string | null) => {
     const address = `/api/upload?${new URLSearchParams({ name: file.name, ...(world ? { path: world } : {}) })}`;

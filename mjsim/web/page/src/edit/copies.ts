@@ -81,8 +81,9 @@ function beside(thing: Values, [dx, dy]: Point): Values {
   return fresh;
 }
 
-/** The first of all that is not used yet, from the current one on and around; the current one where all are used. */
-export function nextUnused(current: string, all: string[], used: Set<string>): string {
-  const at = Math.max(all.indexOf(current), 0);
-  return [current, ...all.slice(at), ...all.slice(0, at)].find((each) => !used.has(each)) ?? current;
+/** The first that is not used yet, from the current one on and around in its group, then of others; or the current one. */
+export function nextUnused(current: string, groups: string[][], used: Set<string>): string {
+  const own = groups.find((group) => group.includes(current)) ?? [];
+  const at = own.indexOf(current);
+  return [...own.slice(at), ...own, ...groups.flat()].find((each) => !used.has(each)) ?? current;
 }

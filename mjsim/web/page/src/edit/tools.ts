@@ -72,9 +72,9 @@ export class Tools {
   private picture = "posters/lion.jpg";
   private look: (typeof BEACONS)[number][0] = "picture";
   private preset = "";
-  /** Sensors that a new robot may bring: a word for each, and its first keys. */
-  private readonly offered: Map<string, unknown>;
-  private readonly sensors = new Set(["camera"]);
+  /** Sensors that a new robot may bring: a word for each, and its first keys, by the names of their models. */
+  private readonly offered: Map<string, { title: string; value: unknown }>;
+  private readonly sensors = new Set(["Camera"]);
   /** Pictures that were hung up and may not be among the items yet. */
   private readonly hanging = new Set<string>();
   private readonly tools: Record<ToolName, Tool | null>;
@@ -228,10 +228,11 @@ export class Tools {
       this.drawStrip();
     };
     const set = (name: string, on: boolean): unknown => (on ? this.sensors.add(name) : this.sensors.delete(name));
-    const boxes = [...this.offered.keys()].map((name) =>
-      tickBox("check", name, this.sensors.has(name), (on) => set(name, on)),
+    const boxes = [...this.offered].map(([name, { title }]) =>
+      tickBox("check", title, this.sensors.has(name), (on) => set(name, on)),
     );
-    return [chooser(studio, "robot", this.preset, word("edit.chooseARobot"), choose), boxes];
+    const robot = chooser(studio, "robot", this.preset, word("edit.chooseARobot"), choose);
+    return html`${robot}<div class="strip-boxes">${boxes}</div>`;
   }
 
   /** After a picture has been hung up, the next one is offered: of two alike neither is recognised. */
@@ -258,7 +259,7 @@ export class Tools {
   }
 
   private robot(): Values {
-    const sensors = [...this.offered].filter(([name]) => this.sensors.has(name)).map(([, sensor]) => sensor);
+    const sensors = [...this.offered].filter(([name]) => this.sensors.has(name)).map(([, { value }]) => value);
     return { name: "robot", ...(this.preset ? { preset: this.preset } : {}), ...(sensors.length ? { sensors } : {}) };
   }
 }

@@ -47,14 +47,41 @@ export function nameOf(path: string): string {
   return path.replace(/^.*\//, "");
 }
 
-/** Let the person choose a preset of a robot; null when they would rather not. */
-export function chooseRobot(studio: Studio): Promise<string | null> {
+/** Let the person choose a preset of a robot, or a file that becomes one; null when they would rather not. */
+export async function chooseRobot(studio: Studio): Promise<string | null> {
+  await studio.refresh();
   const entries = studio.folder.shipped.presets.map(({ name, about }) => ({
     value: name,
     name,
     about: meaningOf(about),
   }));
-  return choose(word("panel.chooseARobot"), portrait(studio, "robot"), [[word("panel.comeWithMjsim"), entries]]);
+  const [preset, model] = [portrait(studio, "robot"), portrait(studio, "model")];
+  const chosen = await choose(
+    word("panel.chooseARobot"),
+    (entry) => (isRobotFile(entry.value) ? model : preset)(entry),
+    [
+      [word("panel.inThisFolder"), ownFiles(studio, studio.folder.robots).map(modelEntry)],
+      [word("panel.comeWithMjsim"), entries],
+    ],
+  );
+  return chosen && isRobotFile(chosen) ? madePreset(studio, chosen) : chosen;
+}
+
+function isRobotFile(path: string): boolean {
+  return /\.(urdf|xacro)$/i.test(path);
+}
+
+/** The preset of a robot's file, made beside the world. */
+async function madePreset(studio: Studio, file: string): Promise<string | null> {
+  try {
+    studio.toasts.done(word("panel.presetIsBeingMade", { file }));
+    const { path } = await studio.api.robot(file, studio.document.path);
+    studio.toasts.done(word("panel.presetMade", { path, file }));
+    return path;
+  } catch (error) {
+    studio.toasts.error(error);
+    return null;
+  }
 }
 
 /** Let the person choose a preset of an arm; null when they would rather not. */

@@ -33,9 +33,9 @@ export async function choosePicture(studio: Studio): Promise<string | null> {
   );
 }
 
-/** Pictures that can be hung up, in the order in which they are offered. */
-export function hangable(studio: Studio): string[] {
-  return [...ownFiles(studio, studio.folder.pictures), ...studio.folder.shipped.pictures.filter(isPoster)];
+/** Pictures that can be hung up, of the person's own and others, in the order in which they are offered. */
+export function hangable(studio: Studio): string[][] {
+  return [ownFiles(studio, studio.folder.pictures), studio.folder.shipped.pictures.filter(isPoster)];
 }
 
 /** What recognition makes of pictures among those of the world; nothing while the world cannot be read. */

@@ -191,12 +191,13 @@ export class SchemaBook {
     return key;
   }
 
-  /** What may be put into a list of an item: a word for each form, and a value to begin with. */
-  offers(type: string, list: string): Map<string, unknown> {
+  /** What may be put into a list of an item: a word for each form, and a value to begin with, by the names of forms. */
+  offers(type: string, list: string): Map<string, { title: string; value: unknown }> {
     const properties = (this.definition(type)?.["properties"] ?? {}) as Record<string, Schema>;
     const kind = this.field(list, (properties[list]?.["items"] ?? {}) as Schema, true).kind;
     const options = kind.is === "union" ? kind.options : [];
-    return new Map(options.map(({ title, schema }) => [title.toLowerCase(), this.fresh(schema)]));
+    const nameOf = (schema: Schema): string => String(this.resolve(schema)["title"] ?? "");
+    return new Map(options.map(({ title, schema }) => [nameOf(schema), { title, value: this.fresh(schema) }]));
   }
 
   private freshObject(schema: Schema): Values {
