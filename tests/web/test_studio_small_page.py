@@ -273,6 +273,14 @@ def the_bar_of_a_low_window_names_what_it_opens(page):
     assert page.evaluate("document.scrollingElement.scrollWidth <= innerWidth")
 
 
+def the_panels_of_run_come_back_with_the_room_for_them(page):
+    page.get_by_role("tab", name="Run", exact=True).click()
+    side = page.locator("#view-run .run-side")
+    for width, shown in ((640, False), (1280, True)):
+        page.set_viewport_size({"width": width, "height": 720})
+        expect(side).to_be_visible(visible=shown)
+
+
 def test_windows_that_are_low_or_narrow_show_names_heads_and_the_view_in_3d_whole(browser, folder, tmp_path):
     own = copytree(folder, tmp_path / "own")  # the test with fingers leaves an unsaved text
     with Studio(own) as studio, page_at(browser, studio.url) as page:
@@ -282,3 +290,4 @@ def test_windows_that_are_low_or_narrow_show_names_heads_and_the_view_in_3d_whol
         page.get_by_role("dialog").get_by_role("button", name="room.yaml").click()
         expect(page.locator(".cm-content")).to_contain_text("mjsim: 1", timeout=PATIENCE)
         heads_of_views_and_names_of_axes_are_whole_on_a_phone_and_the_plan_fills_a_low_window(page)
+        the_panels_of_run_come_back_with_the_room_for_them(page)

@@ -20,6 +20,8 @@ export function sideSwitch(side: HTMLElement): HTMLButtonElement {
     },
     icon("side"),
   );
-  put(remembered("run.side") === null ? !narrow.matches : remembered("run.side") === "yes");
+  const asLeft = (): void => put(remembered("run.side") === null ? !narrow.matches : remembered("run.side") === "yes");
+  narrow.addEventListener("change", asLeft);
+  asLeft();
   return button;
 }
