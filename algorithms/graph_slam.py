@@ -34,6 +34,7 @@ from .estimation.pose_graph import compose
 from .estimation.range_errors import RANGE_ERRORS
 from .estimation.recent_motion import RecentMotion
 from .estimation.relocation import ANYWHERE, Relocation
+from .estimation.rough_odometry import ROUGH, RoughOdometry
 from .picture_errors import PictureErrors, each_of
 
 FLOOR = 1e-3
@@ -119,6 +120,7 @@ class GraphSlam:
         self._recent = RecentMotion()
         self._picture_errors = PictureErrors(robot, nod=self._nod, repeat=self._repeat)
         self._checks, self._relocation = LookChecks(), Relocation()
+        self._roughness, self._stated = RoughOdometry(), np.zeros((3, 3))
         self._names: dict[str, int] = {}
         self._places: dict[str, Array] = {}
         self._landmarks = 0
@@ -154,7 +156,9 @@ class GraphSlam:
         self._step, F, G = self._motion(self._step, control)
         floor = np.diag([1.0, 1.0, 0.0]) * FLOOR**2 * abs(moved.turn)
         self._slopes = F @ self._slopes + G @ slopes
-        self._step_covariance = F @ self._step_covariance @ F.T + G @ moved.covariance @ G.T + floor
+        self._stated = F @ self._stated @ F.T + G @ moved.covariance @ G.T + floor
+        stated = moved.covariance * (ROUGH if self._roughness.odds > 1.0 else 1.0)
+        self._step_covariance = F @ self._step_covariance @ F.T + G @ stated @ G.T + floor
         named_sightings = [sighting for sighting in seen.sightings if sighting.name is not None]
         self._errors.see(named_sightings, self._recent)
         named = [self._recent.to_now(each) for each in named_sightings]
@@ -260,6 +264,10 @@ class GraphSlam:
         values.insert(self._key(), gtsam.Pose2(*pose))
         self._poses = np.concatenate([self._poses, pose[None]])
         self._checks.move(F, G @ (covariance + self._slopes_covariance()) @ G.T)
+        self._roughness.move(F, G @ self._stated @ G.T)
+        for sighting in sightings:
+            if (name := sighting.name or "") in self._names and not self._checks.is_young(name):
+                self._roughness.see(pose, self._places[name], self._errors.mended(sighting))
         placed = [(self._place_key(posed, values), *posed) for posed in self._believed(sightings, time)]
         keys = before, self._key(), self._errors.keys[0]
         self._add_factors(graph, keys, (self._step, covariance, self._slopes), placed)
@@ -344,7 +352,8 @@ class GraphSlam:
         P = self._solver.jointMarginalCovariance([*keys, self._key(), *self._names.values()]).fullMatrix()
         step = np.zeros(len(P))
         if keys:
-            step, P = self._errors.average(np.concatenate([values.atVector(key) for key in keys]), P)
+            solved = np.concatenate([values.atVector(key) for key in keys])
+            step, P = self._errors.average(solved, P, rough=self._roughness.odds)
         self._publish(step, P)
 
     def _publish(self, step: Array, P: Array) -> None:
@@ -376,7 +385,7 @@ class GraphSlam:
 
     def _forget_step(self) -> None:
         self._step, self._step_covariance = np.zeros(3), np.zeros((3, 3))
-        self._slopes = np.zeros((3, MOTION))
+        self._slopes, self._stated = np.zeros((3, MOTION)), np.zeros((3, 3))
 
     def _key(self) -> int:
         return int(self._gtsam.symbol("x", self._number))

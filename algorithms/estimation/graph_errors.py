@@ -106,12 +106,13 @@ class GraphErrors:
         for prior in self._priors:
             prior.added(factors)
 
-    def average(self, solved: Array, P: Array) -> tuple[Array, Array]:
+    def average(self, solved: Array, P: Array, *, rough: float) -> tuple[Array, Array]:
         """Average a belief of the graph over the hypotheses about its errors.
 
         Args:
             solved: The errors, shape (8,).
             P: Covariance of errors and everything else, in this order, shape (8 + m, 8 + m).
+            rough: Odds of rough odometry.
 
         Returns:
             step: Change of the mean of everything else, shape (m,).
@@ -123,7 +124,7 @@ class GraphErrors:
         usual = np.maximum(self._usual, NEGLIGIBLE * LARGE)
         others = np.concatenate([[NEGLIGIBLE * LARGE, usual], with_large(usual)])
         A, ratios = reweighted(solved, P[:size, :size], prior, others)
-        shares = self._shares(ratios - ratios[1])
+        shares = self._shares(ratios - ratios[1], rough)
         chosen, errors = int(np.argmax(shares)), P[:size, :size]
         self.variances, self.chosen = others[chosen], solved - errors @ A[chosen] @ solved
         self.usual = solved - errors @ A[1] @ solved, errors - errors @ A[1] @ errors
@@ -131,7 +132,7 @@ class GraphErrors:
         self.mean, self.covariance = solved + step[:size], average[:size, :size]
         return step[size:], average[size:, size:]
 
-    def _shares(self, ratios: Array) -> Array:
+    def _shares(self, ratios: Array, rough: float) -> Array:
         """Return the probabilities of no errors, usual and each kind of large errors from their Bayes factors."""
         none, explained = float(ratios[0]), ratios[2:]
         self._most = max(self._most, none)
@@ -139,6 +140,6 @@ class GraphErrors:
         self._before = explained
         without = 1.0 / (1.0 + math.exp(-min(none, 700.0))) if self._most >= POSITIVE else 0.0
         prior = DOUBTED * LARGE_ODDS if none < -DISPROVED else LARGE_ODDS
-        odds = prior * np.exp(np.minimum(self.evidence - max(none, 0.0), DECIDED))
+        odds = prior * np.exp(np.minimum(self.evidence - max(none, 0.0), DECIDED)) / (1.0 + rough)
         self._large = IS_LARGE[odds > SURE].any(axis=0) | (self._large & IS_LARGE[odds > FORGOTTEN].any(axis=0))
         return np.asarray(np.array([without, 1.0 - without, *odds]) / (1.0 + odds.sum()))
