@@ -74,7 +74,7 @@ export class Tools {
   private preset = "";
   /** Sensors that a new robot may bring: a word for each, and its first keys, by the names of their models. */
   private readonly offered: Map<string, { title: string; value: unknown }>;
-  private readonly sensors = new Set(["Camera"]);
+  private readonly sensors = new Set(["camera"]);
   /** Pictures that were hung up and may not be among the items yet. */
   private readonly hanging = new Set<string>();
   private readonly tools: Record<ToolName, Tool | null>;

@@ -196,7 +196,7 @@ export class SchemaBook {
     const properties = (this.definition(type)?.["properties"] ?? {}) as Record<string, Schema>;
     const kind = this.field(list, (properties[list]?.["items"] ?? {}) as Schema, true).kind;
     const options = kind.is === "union" ? kind.options : [];
-    const nameOf = (schema: Schema): string => String(this.resolve(schema)["title"] ?? "");
+    const nameOf = (schema: Schema): string => String(this.resolve(schema)["title"] ?? "").toLowerCase();
     return new Map(options.map(({ title, schema }) => [nameOf(schema), { title, value: this.fresh(schema) }]));
   }
 
