@@ -7,8 +7,9 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.toolbox.calls import FigureCall
-from mjsim.toolbox.draw import ORDER, Drawing, ScriptFigures
+from mjsim.toolbox.draw import Drawing, ScriptFigures
 from mjsim.toolbox.marks import as_columns, data_of, is_text, math_text, words_of
+from mjsim.toolbox.panes import ORDER
 
 
 def _faces(words: dict[str, Any], default: str) -> dict[str, Any]:
@@ -22,10 +23,12 @@ def _bars(*, flat: bool) -> Drawing:
         pane, (words, _) = drawn.cleared(call.figure), words_of(call)
         data = [as_columns(each) for each in data_of(call)[:2]]
         x, heights = data if len(data) == 2 and data[1].size > 1 else (np.arange(1.0, len(data[0]) + 1), data[0])
+        numbers = [float(np.ravel(each)[0]) for each in data_of(call)[1:] if each.size == 1]
+        share = numbers[-1] if numbers and heights.size > 1 else 0.8
         stacked = any(word in ("stacked", "stack") for word in call.arguments if is_text(word))
         apart = float(np.abs(np.diff(np.sort(np.ravel(x)))).min(initial=np.inf))
         groups = 1 if stacked else heights.shape[1]
-        width, made, base = 0.8 * (apart if 0.0 < apart < np.inf else 1.0) / groups, [], np.zeros(len(heights))
+        width, made, base = share * (apart if 0.0 < apart < np.inf else 1.0) / groups, [], np.zeros(len(heights))
         for k, column in enumerate(heights.T):
             offset = 0.0 if stacked else (k - (groups - 1) / 2) * width
             keywords = _faces({key: v for key, v in words.items() if key != "marker"}, ORDER[k % len(ORDER)])
@@ -85,7 +88,7 @@ def _arrows(dimensions: int) -> Drawing:
             start = list(np.meshgrid(*(np.ravel(each) for each in start)))
         start, arrow = [np.ravel(each) for each in start], [np.ravel(each) for each in arrow]
         if scale and arrow[0].size > 1:
-            longest = float(np.sqrt(sum(each**2 for each in arrow)).max())
+            longest = float(np.nanmax(np.sqrt(sum(each**2 for each in arrow))))
             spacing = max(float(np.ptp(each)) for each in start) / max(np.sqrt(arrow[0].size), 1.0)
             arrow = [each * scale * spacing / longest for each in arrow] if longest and spacing else arrow
         pane = drawn.cleared(call.figure, solid=dimensions == 3)

@@ -1,62 +1,41 @@
 """Draws recorded calls of figure functions with matplotlib."""
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
-from matplotlib import colormaps
+from matplotlib import colormaps, rc
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
 from mjsim.geometry import Array
-from mjsim.mechanics import Arm
 from mjsim.toolbox.calls import FigureCall
 from mjsim.toolbox.figure_names import NOT_DRAWN
+from mjsim.toolbox.panes import ORDER, ArmMotion, AxesPane, draw_motion, overlap
 from mjsim.toolbox.properties import set_on
-from mjsim.toolbox.script_arms import arm_of
 
-ORDER = ("#0072bd", "#d95319", "#edb120", "#7e2f8e", "#77ac30", "#4dbeee", "#a2142f")
-"""Colours of successive lines, as in MATLAB."""
 AXES = ("axes", "gca", "subplot", "nexttile", "newplot")
 """Functions that return handles of axes; the fraction of such a handle is HANDLE."""
 HANDLE = 2.0**-13
+ALL = 2.0**-12
+"""Part of 1 of a handle that names all that its call made."""
 LINE = 2.0**-20
 """Lines of one call have handles that differ by this."""
 DEVICES = {"eps": "eps", "ps": "eps", "svg": "svg", "jpg": "jpg", "jpeg": "jpg", "tif": "tiff", "tiff": "tiff"}
 """Formats of `print` and `saveas`, without the letter for colour, beside PNG and PDF."""
-SHOWN_POSTURES = 6
-"""Postures of an arm that a picture shows."""
-
-
-@dataclass(slots=True, eq=False)
-class AxesPane:
-    """One pair or triple of axes."""
-
-    axes: Any
-    spec: Any
-    hold: bool = False
-    lines: int = 0
-    """Lines drawn, which choose the colour of the next."""
-    labelled: list[Any] = field(default_factory=list)
-    """Artists that a legend names, in order."""
-
-
-@dataclass(slots=True, eq=False)
-class ArmMotion:
-    """An arm that a figure shows, with its postures in order."""
-
-    arm: Arm
-    fields: Mapping[str, Any]
-    q: list[Array] = field(default_factory=list)
-    pane: AxesPane | None = None
-
-    def postures(self) -> Array:
-        """Return all postures, shape (k, n)."""
-        return np.vstack(self.q)
-
+DEFAULTS: Mapping[str, tuple[Literal["lines", "font"], str]] = {
+    "defaultlinelinewidth": ("lines", "linewidth"),
+    "defaultlinemarkersize": ("lines", "markersize"),
+    "defaultaxesfontsize": ("font", "size"),
+    "defaulttextfontsize": ("font", "size"),
+}
+"""Properties of all figures that a script may choose, in lower case, and the parameters of matplotlib."""
+SETTINGS = ("view", "axis", "xlim", "ylim", "zlim", "xlabel", "ylabel", "zlabel", "daspect")
+"""Functions that tell limits, scales and labels of axes."""
 
 Drawing = Callable[["ScriptFigures", FigureCall], Any]
 """Draws a call; returns the artists to which its handle refers, if any."""
@@ -85,6 +64,13 @@ class ScriptFigures:
         self._tiles: dict[int, tuple[int, int, int]] = {}
         self._maps: dict[int, Any] = {}
         self._axes: dict[int, tuple[int, AxesPane]] = {}
+        self._after: list[tuple[AxesPane, Callable[[Any], None]]] = []
+        self.frames: dict[int, Any] = {}
+        """Pictures that the script took, by the number of the call."""
+        self.films: dict[str, tuple[float, list[Any]]] = {}
+        """Frames in a second, and frames, of the films and pictures that the script wrote, by name."""
+        self.resolutions: dict[str, int] = {}
+        """Resolution that the script wants, by the name of the file [dots per inch]."""
 
     def draw(self, calls: Iterable[FigureCall], functions: Mapping[str, Drawing]) -> None:
         """Draw calls in order, each by the function of its name; others draw nothing."""
@@ -98,11 +84,30 @@ class ScriptFigures:
                     self._handles[call.number] = list(made)
             except (ValueError, TypeError, IndexError, KeyError, AttributeError) as error:
                 self.skipped.add(f"{call.name}: {str(error).splitlines()[0] if str(error) else type(error).__name__}")
+            if call.name in SETTINGS and call.figure in self._current:
+                self._current[call.figure].settings.append(call)
             if call.name in AXES and call.figure in self._current:
                 self._axes[call.number] = call.figure, self._current[call.figure]
         for motions in self.motions.values():
             for motion in motions:
-                _draw_motion(motion)
+                if motion.pane is not None:
+                    draw_motion(motion, motion.postures())
+        for figure, panes in self._panes.items():
+            for pane in panes.values():
+                self.settle(figure, pane, functions)
+        for pane, change in self._after:
+            change(pane.axes)
+
+    def settle(self, figure: int, pane: AxesPane, functions: Mapping[str, Drawing]) -> None:
+        """Repeat what a script said about axes in space: arms choose limits too, and equal scales depend on them."""
+        if pane.axes.name == "3d" and pane.settings:
+            self._current[figure] = pane
+            for call in pane.settings:
+                functions[call.name](self, call)
+
+    def after_all(self, figure: int, change: Callable[[Any], None]) -> None:
+        """Change the current axes of a figure after everything is drawn."""
+        self._after.append((self.pane(figure), change))
 
     def _in_its_axes(self, call: FigureCall) -> FigureCall:
         """Return a call without the handle of axes before its arguments; these become the current ones."""
@@ -148,7 +153,7 @@ class ScriptFigures:
             if pane.labelled or pane.axes.has_data():
                 pane.axes.clear()
                 self.motions[number] = [m for m in self.motions.get(number, []) if m.pane is not pane]
-            pane.lines, pane.labelled = 0, []
+            pane.lines, pane.labelled, pane.settings = pane.first, [], []
         return pane
 
     def subplot(self, call: FigureCall) -> None:
@@ -161,6 +166,8 @@ class ScriptFigures:
         places = numbers[2].astype(int) - 1
         key = (rows, columns, *places.tolist())
         figure, panes = self.figure(call.figure), self._panes
+        for other in [each for each in panes[call.figure] if overlap(each, key)]:
+            self._remove(call.figure, other)
         if key not in panes[call.figure]:
             # Only axes of one grid make room for each other's labels.
             grid = self._grids.setdefault((call.figure, rows, columns), figure.add_gridspec(rows, columns))
@@ -168,6 +175,19 @@ class ScriptFigures:
             spec = grid[int(down.min()) : int(down.max()) + 1, int(across.min()) : int(across.max()) + 1]
             panes[call.figure][key] = AxesPane(figure.add_subplot(spec), spec)
         self._current[call.figure] = panes[call.figure][key]
+
+    def _remove(self, number: int, key: Any) -> None:
+        """Remove axes on which others are put; the film of an arm that moved there stays."""
+        pane = self._panes[number].pop(key)
+        for other in (side for pair in self._sides if pane in pair for side in pair):
+            if other.axes.figure is not None:
+                other.axes.remove()
+        if pane.axes.figure is not None:
+            pane.axes.remove()
+        self._sides = [pair for pair in self._sides if pane not in pair]
+        self._after = [each for each in self._after if each[0] is not pane]
+        for motion in self.motions.get(number, []):
+            motion.pane = None if motion.pane is pane else motion.pane
 
     def close(self, call: FigureCall) -> None:
         """Keep figures that are closed at the end of a script; those closed at its start do not exist yet."""
@@ -183,37 +203,25 @@ class ScriptFigures:
         words = [word for word in call.arguments if isinstance(word, str)]
         names, device = [word for word in words if not word.startswith("-")], ""
         for word in (*words, *names[1:2]):
-            device = DEVICES.get(word.removeprefix("-d").rstrip("c2"), device)
+            device = DEVICES.get(word.removeprefix("-d").rstrip("c0123456789"), device)
         if names:
-            self.files.append((call.figure, names[0] if Path(names[0]).suffix else f"{names[0]}.{device or 'png'}"))
-
-    def drive(self, call: FigureCall) -> None:
-        """Keep the arm of the sliders, and draw it into a figure of its own."""
-        self.driven, self.start = call.arguments[0], np.ravel(call.arguments[1])
-        self.robot(replace(call, figure=max(self.figures, default=0) + 1))
-
-    def robot(self, call: FigureCall) -> None:
-        """Add postures of an arm; successive ones of the same arm are one motion."""
-        fields, q = call.arguments[0], np.atleast_2d(call.arguments[1])
-        arm = arm_of(fields)
-        if q.shape[1] != arm.n:
-            raise ValueError(f"q has {q.shape[1]} columns; the arm has {arm.n} joints")
-        pane = self.pane(call.figure, solid=True)
-        motions = self.motions.setdefault(call.figure, [])
-        same = next((m for m in motions if m.pane is pane and m.arm.name == arm.name and m.arm.n == arm.n), None)
-        if same is None:
-            if not pane.hold:
-                pane = self.cleared(call.figure, solid=True)
-            same = ArmMotion(arm, fields, pane=pane)
-            self.motions.setdefault(call.figure, []).append(same)
-        same.q.append(q)
+            file = names[0] if Path(names[0]).suffix else f"{names[0]}.{device or 'png'}"
+            self.files.append((call.figure, file))
+            dots = next((each[2:] for each in words if each.startswith("-r") and each[2:].isdigit()), None)
+            for key, value in pairwise(call.arguments):
+                if isinstance(key, str) and key.lower() == "resolution" and isinstance(value, np.ndarray):
+                    dots = str(int(np.ravel(value)[0]))
+            if dots is not None:
+                self.resolutions[Path(file).stem] = int(dots)
 
     def choose_side(self, call: FigureCall) -> list[Any]:
         """Choose the axes of the left or of the right scale."""
         pane = self.pane(call.figure)
         left, right = next((pair for pair in self._sides if pane in pair), (pane, None))
         if right is None:
-            right = AxesPane(pane.axes.twinx(), pane.spec, lines=1)
+            right = AxesPane(pane.axes.twinx(), pane.spec, first=1, lines=1)
+            left.axes.tick_params(axis="y", colors=ORDER[0])
+            right.axes.tick_params(axis="y", colors=ORDER[1])
             self._sides.append((left, right))
         self._current[call.figure] = right if "right" in call.arguments else left
         return [self._current[call.figure].axes]
@@ -261,6 +269,9 @@ class ScriptFigures:
         if not call.arguments or not isinstance(call.arguments[0], np.ndarray):
             return
         handles, words = np.ravel(call.arguments[0]).tolist(), call.arguments[1:]
+        if handles == [0.0]:
+            self._set_defaults(words)
+            return
         # A cell of names goes with a cell that has a row of values for each handle.
         cells = len(words) == 2 and isinstance(words[0], list) and isinstance(words[1], list)
         for row, handle in enumerate(handles):
@@ -271,12 +282,23 @@ class ScriptFigures:
             for artist in self.artists(handle):
                 set_on(artist, pairs)
 
+    def _set_defaults(self, words: Sequence[Any]) -> None:
+        """Choose widths of lines, and sizes of letters, of what is drawn from now on; other defaults are named."""
+        for name, value in zip(words[::2], words[1::2], strict=False):
+            if str(name).lower() in DEFAULTS:
+                group, key = DEFAULTS[str(name).lower()]
+                rc(group, **{key: float(np.ravel(value)[0])})
+            elif str(name).lower().startswith("default"):
+                self.skipped.add(f"set: {name} of all figures is left out")
+
     def artists(self, handle: float) -> list[Any]:
         """Return the artists to which a handle refers: axes, a line, or all that its call made."""
         number, part = divmod(float(handle), 1.0)
         artists = self._handles.get(int(number), [])
         if part == HANDLE and int(number) in self._axes:
             return [self._axes[int(number)][1].axes]
+        if part == ALL:
+            return artists
         line = round(part / LINE)
         return artists[line : line + 1] if len(artists) > 1 else artists
 
@@ -291,16 +313,3 @@ class ScriptFigures:
                 artist.remove()
                 for pane in self._panes.get(call.figure, {}).values():
                     pane.labelled = [each for each in pane.labelled if each is not artist]
-
-
-def _draw_motion(motion: ArmMotion) -> None:
-    """Draw an arm at some of its postures, and the path of its tool."""
-    assert motion.pane is not None
-    q = motion.postures()
-    chosen = np.unique(np.linspace(0, len(q) - 1, min(len(q), SHOWN_POSTURES)).round().astype(int))
-    points = motion.arm.extent(q[:: max(1, len(q) // 50)])
-    motion.arm.draw(motion.pane.axes, q[chosen], bounds=points)
-    if len(q) > 2:
-        motion.pane.axes.plot(*motion.arm.fkine(q)[:, :3, 3].T, color=ORDER[0], lw=1.4)
-    if not motion.pane.axes.get_title():
-        motion.pane.axes.set_title(motion.arm.name)

@@ -6,13 +6,18 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from matplotlib.cm import ScalarMappable
 
 from mjsim.geometry import Array
+from mjsim.toolbox.annotation_functions import ANNOTATION_FUNCTIONS
+from mjsim.toolbox.arm_functions import ARM_FUNCTIONS
 from mjsim.toolbox.bar_functions import BAR_FUNCTIONS
 from mjsim.toolbox.calls import FigureCall
-from mjsim.toolbox.draw import ORDER, Drawing, ScriptFigures
+from mjsim.toolbox.draw import Drawing, ScriptFigures
+from mjsim.toolbox.film_functions import FILM_FUNCTIONS
 from mjsim.toolbox.image_functions import IMAGE_FUNCTIONS
 from mjsim.toolbox.marks import as_columns, data_of, is_text, line_format, properties_of, words_of
+from mjsim.toolbox.panes import ORDER
 from mjsim.toolbox.properties import DATA, set_on
 from mjsim.toolbox.solid_functions import SOLID_FUNCTIONS
 from mjsim.toolbox.text_functions import TEXT_FUNCTIONS
@@ -91,6 +96,25 @@ def _more_points(drawn: ScriptFigures, call: FigureCall) -> None:
         set_on(artist, [word for name, values in zip(DATA, made, strict=False) for word in (name, values)])
 
 
+def _stems(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
+    """Draw lines from a base line to points, a colour for each column."""
+    data, (words, given) = [as_columns(each) for each in data_of(call)[:2]], words_of(call)
+    x, y = data if len(data) == 2 else (np.arange(1.0, len(data[0]) + 1).reshape(-1, 1), data[0])
+    pane, made = drawn.cleared(call.figure), []
+    filled = "filled" in filter(is_text, call.arguments) or "markerfacecolor" in given
+    for column in _columns([x, y]):
+        color = words.get("color") or ORDER[pane.lines % len(ORDER)]
+        parts = pane.axes.stem(*column, linefmt=words.get("linestyle", "-").replace("none", "-"), basefmt="k-")
+        parts.stemlines.set(color=color, linewidth=words.get("linewidth", 1.2))
+        parts.baseline.set_linewidth(0.8)
+        face = words.get("markerfacecolor") or (color if filled else "white")
+        parts.markerline.set(color=color, markerfacecolor=face, marker=words.get("marker", "o"))
+        made.append(parts.markerline)
+        pane.lines += 1
+    pane.labelled += made
+    return made
+
+
 def _pattern(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
     """Draw the nonzero elements of a matrix."""
     axes = drawn.cleared(call.figure).axes
@@ -101,7 +125,7 @@ def _pattern(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
 def _fill(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
     """Draw polygons, a column each, or faces of vertices; a third row of three numbers is their colour."""
     data, (words, given) = data_of(call), words_of(call)
-    if len(data) == 4:
+    if len(data) == 4 or np.shape(given.get("vertices", 0.0))[-1:] == (3,) or "zdata" in given:
         return list(SOLID_FUNCTIONS["fill3"](drawn, call))
     colors = {"color": ORDER[0], **words}
     if len(data) == 3 and data[2].size == 3 and data[0].size != 3:
@@ -130,9 +154,14 @@ def _scatter(dimensions: int) -> Drawing:
         chosen = style.get("color", ORDER[pane.lines % len(ORDER)]) if colors is None else colors
         points = [np.ravel(each) for each in data[:dimensions]]
         artist = pane.axes.scatter(*points, s=36 if sizes is None else sizes, c=chosen, marker=style.get("marker", "o"))
-        if "filled" not in words:
+        if "filled" not in words and style.get("marker", "o") not in "+x.*":
+            edges = chosen if isinstance(chosen, str) else artist.get_facecolor()
+            if artist.get_array() is not None:
+                edges = artist.to_rgba(artist.get_array())
+                artist.mjsim_scale = ScalarMappable(artist.norm, artist.cmap)
+                artist.set_array(None)
             artist.set_facecolor("none")
-            artist.set_edgecolor(chosen if isinstance(chosen, str) else None)
+            artist.set_edgecolor(edges)
         pane.lines += 1
         pane.labelled.append(artist)
         return [artist]
@@ -158,8 +187,12 @@ def _hold(drawn: ScriptFigures, call: FigureCall) -> None:
 
 
 def _grid(drawn: ScriptFigures, call: FigureCall) -> None:
-    words = [each for each in call.arguments if isinstance(each, str)]
-    drawn.pane(call.figure).axes.grid(visible="off" not in words, alpha=0.4)
+    words, axes = [each for each in call.arguments if isinstance(each, str)], drawn.pane(call.figure).axes
+    if "minor" in words and axes.name != "3d":
+        axes.minorticks_on()
+        axes.grid(visible=True, which="minor", alpha=0.2)
+        return
+    axes.grid(visible="off" not in words, alpha=0.4)
 
 
 def _axis(drawn: ScriptFigures, call: FigureCall) -> None:
@@ -179,6 +212,8 @@ def _axis(drawn: ScriptFigures, call: FigureCall) -> None:
             (axes.set_axis_off if word == "off" else axes.set_axis_on)()
         elif word in ("ij", "xy") and axes.yaxis_inverted() != (word == "ij"):
             axes.invert_yaxis()
+    if "tight" in filter(is_text, call.arguments) and axes.name != "3d" and axes.get_aspect() != "auto":
+        axes.set_aspect("equal", adjustable="box")
     _keep_limits(axes)
 
 
@@ -225,7 +260,7 @@ def _choose(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
 def _clear(drawn: ScriptFigures, call: FigureCall) -> None:
     pane = drawn.pane(call.figure)
     pane.axes.clear()
-    pane.lines, pane.labelled, pane.hold = 0, [], False
+    pane.lines, pane.labelled, pane.settings, pane.hold = pane.first, [], [], False
     drawn.motions[call.figure] = [motion for motion in drawn.motions.get(call.figure, []) if motion.pane is not pane]
 
 
@@ -234,6 +269,9 @@ FUNCTIONS: Mapping[str, Drawing] = {
     **BAR_FUNCTIONS,
     **SOLID_FUNCTIONS,
     **TEXT_FUNCTIONS,
+    **ANNOTATION_FUNCTIONS,
+    **ARM_FUNCTIONS,
+    **FILM_FUNCTIONS,
     "figure": _figure,
     "subplot": ScriptFigures.subplot,
     "gca": _choose,
@@ -244,14 +282,12 @@ FUNCTIONS: Mapping[str, Drawing] = {
     "print": ScriptFigures.save,
     "saveas": ScriptFigures.save,
     "exportgraphics": ScriptFigures.save,
-    "robot": ScriptFigures.robot,
-    "drive": ScriptFigures.drive,
     "plot": _lines(lambda axes: axes.plot),
     "semilogx": _lines(lambda axes: axes.semilogx),
     "semilogy": _lines(lambda axes: axes.semilogy),
     "loglog": _lines(lambda axes: axes.loglog),
     "stairs": _lines(lambda axes: lambda *data, **words: axes.step(*data, where="post", **words)),
-    "stem": _lines(lambda axes: lambda x, y, **words: axes.stem(x, y)),
+    "stem": _stems,
     "scatter": _scatter(2),
     "plot3": _lines(lambda axes: axes.plot, 3),
     "scatter3": _scatter(3),

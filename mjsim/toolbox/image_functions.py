@@ -4,12 +4,13 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from matplotlib.patches import FancyBboxPatch
+from matplotlib.patches import Ellipse, FancyBboxPatch, Patch
 
 from mjsim.geometry import Array
 from mjsim.toolbox.calls import FigureCall
-from mjsim.toolbox.draw import ORDER, Drawing, ScriptFigures
+from mjsim.toolbox.draw import Drawing, ScriptFigures
 from mjsim.toolbox.marks import data_of, properties_of, words_of
+from mjsim.toolbox.panes import ORDER
 from mjsim.toolbox.properties import set_ticks
 
 
@@ -55,8 +56,19 @@ def _histogram(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
     words, given = words_of(call)
     density = given.get("normalization") == "pdf"
     bins: Any = 10 if len(data) < 2 else int(data[1].ravel()[0]) if data[1].size == 1 else data[1].ravel()
+    weights = None
+    if call.name == "hist":
+        if np.size(bins) > 1:
+            # hist has the centres of its bins, whose ends count all that is beyond them.
+            inner = (bins[1:] + bins[:-1]) / 2
+            ends = bins[0] - (inner[0] - bins[0]), bins[-1] + (bins[-1] - inner[-1])
+            values, bins = np.clip(values, *ends), np.concatenate([[ends[0]], inner, [ends[1]]])
+        if len(data) > 2 and data[2].size == 1:
+            weights = np.full(len(values), float(data[2].ravel()[0]) / max(len(values), 1))
+    elif given.get("normalization") == "probability":
+        weights = np.full(len(values), 1.0 / max(len(values), 1))
     color = words.get("facecolor") or words.get("color") or ORDER[pane.lines % len(ORDER)]
-    artist = pane.axes.hist(values, bins=bins, density=density, color=color, edgecolor="black")[2]
+    artist = pane.axes.hist(values, bins=bins, density=density, weights=weights, color=color, edgecolor="black")[2]
     pane.lines += 1
     pane.labelled.append(artist)
     return [artist]
@@ -75,11 +87,14 @@ def _rectangle(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
     """Draw a rectangle, or an ellipse with a curvature of 1."""
     given = {str(key).lower(): value for key, value in zip(call.arguments[::2], call.arguments[1::2], strict=False)}
     x, y, width, height = np.ravel(given["position"]).tolist()
-    round_ = float(np.max(given.get("curvature", 0.0))) * min(width, height) / 2.0
+    curvature = np.ravel(given.get("curvature", 0.0))
+    round_ = float(curvature.max()) * min(width, height) / 2.0
     colors = {"facecolor": "none", "edgecolor": "black", **properties_of(call.arguments)}
     style = f"round,pad=0,rounding_size={round_}" if round_ else "square,pad=0"
     axes = drawn.pane(call.figure).axes
-    patch = FancyBboxPatch((x, y), width, height, boxstyle=style, **colors)
+    patch: Patch = FancyBboxPatch((x, y), width, height, boxstyle=style, **colors)
+    if curvature.size > 1 and curvature.min() >= 1.0:
+        patch = Ellipse((x + width / 2, y + height / 2), width, height, **colors)
     axes.add_patch(patch)
     axes.update_datalim([(x, y), (x + width, y + height)])
     axes.autoscale_view()

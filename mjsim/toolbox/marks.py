@@ -31,6 +31,9 @@ SYMBOL = re.compile(r"\\([A-Za-z]+)|([_^])(\{[^{}]*\}|\\[A-Za-z]+|.)")
 
 STYLES = ("bf", "it", "rm", "sl")
 """Commands that change a font."""
+FONTS = re.compile(r"\\(?:fontsize|fontname|color)\s*(?:\[\w+\])?\{[^{}]*\}")
+"""Commands that change a font, or its colour, with their value."""
+STYLED = re.compile(r"\{(\\(?:bf|it|rm|sl)\b ?)+([^{}]*)\}")
 LAST_OF_MATHTEXT = "\u2e7f"
 """Letters beyond this are not in the fonts of mathtext."""
 LOWER = str.maketrans("0123456789+-=()aeoxhklmnpst", "₀₁₂₃₄₅₆₇₈₉₊₋₌₍₎ₐₑₒₓₕₖₗₘₙₚₛₜ")
@@ -63,9 +66,13 @@ def as_columns(value: Any) -> Array:
 
 
 def line_format(text: str) -> dict[str, Any] | None:
-    """Return the keywords of a line format such as 'r--o'; None for any other text."""
+    """Return the keywords of a line format such as 'r--o', with a name as Octave has it in 'r;name;'; else None."""
     found: dict[str, Any] = {}
-    rest = text
+    rest, *label = text.split(";")
+    if len(label) == 2 and not label[1]:
+        found["label"] = label[0]
+    elif label:
+        return None
     while rest:
         style = next((each for each in ("--", "-.", "-", ":") if rest.startswith(each)), None)
         if style:
@@ -106,6 +113,8 @@ def math_text(text: str) -> str:
 
     Beside characters that mathtext lacks, such as Chinese ones, they are Unicode characters.
     """
+    if "$" not in text:
+        text = STYLED.sub(r"\2", FONTS.sub("", text))
     if any(letter > LAST_OF_MATHTEXT for letter in text):
         return SYMBOL.sub(_letters, text.replace("$", "").replace("\\circ", "\N{DEGREE SIGN}"))
     text = text if "$" in text else text.replace("\\|", "\N{DOUBLE VERTICAL LINE}")
@@ -147,7 +156,8 @@ def _parses(text: str) -> bool:
     from matplotlib.mathtext import MathTextParser
 
     try:
-        MathTextParser("path").parse(text)
+        for line in text.split("\n"):
+            MathTextParser("path").parse(line)
     except ValueError:
         return False
     return True

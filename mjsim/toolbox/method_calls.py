@@ -5,7 +5,7 @@ import re
 from mjsim.toolbox.local_functions import bare_line
 
 TWO_RESULTS = re.compile(
-    r"(\[[^\[\]=]*[\s,][^\[\]=]*\]\s*=\s*)([A-Za-z]\w*(?:\.\w+(?:\(\))?)?)\.(ikine|ikcon|ikunc|fdyn|jtraj)(\(\s*\)|\()?"
+    r"(\[[^\[\]=]*[\s,][^\[\]=]*\]\s*=\s*)([A-Za-z]\w*(?:\.\w+(?:\(\))?)?)\.(ikine|ikcon|ikunc|fdyn|fkine|jtraj|rne)(\(\s*\)|\()?"
 )
 """Calls of methods with several results."""
 INDEX = r"(?:\([^()]*\)|\{[^{}]*\})"

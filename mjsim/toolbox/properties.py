@@ -56,10 +56,14 @@ def _set_axis(axes: Any, key: str, value: Any) -> None:
         getattr(axes, f"set_{name}lim")(*np.ravel(value))
     elif part == "tick" and isinstance(value, np.ndarray):
         set_ticks(axes, f"set_{name}ticks", np.ravel(value).tolist())
-    elif part == "ticklabel" and isinstance(value, list):
-        set_ticks(axes, f"set_{name}ticklabels", value)
+    elif part == "ticklabel" and isinstance(value, list | np.ndarray):
+        set_ticks(axes, f"set_{name}ticklabels", value if isinstance(value, list) else np.ravel(value).tolist())
     elif part == "scale" and value in ("log", "linear"):
         getattr(axes, f"set_{name}scale")(value)
+    elif part == "color" and axes.name != "3d":
+        color = properties_of(["color", value]).get("color") or "black"
+        axes.tick_params(axis=name, colors=color)
+        getattr(axes, f"{name}axis").label.set_color(color)
     elif part == "dir" and value == "reverse":
         getattr(axes, f"set_{name}lim")(*getattr(axes, f"get_{name}lim")()[::-1])
     elif part == "grid" and value in ("on", "off"):
@@ -69,8 +73,12 @@ def _set_axis(axes: Any, key: str, value: Any) -> None:
 def set_ticks(axes: Any, method: str, values: list[Any]) -> None:
     """Set ticks, or their labels; labels without ticks stand at 1, 2, ..."""
     if method.endswith("labels"):
+        values = [math_text(each) if isinstance(each, str) else f"{float(np.ravel(each)[0]):g}" for each in values]
         ticks = method.replace("labels", "s")
         found = getattr(axes, ticks.replace("set", "get"))()
-        if len(found) != len(values):
+        values = values or [""] * len(found)
+        if not any(values):
+            getattr(axes, ticks)(found)
+        elif len(found) != len(values):
             getattr(axes, ticks)(np.arange(1.0, len(values) + 1))
     getattr(axes, method)(values)

@@ -19,12 +19,13 @@ from mjsim.modules import TOOLBOX, find_octave
 from mjsim.output import free_paths, write_set
 from mjsim.toolbox.calls import read_calls, write_recorders
 from mjsim.toolbox.missing import explained
-from mjsim.toolbox.translation import in_files_of, translate
+from mjsim.toolbox.translation import Translation, in_files_of, translate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mjsim.toolbox.draw import ArmMotion, ScriptFigures
+    from mjsim.toolbox.draw import ScriptFigures
+    from mjsim.toolbox.panes import ArmMotion
 
 HERE = Path(__file__).parent
 FLAGS = ("--norc", "--no-history", "--no-line-editing", "--no-window-system", "--quiet", "--no-gui")
@@ -50,8 +51,10 @@ NOISE = re.compile(r"DISPLAY|GUI features|^warning: called from|^ {4}\S+ at line
 MAX_WARNINGS = 20
 OTHER_FORMATS = ("eps", "svg", "jpg", "jpeg", "tif", "tiff")
 """Formats that a script may request, beside PNG and PDF."""
-DPI = 110
-"""Resolution of PNG files [dots per inch]."""
+RASTERS = ("png", "jpg", "jpeg", "tif", "tiff")
+"""Formats of pixels."""
+DPI, MAX_DPI = 110, 600
+"""Resolution of PNG files, and the maximum that a script may ask for [dots per inch]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +101,8 @@ def run_script(script: Path, folder: Path, *, overwrite: bool = False) -> Script
 
 def _run(script: Path, recorders: Path, record: Path) -> tuple[str | None, list[str]]:
     """Run Octave; return the error that ended the script, as one line, and its warnings."""
-    words = [find_octave(), *FLAGS, "--eval", _code(script, recorders, record)]
+    made = translate(script, recorders / "own")
+    words = [find_octave(), *FLAGS, "--eval", _code(script, made, recorders, record)]
     done = subprocess.run(words, cwd=script.parent, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, check=False)
     lines = [line for line in done.stderr.decode(errors="replace").splitlines() if not NOISE.search(line)]
     marked = next((line.removeprefix(MARK) for line in lines if line.startswith(MARK)), None)
@@ -110,13 +114,14 @@ def _run(script: Path, recorders: Path, record: Path) -> tuple[str | None, list[
     if marked is None:
         return None, told
     marked = in_files_of(script, recorders / "own", marked.removeprefix("error: "))
+    if any(marked.startswith((f"'{name}' undefined", f"Invalid call to {name}.")) for name in made.parameters):
+        return f"{script.name} is a function of {', '.join(made.parameters)}; run a script that calls it", told
     return f"{script.name}: {explained(marked)}", told
 
 
-def _code(script: Path, recorders: Path, record: Path) -> str:
+def _code(script: Path, made: Translation, recorders: Path, record: Path) -> str:
     """Return what Octave evaluates: the script in the base workspace, so that `clear all` is its own."""
     quiet = "".join(f"warning('off','Octave:{name}');" for name in SILENCED_WARNINGS)
-    made = translate(script, recorders / "own")
     old = [TOOLBOX / "old"] if made.is_old else []
     folders = (recorders / "own", recorders, HERE / "recorder", *old, TOOLBOX, script.parent)
     paths = "".join(f"addpath({quoted(str(folder))});" for folder in folders[::-1])
@@ -131,11 +136,14 @@ def drawn_files(calls: Sequence[Any]) -> tuple[dict[str, bytes], list[str], str 
 
     from mjsim.toolbox.draw import ScriptFigures
     from mjsim.toolbox.drawing_functions import FUNCTIONS
+    from mjsim.toolbox.film_functions import film_files
+    from mjsim.video import write_film
 
     drawn, notes = ScriptFigures(), []
     files: dict[str, bytes] = {}
     with rc_context({"font.family": ["DejaVu Sans", *_installed(CJK)], "axes.unicode_minus": False}):
         drawn.draw(calls, FUNCTIONS)
+        files |= film_files(drawn.films, write_film, rate=FILM_RATE)
         for number, figure in sorted(drawn.figures.items()):
             saved = [Path(name) for shown, name in drawn.files if shown == number]
             others = {kind for name in saved if (kind := name.suffix[1:].lower()) in OTHER_FORMATS}
@@ -144,6 +152,10 @@ def drawn_files(calls: Sequence[Any]) -> tuple[dict[str, bytes], list[str], str 
                 files |= {f"{name}.{kind}": pictures[kind] for kind in ("png", "pdf")}
             files |= {f"{name.stem}{name.suffix}": pictures[name.suffix[1:].lower()] for name in saved
                       if name.suffix[1:].lower() in others}  # fmt: skip
+            for file in (each for each in saved if each.stem in drawn.resolutions):
+                raster = [kind for kind in ("png", file.suffix[1:].lower()) if kind in RASTERS]
+                sharp, _ = _pictures(figure, raster, dpi=drawn.resolutions[file.stem])
+                files |= {f"{file.stem}.{kind}": content for kind, content in sharp.items()}
             if missing:
                 notes.append(f"figure {number}: no installed font has '{missing}'; install fonts-noto-cjk")
             films = {m.arm.name: m for m in drawn.motions.get(number, []) if len(m.postures()) > 2}
@@ -167,14 +179,17 @@ def _installed(names: Sequence[str]) -> list[str]:
     return [name for name in names if name in there]
 
 
-def _pictures(figure: "Figure", kinds: Sequence[str]) -> tuple[dict[str, bytes], str]:
+def _pictures(figure: "Figure", kinds: Sequence[str], *, dpi: int = DPI) -> tuple[dict[str, bytes], str]:
     """Return a figure in some formats, and the characters that no font has."""
     found = {}
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
+        if figure.get_layout_engine() is not None:
+            # The first layout changes ticks, whose labels need another one.
+            figure.draw_without_rendering()
         for kind in kinds:
             place = io.BytesIO()
-            figure.savefig(place, format=kind, dpi=DPI)
+            figure.savefig(place, format=kind, dpi=min(dpi, MAX_DPI))
             # All files have the layout of the first.
             figure.set_layout_engine("none")
             found[kind] = place.getvalue()
@@ -205,6 +220,11 @@ def _frames(motion: "ArmMotion") -> Iterator[np.ndarray[Any, np.dtype[np.uint8]]
     empty: Any = None
     for row in rows:
         motion.arm.draw(axes, q[row], bounds=bounds)
+        if motion.pane is not None:
+            # The picture has the limits and the view that the script wants.
+            seen = motion.pane.axes
+            axes.set(xlim=seen.get_xlim(), ylim=seen.get_ylim(), zlim=seen.get_zlim())
+            axes.view_init(elev=seen.elev, azim=seen.azim)
         axes.plot(*way[: row + 1].T, color="#0072bd", lw=1.2)
         moving = sorted([*axes.lines, *axes.texts], key=lambda artist: float(artist.get_zorder()))
         if empty is None:

@@ -1,6 +1,7 @@
 """Functions of MATLAB that draw surfaces, and their levels, by name."""
 
 from collections.abc import Mapping
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -8,8 +9,9 @@ from matplotlib import cm
 
 from mjsim.geometry import Array
 from mjsim.toolbox.calls import FigureCall
-from mjsim.toolbox.draw import ORDER, Drawing, ScriptFigures
-from mjsim.toolbox.marks import data_of, words_of
+from mjsim.toolbox.draw import Drawing, ScriptFigures
+from mjsim.toolbox.marks import as_columns, data_of, words_of
+from mjsim.toolbox.panes import ORDER
 
 GRIDS = ("surf", "mesh", "contour", "contourf", "contour3")
 
@@ -41,7 +43,7 @@ def _surface(kind: str) -> Drawing:
             made.set_edgecolor(made.to_rgba(made.get_array()))
             made.set_array(None)
             made.set_facecolor("white")
-            return [made]
+            return [made, *_levels_below(pane.axes, call, (x, y, z), drawn)]
         drawing: dict[str, Any] = {"rcount": 80, "ccount": 80, "lw": 0.2, "edgecolor": "#00000040", **edge}
         face = words.get("facecolor")
         if words.get("edgecolor"):
@@ -53,9 +55,17 @@ def _surface(kind: str) -> Drawing:
 
             low, high = float(np.nanmin(rest[0])), float(np.nanmax(rest[0]))
             drawing["facecolors"] = colormaps[drawing.pop("cmap")]((rest[0] - low) / ((high - low) or 1.0))
-        return [pane.axes.plot_surface(x, y, z, **drawing)]
+        return [pane.axes.plot_surface(x, y, z, **drawing), *_levels_below(pane.axes, call, (x, y, z), drawn)]
 
     return drawing
+
+
+def _levels_below(axes: Any, call: FigureCall, data: tuple[Array, ...], drawn: ScriptFigures) -> list[Any]:
+    """Draw the levels of surfc and meshc on the floor."""
+    if call.name not in ("surfc", "meshc"):
+        return []
+    low = float(np.nanmin(data[2]) - 0.5 * np.ptp(data[2][np.isfinite(data[2])]))
+    return [axes.contour(*data, 10, zdir="z", offset=low, cmap=drawn.map_of(call.figure))]
 
 
 def _levels(method: str) -> Drawing:
@@ -116,19 +126,35 @@ def _triangles(kind: str) -> Drawing:
 
 
 def _faces(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
-    """Draw a polygon in space."""
-    x, y, z = (np.ravel(each) for each in data_of(call)[:3])
-    pane, (words, _) = drawn.cleared(call.figure, solid=True), words_of(call)
-    color = words.get("color") or words.get("facecolor") or ORDER[0]
-    fan = [(0, k, k + 1) for k in range(1, len(x) - 1)]
-    made = pane.axes.plot_trisurf(x, y, z, triangles=fan, color=color, lw=0.0, alpha=words.get("alpha"))
+    """Draw polygons in space: a column of each coordinate, or faces of vertices."""
+    # mplot3d ships no types.
+    art: Any = import_module("mpl_toolkits.mplot3d.art3d")
+
+    pane, (words, given) = drawn.pane(call.figure, solid=True), words_of(call)
+    if "vertices" in given and "faces" in given:
+        corners = [row[np.isfinite(row)].astype(int) - 1 for row in np.atleast_2d(given["faces"])]
+        outlines = [given["vertices"][row] for row in corners]
+    else:
+        named = [given[key] for key in ("xdata", "ydata", "zdata") if key in given]
+        columns = [as_columns(each) for each in (data_of(call)[:3] or named)]
+        outlines = [np.column_stack(each) for each in zip(*(part.T for part in columns), strict=True)]
+    color = words.get("facecolor") or words.get("color") or ORDER[0]
+    made = art.Poly3DCollection(outlines, alpha=words.get("alpha"), linewidths=words.get("linewidth", 0.6))
+    made.set_facecolor(color)
+    made.set_edgecolor(words.get("edgecolor", "black"))
+    pane.axes.add_collection3d(made)
+    pane.axes.auto_scale_xyz(*np.concatenate(outlines).T)
+    pane.labelled.append(made)
     return [made]
 
 
 def _stems(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
     (x, y, z), _ = _grid(data_of(call))
-    made = drawn.cleared(call.figure, solid=True).axes.stem(*(np.ravel(each) for each in (x, y, z)))
-    return [made]
+    made = drawn.cleared(call.figure, solid=True).axes.stem(*(np.ravel(each) for each in (x, y, z)), basefmt=" ")
+    color = words_of(call)[0].get("color") or ORDER[0]
+    made.stemlines.set_color(color)
+    made.markerline.set_color(color)
+    return [made.markerline]
 
 
 def _blocks(drawn: ScriptFigures, call: FigureCall) -> list[Any]:

@@ -101,6 +101,10 @@ def _legend(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
     names = [each for each in words[:at] if is_text(each)]
     lower = [name.lower() for name in names]
     if lower in (["off"], ["hide"], ["boxoff"], ["boxon"]):
+        named = [each for each in pane.labelled if not str(each.get_label()).startswith("_")]
+        if lower[0] == "boxon" and pane.axes.get_legend() is None and named:
+            # Formats as 'r;name;' give the names.
+            return [pane.axes.legend(named, [math_text(str(each.get_label())) for each in named])]
         if (known := pane.axes.get_legend()) is not None:
             known.set_visible(lower[0] not in ("off", "hide"))
             known.set_frame_on(lower[0] != "boxoff")

@@ -2,9 +2,10 @@
 
 import re
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
 
+from mjsim.modules import TOOLBOX
 from mjsim.toolbox.handle_fields import without_fields
 from mjsim.toolbox.local_functions import WORD, apart, bare_line
 from mjsim.toolbox.method_calls import is_old, with_calls
@@ -23,16 +24,19 @@ MAX_FILES = 200
 """Maximum number of files that are read."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Translation:
     """What Octave runs instead of a script."""
 
     run: Path
     """The file: the script itself, if nothing had to be changed."""
+    _: KW_ONLY
     is_function: bool
     """Whether it is called instead of executed."""
     is_old: bool
     """Whether it is written for the old toolbox."""
+    parameters: tuple[str, ...]
+    """Parameters of the script, if it is a function."""
 
 
 def translate(script: Path, own: Path) -> Translation:
@@ -45,6 +49,7 @@ def translate(script: Path, own: Path) -> Translation:
     own.mkdir()
     texts = _texts(script)
     is_function = _is_function(script, texts[script])
+    _keep_methods(script.parent, own)
     plain = {file: without_fields(with_calls(text)) for file, text in texts.items()}
     changed = {file.stem for file in texts if plain[file].encode() != file.read_bytes()}
     names = {file.stem for file in texts if file != script}
@@ -61,7 +66,17 @@ def translate(script: Path, own: Path) -> Translation:
             _write(own, {OWN + file.stem: text})
     run = own / f"{OWN}{script.name}" if is_function else own / f"{SCRIPT}.m"
     old = any(map(is_old, texts.values()))
-    return Translation(run=run if run.is_file() else script, is_function=is_function, is_old=old)
+    head = re.search(rf"\bfunction\b[^\n]*\b{re.escape(script.stem)}\s*\(([^)\n]*)\)", texts[script])
+    parameters = tuple(WORD.findall(head[1])) if head and is_function else ()
+    return Translation(run if run.is_file() else script, is_function=is_function, is_old=old, parameters=parameters)
+
+
+def _keep_methods(folder: Path, own: Path) -> None:
+    """Let arms keep their methods where a script beside the user's, or that script, has the name of one."""
+    for file in folder.glob("*.m"):
+        if (TOOLBOX / file.name).is_file() and not re.search(r"^\s*function\b", decoded(file.read_bytes()), re.M):
+            (own / "@robot").mkdir(exist_ok=True)
+            (own / "@robot" / file.name).write_bytes((TOOLBOX / file.name).read_bytes())
 
 
 def renamed(text: str, names: Collection[str]) -> str:

@@ -1,4 +1,4 @@
 function v = VideoWriter(name, varargin)
-% VIDEOWRITER  Stands for a film: arms that move are filmed by mjsim itself.
-  v = struct('mjsim_film', 1, 'Filename', name, 'FrameRate', 25, 'Quality', 75, 'Duration', 0);
+% VIDEOWRITER  A film of the frames that writeVideo gets, which mjsim writes after the script has ended.
+  v = struct('mjsim_film', 1, 'Filename', name, 'FrameRate', 30, 'Quality', 75, 'Duration', 0);
 end

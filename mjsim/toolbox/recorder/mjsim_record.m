@@ -39,9 +39,16 @@ function [id, current] = mjsim_record(name, given)
       end
       id = figure_;
   end
-  if strcmp(name, 'plot') && ~isempty(given) && isnumeric(given{1}) && iscomplex(given{1})
+  if any(strcmp(name, {'plot', 'compass', 'feather', 'scatter', 'line'})) && ~isempty(given) && isnumeric(given{1}) && iscomplex(given{1})
     % One complex array is drawn in its plane.
-    if numel(given) == 1 || ischar(given{2}), given = [{real(given{1}), imag(given{1})}, given(2:end)]; end
+    if numel(given) == 1 || ischar(given{2})
+      given = [{real(given{1}), imag(given{1})}, given(2:end)];
+    end
+  end
+  if any(strcmp(name, {'text', 'legend', 'set', 'xticklabels', 'yticklabels'}))
+    % Rows of letters are a text each.
+    many = cellfun(@(a) ischar(a) && rows(a) > 1, given);
+    given(many) = cellfun(@cellstr, given(many), 'UniformOutput', false);
   end
   handle = id;
   % The handle of axes is no whole number, as numbers of figures and data often are.

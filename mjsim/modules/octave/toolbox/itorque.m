@@ -1,5 +1,5 @@
 function tau = itorque(varargin)
-% ITORQUE  Torques of inertia: itorque(r, q, qdd).
+% ITORQUE  Torques that accelerate an arm at rest, without gravity, a row for each row of q: itorque(r, q, qdd).
   [r, rest] = mjsim_robot(varargin);
-  tau = (inertia(r, rest{1}) * rest{2}(:))';
+  tau = rne(r, rest{1}, zeros(size(rest{1})), rest{2}, [0 0 0]);
 end

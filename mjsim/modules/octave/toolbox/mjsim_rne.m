@@ -1,5 +1,6 @@
-function [tau, M] = mjsim_rne(c, q, qd, qdd, gravity, fext, motors)
-% MJSIM_RNE  Torques by Newton and Euler's equations, 1 x n, of a chain, and its mass matrix without rotors.
+function [tau, M, W] = mjsim_rne(c, q, qd, qdd, gravity, fext, motors)
+% MJSIM_RNE  Torques by Newton and Euler's equations, 1 x n, of a chain, its mass matrix without rotors, and the force
+%   and moment on its base, 1 x 6, in the frame of the base.
 %   fext: force and moment that the tool exerts, in its own frame; motors: rotors and friction counted (1) or not (0).
 %   Spatial vectors, rotation first, about the origin of the base (Featherstone 2008, chapters 2 and 5).
   [T, J] = mjsim_frames(c, q);
@@ -40,6 +41,8 @@ function [tau, M] = mjsim_rne(c, q, qd, qdd, gravity, fext, motors)
   F(rows) = F(rows) + [tool(1:3, 1:3) * fext(4:6)(:) + cross(x, f); f];
   tau = (A' * F)';
   M = A' * H;
+  W = sum(reshape(F, 6, n), 2);
+  W = reshape(c.base(1:3, 1:3)' * [W(4:6), W(1:3)], 1, 6);
   if motors
     tau = tau + c.G.^2 .* (c.Jm .* qdd(:)' + c.B .* qd(:)');
     tau = tau + abs(c.G) .* (c.Tc(1, :) .* (qd(:)' > 0) + c.Tc(2, :) .* (qd(:)' < 0));

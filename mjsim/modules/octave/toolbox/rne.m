@@ -1,5 +1,6 @@
-function tau = rne(varargin)
-% RNE  Torques for a motion, a row for each row of q: rne(r, q, qd, qdd, gravity, fext) or rne(r, [q qd qdd], ...).
+function [tau, wrench] = rne(varargin)
+% RNE  Torques for a motion, a row for each row of q: rne(r, q, qd, qdd, gravity, fext) or rne(r, [q qd qdd], ...),
+%   and the force and moment on the base, in its frame.
 %   Viscous friction of a motor is multiplied by the square of its gear ratio, dry friction by the ratio.
   [r, rest] = mjsim_robot(varargin);
   s = mjsim_chain(r);
@@ -15,8 +16,8 @@ function tau = rne(varargin)
   gravity = s.gravity; fext = zeros(6, 1);
   if numel(rest) > 0 && ~isempty(rest{1}), gravity = rest{1}; end
   if numel(rest) > 1 && ~isempty(rest{2}), fext = rest{2}; end
-  tau = zeros(size(q, 1), n);
+  tau = zeros(size(q, 1), n); wrench = zeros(size(q, 1), 6);
   for k = 1:size(q, 1)
-    tau(k, :) = mjsim_rne(s, q(k, :), qd(k, :), qdd(k, :), gravity, fext, 1);
+    [tau(k, :), ~, wrench(k, :)] = mjsim_rne(s, q(k, :), qd(k, :), qdd(k, :), gravity, fext, 1);
   end
 end

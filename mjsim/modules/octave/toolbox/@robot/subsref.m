@@ -46,7 +46,10 @@ function varargout = subsref(r, s)
       end
       given = {};
       if numel(s) > 1 && strcmp(s(2).type, '()'), given = s(2).subs; s(2) = []; end
-      if nargout(name) == 0, feval(name, r, given{:}); return, end
+      outputs = 1;
+      % A script beside the user's may have the name of a function that arms have.
+      try, outputs = nargout(name); catch, end
+      if outputs == 0, feval(name, r, given{:}); return, end
       if numel(s) > 1
         [varargout{1:max(nargout, 1)}] = subsref(feval(name, r, given{:}), s(2:end));
       else

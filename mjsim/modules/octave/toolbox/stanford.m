@@ -1,0 +1,2 @@
+% STANFORD  The Stanford arm, as mdl_stanford.
+mdl_stanford

@@ -1,0 +1,4 @@
+function handles = findall(varargin)
+% FINDALL  As findobj.
+  handles = findobj(varargin{:});
+end
