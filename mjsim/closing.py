@@ -10,7 +10,7 @@ from mjsim.errors import MjsimError
 
 T = TypeVar("T")
 THREAD_TIMEOUT = 30.0
-"""Time limit for a thread of ours to end once it was asked to [s]; not reached even on a loaded machine."""
+"""Time limit for one of our threads to end after it was asked to [s]; ample even on a loaded machine."""
 
 
 class Closes(ABC):
@@ -51,11 +51,11 @@ def awaited(future: "Future[T]", what: str, *, within: float) -> T:
 
     Args:
         future: The work; it is cancelled if it has not begun within the limit.
-        what: The result, for the message.
+        what: Name of the result, for the message.
         within: Time limit [s].
 
     Raises:
-        MjsimError: It did not come; or whatever the work raised.
+        MjsimError: It was not ready in time; or whatever the work raised.
     """
     try:
         return future.result(within)

@@ -29,13 +29,13 @@ BACKEND_TIMEOUT = 60.0
 LIBRARIES = ("mujoco", "numpy", "opencv-python-headless", "dm-control", "foxglove-sdk", "av")
 EXTRAS = {
     "dask": "sweeps on a Dask cluster",
-    "docs": "the documentation as a site",
+    "docs": "the documentation site",
     "dxf": "import of DXF drawings",
     "evo": "comparison of mjsim's errors with those of evo",
     "graph": "the estimator GraphSlam",
-    "gymnasium": "environments of Gymnasium",
-    "pandas": "recordings as tables of pandas",
-    "parquet": "tables of sweeps as Parquet",
+    "gymnasium": "Gymnasium environments",
+    "pandas": "recordings as pandas tables",
+    "parquet": "sweep tables as Parquet",
     "peers": "other simulators for mjsim bench --peers",
     "planning": "the navigator PathTracking",
     "ros": "ROS 1 and ROS 2 bags",
@@ -153,7 +153,7 @@ def report_lines(diagnosis: Diagnosis) -> Sequence[str]:
         ]
     if diagnosis.picture:
         lines.append(f"picture   {diagnosis.picture}")
-    lines += ["", "backends, each tried in a process of its own"]
+    lines += ["", "backends, each tried in a separate process"]
     lines += [f"  {name:24}{result}" for name, result in diagnosis.backends.items()]
     lines += ["", "versions"]
     lines += [f"  {name:24}{version}" for name, version in diagnosis.versions.items()]
@@ -181,7 +181,7 @@ def _extra_lines(extras: Mapping[str, Sequence[str]]) -> list[str]:
 
 
 def limits_held(missing: Sequence[str]) -> str:
-    """Return a line about the limits of the guarded reader, given those that this system does not have."""
+    """Return a line about the limits of the guarded reader, given those that this system lacks."""
     if missing:
         return f"untrusted files are read without limits on {', '.join(missing)}; Linux 5.13 and later have them"
     return "memory, time, other files, network and programs are limited where untrusted files are read"

@@ -75,11 +75,11 @@ class UsageError(MjsimError):
 
 
 class OutOfReachError(UsageError):
-    """A tool of an arm cannot be brought to a place."""
+    """An arm's tool cannot reach a place."""
 
     def __init__(self, message: str, *, short: float, nearest: tuple[float, float, float] | None = None) -> None:
         self.short, self.nearest = short, nearest
-        """Distance that remains [m], and the place that it can be brought to, frame of the robot [m]."""
+        """Remaining distance [m], and the nearest place within reach, robot frame [m]."""
         super().__init__(message)
 
 
@@ -89,7 +89,7 @@ class RecordingError(MjsimError):
     exit_code = 2
 
 
-# Faults of what runs, not errors of what was asked: their names are settled.
+# Faults at run time rather than user errors; the names are public.
 class ModuleFault(MjsimError):  # noqa: N818
     """A user's module raised an exception or returned an invalid value; the message is always one line."""
 
@@ -128,10 +128,10 @@ def _printable(character: str) -> str:
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """Return '; did you mean ...?' if a known word is similar, else a list of the known words.
 
-    Only the first `MAX_WORDS` words are considered, and none that is not printable, as a file's name may be.
+    Considers only the first `MAX_WORDS` words, and skips unprintable ones, such as some file names.
     """
     words = sorted(filter(str.isprintable, known))[:MAX_WORDS]
-    # What is written in part is more likely meant than what differs in a letter.
+    # A name that begins with the word is more likely meant than one that differs in a letter.
     begun = [each for each in words if word and each.startswith(word)]
     matches = difflib.get_close_matches(word, begun, n=1, cutoff=0.0) or difflib.get_close_matches(word, words, n=1)
     if matches:

@@ -93,7 +93,7 @@ class Pose3:
     z: float
     """Up [m]."""
     qx: float
-    """Component x of the unit quaternion of the rotation outer_from_inner, as are `qy`, `qz` and `qw`."""
+    """Component x of the unit quaternion of outer_from_inner; `qy`, `qz` and `qw` are the others."""
     qy: float
     qz: float
     qw: float
@@ -288,7 +288,7 @@ def poses_at(times: Array, track: Array, *, gap: float) -> Array:
     """
     before, share, known = _between(times, track[:, 0], gap)
     first, second = track[before, 1:], track[before + 1, 1:].copy()
-    # A quaternion and its negative are one rotation.
+    # A quaternion and its negative are the same rotation.
     second[(first[:, 3:] * second[:, 3:]).sum(axis=1) < 0.0, 3:] *= -1.0
     poses = np.where(share[:, None] < 1.0, first, second)  # exactly, even if the other one is NaN
     within = (share > 0.0) & (share < 1.0)
@@ -305,7 +305,7 @@ def _between(times: Array, since: Array, gap: float) -> tuple[NDArray[np.intp], 
         since: Times of the rows, shape (N,), N at least 2 [s].
         gap: Maximum time between two rows to interpolate [s].
     """
-    # Of rows with equal times the last counts.
+    # The last of rows with equal times counts.
     after = np.searchsorted(since, times, side="right").clip(1, len(since) - 1)
     before = after - 1
     length = since[after] - since[before]

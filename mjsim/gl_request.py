@@ -8,7 +8,7 @@ satisfy to MJSIM_GL, which only `mjsim.sim.gl.opengl` reads and child processes 
 import os
 
 _LIBRARIES = {"egl": (("EGL",), ("OpenGL", "GLESv2", "GLESv1_CM")), "osmesa": (("OSMesa",),)}
-"""Libraries that PyOpenGL, which mujoco uses by default, loads for a request: one of each group."""
+"""Libraries that mujoco's default OpenGL loader, PyOpenGL, needs for a backend: one of each group."""
 _HARMLESS = {"", "glfw", "glx", "on", "true", "1", "enable", "enabled", "off", "false", "0", "disable", "disabled"}
 
 
@@ -25,7 +25,7 @@ def hide_request_from_mujoco() -> None:
 
 
 def _is_usable(value: str) -> bool:
-    from ctypes.util import find_library  # Slow to load, and asked for by few.
+    from ctypes.util import find_library  # Slow to load, and rarely needed.
 
     groups = _LIBRARIES.get(value)
     return groups is not None and all(any(map(find_library, group)) for group in groups)

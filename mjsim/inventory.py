@@ -29,7 +29,7 @@ class FileItem:
 
     fate: Fate
     kind: str
-    """A noun, as 'lidar'; or a whole phrase, if there is no name."""
+    """A noun, such as 'lidar'; or a whole phrase, if there is no name."""
     name: str = ""
     """Its name in the file."""
     why: str = ""
@@ -44,7 +44,7 @@ def told(fate: Fate, why: object) -> str:
 def fate_of(fact: str, value: str) -> tuple[Fate, str]:
     """Return what became of something, and why, from a fact in the metadata of a recording: see `told`.
 
-    A fact of a name that ends in 'left out' says how much was.
+    A fact whose name ends in 'left out' says how much was left out.
     """
     fate, colon, why = value.partition(": ")
     if colon and fate in list(map(str, Fate)):
@@ -53,7 +53,7 @@ def fate_of(fact: str, value: str) -> tuple[Fate, str]:
 
 
 def inventory(items: Iterable[FileItem]) -> list[str]:
-    """Return a line for each fate, kind and reason, with the names of all that it concerns, in the order of `Fate`."""
+    """Return a line for each fate, kind and reason, with the names of its items, in the order of `Fate`."""
     groups: dict[tuple[Fate, str, str], list[str]] = {}
     for item in items:
         groups.setdefault((item.fate, item.kind, item.why), []).append(item.name)

@@ -1,6 +1,6 @@
 """How values look in notebooks and plots: `mjsim.notebook`, above all other parts, draws them.
 
-The parts below do not import it; the top of the package says where it is.
+Lower packages do not import it; `mjsim/__init__.py` tells them where it is.
 """
 
 from typing import Any, ClassVar
