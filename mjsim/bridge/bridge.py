@@ -20,7 +20,7 @@ from mjsim.sim import Simulation
 from mjsim.world import Modules, World, grid_of
 
 ENDLESS_RUN_SECONDS = 1e8
-"""Duration of a run without an end [s]."""
+"""Duration of a run without a time limit [s]."""
 WATCHDOG = 0.5
 """Time for which a command holds, simulated [s]."""
 DISCOVERY_SECONDS = 1.0
@@ -62,7 +62,7 @@ class Bridge(Closes):
         Args:
             world: The world to simulate.
             seed: Seed of all random numbers; by default that of the world.
-            seconds: Simulated duration [s]; by default without end.
+            seconds: Simulated duration [s]; by default unlimited.
             speed: Simulated seconds per second; None for as fast as possible.
             modules: Whether to run the modules of the world, which drive while no commands are received; otherwise
                 robots wait for commands, and there are no estimates.
@@ -128,7 +128,7 @@ class Bridge(Closes):
         self._bus.close()
 
     def _require_alone(self) -> None:
-        """Check that no other program publishes the clock; one that publishes other topics of ours is reported."""
+        """Check that no other program publishes the clock; report one that publishes other topics of ours."""
         own = tuple(f"{robot}/" for robot in self.robots if robot != "/")
         others = self._bus.publishers(
             lambda topic: topic == CLOCK.name or (topic.startswith(own) and not topic.endswith(SUBSCRIBED_TOPICS)),

@@ -22,11 +22,11 @@ from mjsim.ros import Outgoing, RosTopic, bytes_of, type_hash, typestore
 
 LOOPBACK, LOOPBACK_DEVICE = "127.0.0.1", "lo"
 MAX_DOMAIN = 232
-"""Number of domains; ports of higher ones would exceed 65535."""
+"""Highest domain; ports of higher ones would exceed 65535."""
 MAX_PROCESS_LENGTH = 100
-"""Maximum length of the description that others send of their process."""
+"""Maximum length of the description of another participant's process [characters]."""
 MAX_ENTITIES, POLL_SECONDS, SETTLING_SECONDS = 10_000, 0.02, 0.25
-"""Maximum number of entities of other participants that are read, interval [s], and time to wait for another [s]."""
+"""Maximum number of entities read from other participants, polling interval [s], and wait after the newest one [s]."""
 FIRST_PORT, PORTS = 7400, 250
 """First port of domain 0, and number of ports per domain, as in RTPS."""
 
@@ -117,8 +117,8 @@ class Bus(Closes):
         """Return the topics that other participants publish, each with its process if that is known.
 
         Args:
-            is_meant: Returns whether a topic counts, by its name; this participant must not publish these yet.
-            wait: Time since this participant joined in which the first topic is found [s].
+            is_meant: Returns whether a topic, given by name, counts; this participant must not publish these yet.
+            wait: Time to find the first topic, counted from when this participant joined [s].
         """
         from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsParticipant, BuiltinTopicDcpsPublication
 
@@ -264,7 +264,7 @@ def sample_type(kind: str) -> Any:
         space["__init__"] = lambda self, cdr: setattr(self, "cdr", cdr)
         space["serialize"] = lambda self, *args, **kwargs: self.cdr
         space["deserialize"] = classmethod(lambda cls, data, *args, **kwargs: cls(data))
-        # Of a sample that says that its sender has gone.
+        # A sample that says that its sender has gone has no data.
         space["deserialize_key"] = classmethod(lambda cls, *args, **kwargs: None)
 
     return types.new_class(f"{name}_", (IdlStruct,), {"typename": f"{package}.{group}.dds_.{name}_"}, fill)

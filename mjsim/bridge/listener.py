@@ -49,7 +49,7 @@ class Listener:
         self._taken.append((reader, kind, take))
 
     def start(self) -> None:
-        """Start to receive; without topics there is nothing to wait for, and a wait would return at once, for ever."""
+        """Start to receive, unless there are no topics: then every wait would return at once."""
         if self._taken:
             self._thread.start()
 

@@ -1,4 +1,4 @@
-"""A network that only this process, and what its user lets in, can reach: a network namespace of Linux.
+"""A network that only this process and those that its user lets in can reach: a Linux network namespace.
 
 References:
     user_namespaces(7), network_namespaces(7), unshare(2), netdevice(7).
@@ -23,8 +23,8 @@ _REQUEST = "16sH14s"
 def enter_private_network() -> str:
     """Move this process into a new network, whose only interface is loopback; return the command that joins it.
 
-    Only processes of the same user, and root, can join. What the process starts is in the same network; nothing in it
-    reaches another machine.
+    Only processes of the same user, and root, can join. Child processes share the network; no other machine can be
+    reached from it.
 
     Raises:
         UsageError: The system does not allow it, or the process already has several threads (NumPy starts some).

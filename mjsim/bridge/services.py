@@ -41,7 +41,7 @@ def offer(bus: Bus, service: str, kind: str, answer: Answer) -> None:
     make = typestore().types[response_topic.type]
 
     def take(request: Any) -> None:
-        # The client recognises its own by its id and the number of its request.
+        # The client recognises its response by its id and the number of its request.
         bus.send(Outgoing(response_topic, make(request.guid, request.number, *answer(request))), space="rr")
 
     bus.receive(request_topic, take, space="rq")

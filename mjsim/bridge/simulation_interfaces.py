@@ -50,27 +50,27 @@ FEATURES_HAD = {
     **{"SIMULATION_RESET": 20, "SIMULATION_STATE_GETTING": 24, "SIMULATION_STATE_SETTING": 25},
     **{"SIMULATION_STATE_PAUSE": 26, "STEP_SIMULATION_SINGLE": 31, "STEP_SIMULATION_MULTIPLE": 32},
 }
-"""Features that the bridge has."""
+"""Features that the bridge supports."""
 RESET_ALL = 0b111
 """Time, state and spawned entities, as bits of the scope of a reset."""
 MAX_STEPS = 100_000
-"""Largest number of ticks in a call."""
+"""Maximum number of ticks per call."""
 WORLD_FRAMES = ("", "world", MAP_FRAME)
 MAX_TILT, NORM_TOLERANCE = 1e-3, 1e-2
-"""Largest tilt of a pose that is level [rad], and deviation of the length of a quaternion."""
+"""Maximum tilt of a level pose [rad], and maximum deviation of a quaternion's length from 1."""
 SAME_HEIGHT = SAME_PLACE = 0.01
-"""Largest difference of a height, or of a place that is fixed, from that of the entity [m]."""
+"""Maximum difference between a requested height, or place of a fixed entity, and the entity's own [m]."""
 SAME_HEADING = 0.01
-"""Largest difference of a heading that is fixed [rad]."""
+"""Maximum difference between a requested heading and that of a fixed entity [rad]."""
 TIME_TOLERANCE = 1e-9
-"""Largest time by which the event of a tick is after it [s]."""
+"""Maximum time by which an event of a tick may be later than the tick [s]."""
 SPAWNING = (
     "a running world takes no new entities; SpawnEntity brings back obstacles and beacons that were removed, by"
     " DeleteEntity or by an event at 0 s, with their names as uri"
 )
 INFO = "mjsim: a step is a tick of the world (run.rate_hz); entities are its robots, obstacles and beacons; " + SPAWNING
 Coded = tuple[int, str]
-"""Result, and a line if there is a remark."""
+"""Result code, and one line, or '' if there is nothing to say."""
 FINE: Coded = (OK, "")
 
 
@@ -83,7 +83,7 @@ class SimulationInterfaces:
         Args:
             bus: The bus.
             session: The run.
-            patience: Maximum time until the run has taken a tick, or is at its start again [s].
+            patience: Time limit for the run to take a tick or to return to its start [s].
         """
         self._session, self._patience, self._stopped = session, patience, False
         self._entities = Entities(session)
@@ -192,7 +192,7 @@ class SimulationInterfaces:
         return self._touch({**event, "to": [to.x, to.y], "heading_deg": heading})
 
     def _step(self, steps: int) -> Coded:
-        if (state := self._reach("paused", "running")) in ("ended", "failed"):  # A world that loads is neither.
+        if (state := self._reach("paused", "running")) in ("ended", "failed"):  # A world that is loading is neither.
             return INCORRECT_STATE, f"the run has {state}; reset it first"
         if state != "paused":
             return FAILED, f"the simulation is {state}; pause it first"
@@ -254,7 +254,7 @@ class SimulationInterfaces:
 
 
 def _moves(request: Any) -> bool:
-    """Return whether a request to set a state asks for a speed or an acceleration."""
+    """Return whether a request to set a state contains a speed or an acceleration."""
     state = request.state
     asked = (state.twist, request.set_twist), (state.acceleration, request.set_acceleration)
     parts = [part for each, wanted in asked if wanted for part in (each.linear, each.angular)]
@@ -262,7 +262,7 @@ def _moves(request: Any) -> bool:
 
 
 def _wanted_pose(header: Any, pose: Any, entity: str, height: float) -> tuple[Coded, Pose | None]:
-    """Return the pose that a request gives to an entity at a height [m], or what is wrong with it."""
+    """Return the requested pose of an entity at a height [m], or what is wrong with the request."""
     if (frame := header.frame_id) not in WORLD_FRAMES:
         return (INVALID_POSE, f"the pose is in the frame '{frame[:60]}'; give it in '{MAP_FRAME}' or 'world'"), None
     place, q = pose.position, pose.orientation
@@ -274,7 +274,7 @@ def _wanted_pose(header: Any, pose: Any, entity: str, height: float) -> tuple[Co
 
 
 def spawnable(uri: str, description: str) -> Any:
-    """Return the message of something that can be spawned."""
+    """Return the message that describes something that can be spawned."""
     return _of(SPAWNABLE, _of(RESOURCE, uri, ""), description, _of(BOUNDS, 0, []))
 
 
@@ -303,10 +303,10 @@ def _result(coded: Coded) -> Any:
 
 
 class Entities:
-    """Their names and states at the newest tick of a session."""
+    """Names and states of the entities at the newest tick of a session."""
 
     def __init__(self, session: Session) -> None:
-        """Take those of its world.
+        """Take the entities of the session's world.
 
         Args:
             session: The run.
@@ -322,25 +322,25 @@ class Entities:
             **{str(each.name): _at(each.at, 0.0, math.radians(each.heading_deg)) for each in named},
             **{each.name: _at(each.at, each.center, math.radians(each.heading_deg)) for each in world.beacons},
         }
-        """Poses at the start of all that are not robots."""
+        """Start poses of all entities except robots."""
 
     def see(self, tick: Tick) -> None:
         """Take the newest tick."""
         self._before, self._newest = self._newest, tick
 
     def names(self) -> list[str]:
-        """Return the names of all that are there after the next tick."""
+        """Return the names of all entities that exist after the next tick."""
         removed = self._removed()
         return [name for name in (*self._robots, *self._standing) if name not in removed]
 
     def absent(self) -> dict[str, str]:
-        """Return what was removed and can come back: its name, and where it can be, in words."""
+        """Return the removed entities that can come back: name -> where they can be, in words."""
         removed, carriers = self._removed(), {each.name: each.on for each in self._session.world.beacons}
         back = [name for name in self._standing if name in removed and carriers.get(name) not in removed]
         return {name: "where it stood" if name in self._fixed else "anywhere on the floor" for name in back}
 
     def place(self, name: str) -> tuple[Pose3, bool]:
-        """Return the pose at the start of what is no robot, and whether it can be elsewhere."""
+        """Return the start pose of an entity other than a robot, and whether it can be elsewhere."""
         return self._standing[name], name not in self._fixed
 
     def _removed(self) -> frozenset[str]:
@@ -355,7 +355,7 @@ class Entities:
     def state(self, name: str) -> tuple[float, Pose3, Array]:
         """Return time [s], world_from_entity, and (x, y, turn) velocity in the world frame [m/s, m/s, rad/s].
 
-        The velocity of a robot is its mean over the newest tick; that of others is not given.
+        The velocity of a robot is its mean over the newest tick; that of other entities is 0.
         """
         newest = self._newest
         if newest is None or name not in newest.poses:

@@ -22,19 +22,19 @@ def bridge(
         str | None, typer.Option(metavar="NAME", help="Network interface or its address; default: loopback.")
     ] = None,
     private: Annotated[
-        bool, typer.Option("--private", help="In a network that no other user of this machine can reach (Linux).")
+        bool, typer.Option("--private", help="Use a network that no other user of this machine can reach (Linux).")
     ] = False,
     modules: Annotated[
-        bool, typer.Option("--modules", help="The world's own modules drive while no commands arrive.")
+        bool, typer.Option("--modules", help="Let the world's own modules drive while no commands arrive.")
     ] = False,
     watchdog: Annotated[
-        float, typer.Option(metavar="S", help="A robot stops this long after its last command [s].")
+        float, typer.Option(metavar="S", help="Time after its last command at which a robot stops [s].")
     ] = 0.5,
     no_namespace: Annotated[
-        bool, typer.Option("--no-namespace", help="Topics of the only robot without its name: /scan, /odom, /cmd_vel.")
+        bool, typer.Option("--no-namespace", help="Omit the name of the only robot: /scan, /odom, /cmd_vel.")
     ] = False,
     no_map: Annotated[
-        bool, typer.Option("--no-map", help="No /map: slam_toolbox or a map server has its own.")
+        bool, typer.Option("--no-map", help="Do not publish /map, if slam_toolbox or a map server does.")
     ] = False,
     paused: Annotated[bool, typer.Option("--paused", help="Pause after the first tick; services still work.")] = False,
     overwrite: Overwrite = False,
@@ -44,7 +44,7 @@ def bridge(
 
     No ROS installation is needed.
     """
-    # Before NumPy is imported: the kernel moves only processes with a single thread.
+    # Do this before NumPy is imported: the kernel moves only processes with a single thread.
     network = _private(interface) if private else interface or "loopback, open to all users of this machine"
 
     from mjsim.bridge import Bridge

@@ -14,5 +14,5 @@ def main(arguments: Sequence[str] | None = None) -> None:
         from mjsim.cli import program
     except KeyboardInterrupt:
         print("mjsim: interrupted", file=sys.stderr)
-        sys.exit(128 + signal.SIGINT)  # as shells have it
+        sys.exit(128 + signal.SIGINT)  # as in shells
     program.main(arguments)

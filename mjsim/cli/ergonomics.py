@@ -18,7 +18,7 @@ def ergonomics(
 ) -> None:
     """Write a page about the posture of each seated person.
 
-    It has contacts, reach, sight, clearances and the travel of the seat.
+    Each page has contacts, reach, sight, clearances and the travel of the seat.
     """
     from mjsim.ergonomics import write_ergonomics
     from mjsim.world import load_checked, with_settings

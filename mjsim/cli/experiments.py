@@ -18,7 +18,7 @@ def experiments(
 ) -> None:
     """Run the classic experiments.
 
-    Write a page with results, plots and verdicts, after each. The same command continues an interrupted page.
+    Update a page with results, plots and verdicts after each. The same command continues an interrupted page.
     """
     from mjsim.experiments import EXPERIMENTS, lines, run_experiments
 

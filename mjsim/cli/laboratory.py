@@ -42,7 +42,7 @@ def lab(
 ) -> None:
     """Linearise plants, and write a page about each.
 
-    It has matrices, poles, responses, margins, identification and controllers.
+    Each page has matrices, poles, responses, margins, identification and controllers.
     """
     from mjsim.lab import write_lab
     from mjsim.world import load_checked, with_settings

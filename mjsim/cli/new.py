@@ -119,7 +119,7 @@ class _Options:
 
     @property
     def is_usual(self) -> bool:
-        """Whether the user named nothing of the robot."""
+        """Whether the robot is entirely the default one."""
         return self.robot is self.lidar is self.estimator is None
 
     @property

@@ -1,4 +1,4 @@
-"""The command `octave`: runs a script of MATLAB, and writes its figures."""
+"""The command `octave`: runs a MATLAB script, and writes its figures."""
 
 from pathlib import Path
 from typing import Annotated
@@ -21,10 +21,10 @@ def octave(
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser; print the address.")] = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Run a script of MATLAB in GNU Octave.
+    """Run a MATLAB script in GNU Octave.
 
-    It has the functions of the old robotics toolbox for arms. Its figures become PNG and PDF files, arms in motion
-    also films. What it prints is printed.
+    The script can use the functions of the old robotics toolbox for arms. Its figures become PNG and PDF files, moving
+    arms also videos. Its output is printed.
     """
     from mjsim.toolbox import run_script
 

@@ -42,7 +42,7 @@ def addresses_on_signal(address: Callable[[], str]) -> Iterator[None]:
         return
 
     def answer(*_: Any) -> None:
-        # A handler interrupts the main thread anywhere, even while it prints.
+        # A signal handler interrupts the main thread anywhere, even while it prints.
         threading.Thread(
             target=lambda: say(f"address for another browser, works once: {address()}"), daemon=True
         ).start()
@@ -55,7 +55,7 @@ def addresses_on_signal(address: Callable[[], str]) -> Iterator[None]:
 
 
 def how_to_get_another() -> str:
-    """Return how to get an address for another browser, as the end of a sentence; '' on systems without SIGUSR1."""
+    """Return how to get an address for another browser, as the end of a sentence; '' without SIGUSR1."""
     return "" if sys.platform == "win32" else f"; 'kill -USR1 {os.getpid()}' prints another one"
 
 

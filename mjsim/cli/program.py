@@ -18,10 +18,10 @@ from mjsim.errors import MjsimError
 from mjsim.progress import say, show
 
 INTERRUPTED = 130
-"""Exit code after Ctrl-C, as shells have it."""
+"""Exit code after Ctrl-C, as in shells."""
 TERMINATING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
-"""Signals that end a command as Ctrl-C does: `kill`, `timeout`, services and containers send TERM, a terminal that is
-closed HUP. The exit code is 128 + the number, as shells have it."""
+"""Signals that end a command as Ctrl-C does: `kill`, `timeout`, services and containers send TERM, a closed terminal
+HUP. The exit code is 128 + the number, as in shells."""
 BROKEN_PIPE = 141
 """Exit code when nobody reads the output any more, as after `| head`."""
 COMMANDS = {
@@ -58,9 +58,9 @@ ENDS = {
     "sweep": "; the same command continues the sweep",
     "experiments": "; the same command continues with what is missing",
 }
-"""What remains of an interrupted command, if anything."""
+"""What an interrupted command leaves behind, if anything."""
 BRIEF = {"check", "schema", "worlds"}
-"""Commands that end within a second or so; help does too."""
+"""Commands that take about a second at most, as help does."""
 
 
 def _print_version(requested: bool) -> None:
@@ -103,10 +103,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     words = sys.argv[1:] if arguments is None else list(arguments)
     if arguments is None and (not words or words[0] not in COMMANDS or words[0] in BRIEF):
-        # Nearly all objects live until exit; garbage collection would take a tenth of the time.
+        # Nearly all objects live until exit; garbage collection would take a tenth of the running time.
         gc.disable()
     terminations = _interrupt_when_terminated() if arguments is None else ()
-    # The next file to be opened would get the number of a closed stream, and everything that is printed.
+    # Otherwise the next opened file would get the descriptor of a closed stream, and everything that is printed.
     if sys.stderr is None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
         sys.stderr = open(2, "w", closefd=False)  # noqa: SIM115
@@ -114,7 +114,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         show("mjsim: standard output is closed; redirect it to a file, or to /dev/null")
         sys.exit(2)
     if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="surrogateescape")  # Names of files have any bytes.
+        sys.stdout.reconfigure(errors="surrogateescape")  # File names may hold any bytes.
     code = _exit_code(lambda: app(_needed(words))(args=words, prog_name="mjsim", standalone_mode=False), words[:1])
     _name_unfinished_threads()
     sys.exit(128 + terminations[0] if terminations and code == INTERRUPTED else code)
@@ -123,14 +123,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def _interrupt_when_terminated() -> Sequence[int]:
     """Make some signals close open files as Ctrl-C does; return a list to which a signal is added on arrival.
 
-    One that is ignored, as HUP is under nohup, stays so.
+    A signal that is ignored, such as HUP under nohup, stays ignored.
     """
     came: list[int] = []
     process = os.getpid()
 
     def interrupt(number: int, frame: FrameType | None) -> NoReturn:
         signal.signal(number, signal.SIG_DFL)  # A second signal ends a program that hangs while closing.
-        if os.getpid() != process:  # A copy that a module made, which has nothing to close.
+        if os.getpid() != process:  # A process forked by a module, which has nothing to close.
             os.kill(os.getpid(), number)
         came.append(number)
         raise KeyboardInterrupt
@@ -196,9 +196,9 @@ def _advised(error: typer.TyperException, text: str) -> str:
 def _unwritten(error: OSError) -> int:
     """Return the exit code after an error of standard output, and report it; any other error is raised again."""
     try:
-        os.write(1, b"\n")  # Some devices refuse only what has a length.
+        os.write(1, b"\n")  # Some devices refuse only writes that are not empty.
     except OSError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # Python writes what is left at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # At exit, Python flushes what is left.
     else:
         raise error
     if isinstance(error, BrokenPipeError):

@@ -39,7 +39,7 @@ def video(
     end: End = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Make a video of a recording, or a drawing of one instant."""
+    """Make a video of a recording, or a picture of one instant."""
     from mjsim.video import make_video, write_instant
 
     require_free(output, overwrite=overwrite)
@@ -91,7 +91,7 @@ def export(
     for write, place in requested:
         if place is not None:
             made = write(read, place, overwrite=overwrite)
-            # A file of each robot has a name of its own; a folder is named instead of its files.
+            # Files written per robot are printed one by one; for a folder, only the folder is.
             for path in made if isinstance(made, list) and not place.is_dir() else [place]:
                 print(path)
 

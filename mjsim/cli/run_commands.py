@@ -98,7 +98,7 @@ def _bake_first(world: "World", model: Any) -> None:
     from mjsim.world import Camera
 
     if any(isinstance(sensor, Camera) for robot in world.robots for sensor in robot.sensors):
-        choose_backend()  # Without one nothing is drawn; to say so need not take as long as to bake.
+        choose_backend()  # Fails early if there is none, before the time that baking takes.
         light_of(world, model)
 
 
@@ -161,13 +161,13 @@ def replay(
 
 
 def _estimator(spec: str | None, trajectory: Path | None, run: "Recording", keys: dict[str, Any]) -> str:
-    """Return the estimator to replay: as named, or one that gives the poses in a file, at the times of the run."""
+    """Return the estimator to replay: the named one, or one that returns the poses in a file at the run's times."""
     if (spec is None) == (trajectory is None):
         raise UsageError("a replay has one estimator; give --estimator SPEC or --trajectory FILE")
     if trajectory is None:
         assert spec is not None, "one of them is given"
         if given := [f"--{key}" for key, value in keys.items() if value is not None]:
-            raise UsageError(f"{' and '.join(given)}: only a trajectory has that; give --trajectory FILE")
+            raise UsageError(f"{' and '.join(given)}: for trajectories only; give --trajectory FILE")
         return spec
     import json
 

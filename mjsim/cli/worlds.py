@@ -94,7 +94,7 @@ def show(
 ) -> None:
     """Draw the plan of a world, or the image of a camera.
 
-    The plan is for printing; the image is that at the start of a run.
+    The plan is for printing; the image shows the start of a run.
     """
     from mjsim.video import draw_beside, draw_world, take_picture
     from mjsim.world import load_checked
@@ -127,7 +127,7 @@ def schema() -> None:
 
 
 def _is_right(path: str) -> bool:
-    """Return whether a world file is free of errors; print the errors, and what its user may not expect."""
+    """Return whether a world file is free of errors; print the errors, and notes on what may surprise its user."""
     from mjsim.modules import check_modules, check_pictures, notes_on
     from mjsim.world import MechanismModel, ModelBody, ModelObstacle, check_world, load_world
 
