@@ -24,7 +24,7 @@ from mjsim.world import NoBody, Robot, RobotArm, World
 MIN_SEGMENT_LENGTH = 1e-6
 """A segment of a link shorter than this is a sphere [m]."""
 MIN_RADII = 2.5
-"""Links joined by less than this many radii of arm do not collide."""
+"""Links joined by a piece of arm shorter than this many radii do not collide."""
 HUB = (1.25, 1.4)
 """Radius and half length of the visual shape of a joint, in radii of its link."""
 DIGITS = 12
@@ -32,7 +32,7 @@ DIGITS = 12
 
 
 NO_TORQUE = 1e-9
-"""Largest torque of the motor of a joint that another one moves [N m, N]."""
+"""Maximum torque of the motor of a joint that follows another one [N m, N]."""
 
 
 def add_arms(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, originals: dict[str, LoadedFile]) -> None:
@@ -79,7 +79,7 @@ def _couple(spec: mujoco.MjSpec, item: RobotArm, name: str) -> None:
     start = item.start()
     for joint, leader, ratio, offset in item.file_arm.couplings:
         called, other = f"{name}/joint{joint + 1}", f"{name}/joint{leader + 1}"
-        # MuJoCo's equality is about the positions at the start.
+        # MuJoCo's equality is relative to the positions at the start.
         equal = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=called, name2=other)
         equal.objtype = mujoco.mjtObj.mjOBJ_JOINT
         equal.data[:2] = ratio * start[leader] + offset - start[joint], ratio
@@ -112,7 +112,7 @@ def _add_model(
         originals[key] = original_of(spec, item.file_arm, key=f"arm:model{len(originals) + 1}")
     stand = add_stand(base, item.file_arm, name=name, placed=pose_keys(item.arm.base))
     add_shapes(spec, stand, bodies, item, originals[key], name=name)
-    # The carrier of an arm may overlap its first links, as the base of a table's arm does.
+    # The carrier of an arm may overlap its first links, as the base of an arm from a table does.
     pairs = {("world", bodies[0].name), (base.name, bodies[0].name)}
     for first, second in passing(item):
         pairs.add((stand.name if first < 0 else bodies[first].name, bodies[second].name))
@@ -147,7 +147,7 @@ def _add_joint(body: mujoco.MjsBody, link: Link, name: str, start: float) -> Non
     )
     joint.damping[0] = link.viscous * link.gear**2
     if limited:
-        # A missing bound is far away.
+        # A missing limit is replaced by a distant one.
         joint.range = [_spec_value(link, max(link.lower, -1e3)), _spec_value(link, min(link.upper, 1e3))]
 
 
@@ -203,7 +203,7 @@ def _add_excludes(spec: mujoco.MjSpec, bodies: list[mujoco.MjsBody], arm: Arm) -
 
 
 def _least_length(link: Link) -> float:
-    """Return how near a link keeps its neighbours to each other [m]: one that slides passes through the one before."""
+    """Return the minimum distance between a link's neighbours [m]; a sliding link passes through the one before."""
     if not link.slide:
         return math.dist(*link.bone)
     start = link.before[:3, 3] + link.before[:3, :3] @ link.after[:3, 3]
@@ -250,7 +250,7 @@ def set_exact_masses(model: mujoco.MjModel, world: World) -> None:
         axes = matrix_of(body.iquat)
         principal = axes.T @ tensor(solid.inertia) @ axes
         body.mass[0], body.inertia[:] = solid.mass, np.diagonal(principal)
-    # It also recomputes statistics, of which cameras have their own.
+    # It also recomputes statistics, which mjsim sets itself for cameras.
     extent, center = model.stat.extent, model.stat.center.copy()
     mujoco.mj_setConst(model, mujoco.MjData(model))
     model.stat.extent, model.stat.center[:] = extent, center

@@ -26,7 +26,7 @@ def has_texcoords(model: mujoco.MjModel, geom: int) -> bool:
 
 
 def rgba_of(model: mujoco.MjModel, geom: int) -> Array:
-    """Return the colour of a geom, of its material where it has none, RGBA in [0, 1], shape (4,)."""
+    """Return the colour of a geom, or of its material if it sets none, RGBA in [0, 1], shape (4,)."""
     own, material = model.geom_rgba[geom], int(model.geom_matid[geom])
     of_material = material >= 0 and np.allclose(own, UNSAID)
     return np.asarray(model.mat_rgba[material] if of_material else own, dtype=float)

@@ -40,7 +40,7 @@ JOINT_KINDS = {
 GHOST = ".ghost"
 """Suffix of the names of the far sides of cut joints."""
 MASSLESS_RATIO = 1e-4
-"""Mass and moments of inertia of such a body, relative to the smallest mass and the largest moment of its mechanism."""
+"""Mass and moments of inertia of a ghost, relative to the smallest mass and the largest moment of its mechanism."""
 CURVE_SEGMENTS, CURVE_RADIUS = 64, 1.5e-3
 """Number of segments in which a curve is drawn, and their radius relative to its length."""
 MIN_DEPTH_BELOW_FLOOR = 1e-3

@@ -47,14 +47,14 @@ class LookOf:
         return {"material": "matte", "rgba": GRAY if rgba == UNSAID else rgba}
 
     def tile(self, number: int) -> float | None:
-        """Return the size of a tile of the flat texture that a geom repeats by its own units; None for others."""
+        """Return the size of a tile of a flat texture that a geom repeats in units of length; None for others."""
         model, material, texture = self._model, int(self._model.geom_matid[number]), texture_of(self._model, number)
         if texture < 0 or not model.mat_texuniform[material]:
             return None
         return 1.0 / float(model.mat_texrepeat[material][0]) if is_flat(model, texture) else None
 
     def metric(self, name: str) -> str:
-        """Return a material for meshes with their own places on its texture: MuJoCo repeats it by their sizes else."""
+        """Return a material for meshes with texture coordinates: MuJoCo would repeat the original by their size."""
         metric = f"{name}/metric"
         if self._spec.material(metric) is None:
             source, material = self._spec.material(name), self._spec.add_material(name=metric)

@@ -154,7 +154,7 @@ def _add_bodies(body: mujoco.MjsBody, model: mujoco.MjModel, *, scale: float, na
         place, turn = model.body_pos[number] * scale, model.body_quat[number]
         still = not model.body_jntnum[number] and not place.any() and turn[0] == 1.0
         if model.body_parentid[number] == 0 and still and len(bodies) == 1:
-            # The part to which everything else is attached is the object itself.
+            # The body that carries all others is the object itself.
             bodies.append(body)
             continue
         own = model.body(number).name or str(number)
@@ -163,7 +163,7 @@ def _add_bodies(body: mujoco.MjsBody, model: mujoco.MjModel, *, scale: float, na
 
 
 def _heavier(obstacle: ModelObstacle, model: mujoco.MjModel) -> float:
-    """Return the factor of the masses of a file."""
+    """Return the factor by which the masses of a file are multiplied."""
     total = float(model.body_mass.sum())
     if not total < MAX_MASS:
         raise ValueError(
@@ -242,7 +242,7 @@ def _mesh_corners(model: mujoco.MjModel, number: int) -> tuple[Array, NDArray[np
     ]
     if textured:
         kinds.append((model.mesh_texcoord, model.mesh_texcoordadr[number], model.mesh_facetexcoord[faces]))
-    # One number for the data of a triangle's corner, because numbers are sorted fast.
+    # One number for the data of a triangle's corner, because numbers sort fast.
     keys = np.zeros(3 * model.mesh_facenum[number], dtype=np.int64)
     for _, _, indices in kinds:
         keys = keys * (int(indices.max()) + 1) + indices.ravel()

@@ -14,7 +14,7 @@ def compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
     """Return the model of the scene of a world.
 
     Raises:
-        UsageError: MuJoCo refuses it, such as parts too small to have an inertia or an area.
+        UsageError: MuJoCo refuses it, for example if parts are too small to have an inertia or an area.
     """
     try:
         return spec.compile()

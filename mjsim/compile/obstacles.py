@@ -41,7 +41,7 @@ from mjsim.world import (
 )
 
 TORSIONAL_FRICTION, ROLLING_FRICTION = 0.005, 0.002
-"""Torsional and rolling friction of a movable object: length of the lever [m]."""
+"""Torsional and rolling friction of a movable object, as lengths [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,7 +174,7 @@ def _steps(obstacle: StepsObstacle, name: str) -> Iterator[dict[str, Any]]:
 
 
 def _add_wedge(spec: mujoco.MjSpec, name: str, *, length: float, width: float, rise: float) -> None:
-    """Add the mesh of a ramp that rises along x from nothing, in the frame of the obstacle."""
+    """Add the mesh of a ramp that rises along x from zero, in the frame of the obstacle."""
     x, y = length / 2, width / 2
     foot, top = [(-x, -y, 0.0), (-x, y, 0.0)], [(x, -y, rise), (x, y, rise)]
     under = [(x, -y, 0.0), (x, y, 0.0)]
@@ -189,7 +189,7 @@ def _add_wedge(spec: mujoco.MjSpec, name: str, *, length: float, width: float, r
 
 
 def add_flat_mesh(spec: mujoco.MjSpec, name: str, faces: Sequence[Array]) -> None:
-    """Add a mesh of flat convex faces, each its corners counter-clockwise from outside, shape (n, 3) [m]."""
+    """Add a mesh of flat convex faces: corners counter-clockwise seen from outside, shape (n, 3) each [m]."""
     mesh = spec.add_mesh(name=name)
     normals, triangles, first = [], [], 0
     for corners in faces:

@@ -62,7 +62,7 @@ def _add_person(spec: mujoco.MjSpec, person: Person, poses: Mapping[str, Array],
             if finishes is not None and person.is_dressed(name):
                 finish = finishes.made_of(CLOTH, geom.rgba.tolist())
                 geom.material, geom.rgba = finish.name, finish.tint
-                # Along the limb and around it: no seam, and nowhere stretched much.
+                # Mapped along and around the limb: no seam, and little distortion.
                 x, y, z = mesh.vertices.T
                 spec.mesh(named).usertexcoord = (np.stack([x + y, z], axis=1) / TILES[CLOTH]).ravel()
         bodies[name] = body

@@ -91,7 +91,7 @@ def _prism(spec: mujoco.MjSpec, outline: Array, half: float, name: str) -> dict[
 
 
 def _set_mass(base: mujoco.MjsBody, body: PlainBody, *, low: float, mass: float, balanced: bool) -> None:
-    """Set the mass of the base, even over the outline; it lies low, like batteries, unless the body sets it."""
+    """Set the mass of the base, even over the outline, and low, like batteries, unless the body sets the height."""
     half = (body.height - low) / 2
     (x, y), (xx, yy, xy) = _outline_moments(body)
     # The centre of mass is as high as a quarter of the body's width, and never above its middle.

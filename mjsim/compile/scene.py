@@ -97,7 +97,8 @@ def compile_world(world: World) -> mujoco.MjSpec:
 
 
 SHADOWED = 1.7
-"""Half side of the shadow map, relative to the extent: the floor is speckled where it ends, which no view may show."""
+"""Half side of the shadow map, relative to the extent. The floor is speckled where it ends, so no view may show
+that."""
 
 
 def _set_visual(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -> None:

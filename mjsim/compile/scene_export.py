@@ -13,7 +13,7 @@ from mjsim.output import free_paths, write_files
 from mjsim.world import World
 
 DIGITS = 15
-"""Significant digits of numbers in the file: the most with which 0.1 is written as 0.1."""
+"""Significant digits of numbers in the file: the maximum for which 0.1 is written as 0.1."""
 
 
 def export_scene(world: World, folder: str | Path, *, overwrite: bool = False) -> Path:

@@ -27,7 +27,7 @@ where a lamp of high quality adds to them."""
 MEAN_LIGHT = 0.92
 """Light averaged over faces of all directions, in full ambient light."""
 LAMP_OFFSET = 0.2
-"""A lamp lights in proportion to 1 / (0.2 + 0.2 d^2) at d metres: once at 2 m, never more than five times."""
+"""A lamp lights in proportion to 1 / (0.2 + 0.2 d^2) at d metres: the factor is 1 at 2 m, and 5 at most."""
 AMBIENT_SHARE = 0.2
 """Proportion of a lamp's light that is ambient, as reflected by walls."""
 MAX_LIGHTS = 8
@@ -39,7 +39,7 @@ PICTURE_PARTS, SUBDIVISIONS = 6, 8
 
 
 def add_general_light(spec: mujoco.MjSpec, level: float, lower: Array, upper: Array) -> None:
-    """Add even light and two lamps at infinity: walls of different directions differ, and white stays below full."""
+    """Add even light and two lamps at infinity: brightness depends on a face's direction; white does not saturate."""
     spec.add_numeric(name=LEVEL, data=[level], size=1)
     headlight = spec.visual.headlight
     headlight.ambient = [level * value for value in EVEN]

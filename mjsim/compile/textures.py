@@ -14,8 +14,8 @@ pictures."""
 MAX_TILE_SIDE = 1024
 """Longest side of a floor or wall texture [px]."""
 MARKER_SIDE = 384
-"""Approximate side of a marker's texture with its border [px]; more is lost in any image, and less is blurred
-nearby."""
+"""Approximate side of a marker's texture with its border [px]; more detail is lost in any image, and less looks blurred
+at close range."""
 WHITE = 255
 
 

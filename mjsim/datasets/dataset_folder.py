@@ -1,4 +1,4 @@
-"""Output folders of data sets: they appear once all are complete, and replace only files of their kind."""
+"""Output folders of data sets: they appear when all are complete, and replace only files of the same kind."""
 
 import os
 import re

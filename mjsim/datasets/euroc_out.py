@@ -133,12 +133,12 @@ def _pictures(recorded: RecordedRobots, robot: str, camera: str, folder: Path, n
 
 
 def tables_of(recorded: RecordedRobots, robot: str, names: Sequence[str], folder: Path) -> dict[str, Path]:
-    """Write the table of each inertial sensor as the recording is read; it is moved once sensors have their numbers.
+    """Write the table of each inertial sensor while the recording is read; it is moved once sensors have their numbers.
 
-    Single readings without a quantity are left out: the format has no sign for them.
+    Readings that lack a quantity are left out: the format has no value for that.
 
     Returns:
-        Sensor -> its table; without sensors of which no reading has all quantities.
+        Sensor -> its table; sensors without a complete reading are left out.
     """
     files, seen, written = {name: folder / f".{name}.csv" for name in names}, Counter[str](), Counter[str]()
     with ExitStack() as stack:

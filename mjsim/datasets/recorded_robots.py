@@ -41,7 +41,7 @@ class RecordedTick:
     row: int
     """Row of the recording."""
     moment: float
-    """When the robot was there: in a log, at the scan or picture that came with the tick [s]."""
+    """Time of the robot's pose: in a log, that of the scan or picture that came with the tick [s]."""
     truth: Pose3 | None
     """world_from_base; None if unknown."""
     seen: Observation | None
@@ -93,7 +93,7 @@ class RecordedRobots(Closes):
         return (robot, camera) in self._depths
 
     def world_from_sensor(self, robot: str, sensor: str, tick: RecordedTick) -> Pose3 | None:
-        """Return the pose of a sensor, for a camera that of its optical frame; None if unknown."""
+        """Return world_from_sensor, for a camera that of its optical frame; None if unknown."""
         if tick.truth is None:
             return None
         joints = {} if tick.seen is None else tick.seen.joints

@@ -33,7 +33,7 @@ def export_rosbag2(
 ) -> Path:
     """Write a ROS 2 bag: odometry, estimate, readings with a standard message, frames, clock, map and ground truth.
 
-    The time of a message in the bag is when modules received it, the stamp in its header when it was measured.
+    The bag time of a message is when modules received it; the stamp in its header is when it was measured.
 
     Args:
         recording: A run.
@@ -100,7 +100,7 @@ def _write(recorded: RecordedRobots, folder: Path, storage: Storage, *, redraw: 
             bag.put(known, 0.0)
         for row, (time, ticks, pictures) in enumerate(_ticks(recorded)):
             for each in ros.messages(time, ticks, _joints(recorded.recording, row, time)):
-                # A log has no such rays: that they see nothing would clear a costmap.
+                # A log has no proximity sensors: messages of free space would clear a costmap.
                 if not (is_log and each.topic.name.endswith("/proximity") and each.message.range == np.inf):
                     bag.put(each, time)
             for robot, camera, stamp in pictures:

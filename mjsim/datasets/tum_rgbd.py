@@ -95,7 +95,7 @@ def _write(recorded: RecordedRobots, robot: str, camera: str, folder: Path) -> N
 def _poses(recorded: RecordedRobots, robot: str, camera: str, stamps: Sequence[float]) -> dict[float, Pose3]:
     """Return the true poses of a camera's optical frame by time [s]: at each tick, and at pictures between ticks.
 
-    Pictures of a log may be between ticks, and programs look for a pose beside each. A camera on an arm has none there.
+    Pictures of a log may be between ticks, and programs look for a pose at each. A camera on an arm has none there.
     """
     if camera in recorded.on_arms(robot):
         placed = ((tick.moment, recorded.world_from_sensor(robot, camera, tick)) for tick in recorded.ticks(robot))

@@ -10,7 +10,7 @@ from mjsim.errors import UsageError, how_to_install
 from mjsim.faces import face
 
 _load, __dir__, __all__ = face(__name__, __file__)
-_NO_DM_CONTROL = "dm-control is not installed, which has releases for Python 3.11 and 3.12 only; use GymEnvironment"
+_NO_DM_CONTROL = "dm-control, which supports only Python 3.11 and 3.12, is not installed; use GymEnvironment"
 
 
 def __getattr__(name: str) -> Any:

@@ -14,7 +14,7 @@ class Actions:
     """Converts arrays of numbers to commands of a robot's drive."""
 
     def __init__(self, robot: RobotInfo, kind: Literal["twist", "wheels"]) -> None:
-        """Compute the maxima.
+        """Compute the maximum of each number.
 
         Args:
             robot: Robot with the drive.
@@ -29,7 +29,7 @@ class Actions:
         self.names: tuple[str, ...] = tuple(largest)
         """Name of each number of an action."""
         self.largest: Array = np.array(list(largest.values()), dtype=float)
-        """The value of 1, shape (n,) [m/s, rad/s]."""
+        """Speeds that an action of 1 stands for, shape (n,) [m/s, rad/s]."""
         self.low: NDArray[np.float32] = np.full(len(largest), -1.0, dtype=np.float32)
         self.high: NDArray[np.float32] = np.full(len(largest), 1.0, dtype=np.float32)
 

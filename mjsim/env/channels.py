@@ -60,7 +60,7 @@ class Channel:
         """Take the reading of this tick; called once per tick."""
         reading = self._read(noticed)
         if reading is not None:
-            # Values clipped to bounds of this precision stay within them when rounded.
+            # Values clipped to bounds of the array's own precision stay within them when rounded.
             self._held = np.clip(np.asarray(reading), self.low, self.high).astype(self.low.dtype)
 
     def value(self) -> NDArray[Any]:

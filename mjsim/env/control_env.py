@@ -18,7 +18,7 @@ class DmEnvironment(control.Environment):
     """A learning environment with one or several controlled robots; a step is one tick of the loop.
 
     It is based on `rl.control`: its physics is our simulation, stepped by whole ticks, and its task is ours.
-    Each episode ends with discount 0 when the task says so, and with discount 1 when its time is over.
+    An episode ends with discount 0 when the task terminates it, and with discount 1 at its time limit.
     """
 
     def __init__(self, task: Task, *, seed: int | None = None) -> None:
@@ -33,7 +33,7 @@ class DmEnvironment(control.Environment):
         """
         episodes = Episodes(task)
         physics = _Physics(episodes, episodes.world.run.seed if seed is None else seed)
-        # Half a tick less, so that the quotient of both rounds to the number of ticks.
+        # Half a tick less, so that time limit / tick, rounded up, is the number of ticks.
         super().__init__(physics, _Task(episodes), time_limit=(episodes.length - 0.5) * episodes.sim.dt)
         self._episodes = episodes
 

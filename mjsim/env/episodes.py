@@ -150,8 +150,8 @@ class Episodes:
         """
         value = self._evaluated("reward", self.task.reward)
         try:
-            number = float(value)  # type: ignore[arg-type]  # what is no number is told below
-        # It is the user's object, and may raise anything.
+            number = float(value)  # type: ignore[arg-type]  # anything but a number is reported below
+        # The user's object may raise anything.
         except Exception:
             number = math.nan
         if not math.isfinite(number):
@@ -171,7 +171,7 @@ class Episodes:
 
     @property
     def over(self) -> bool:
-        """Whether the time of the episode is over."""
+        """Whether the episode has reached its time limit."""
         return self.sim.tick >= self.length
 
     def close(self) -> None:
@@ -291,7 +291,7 @@ MIN_CLEARANCE = 0.05
 MAX_TRIES = 10_000
 """Number of places tried before giving up."""
 MAX_START_DISTANCE = 5.0
-"""Maximum distance from the start along each axis, if there are no walls [m]."""
+"""Maximum distance from the start along each axis, in a world without walls [m]."""
 
 Taken = tuple[float, float, float]
 """Position [m, m] and radius [m] of a robot already placed."""

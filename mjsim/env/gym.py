@@ -61,7 +61,7 @@ class GymEnvironment(gymnasium.Env[Seen, Any]):
 
     @property
     def largest(self) -> dict[str, Array]:
-        """The value of an action of 1, by robot, shape (n,) [m/s, rad/s]."""
+        """Speeds that an action of 1 stands for, by robot, shape (n,) [m/s, rad/s]."""
         return {name: each.largest.copy() for name, each in self._episodes.actions.items()}
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Seen, dict[str, Any]]:
@@ -105,6 +105,6 @@ def _space(channels: dict[str, Channel]) -> spaces.Dict:
     )
 
 
-# `gymnasium.make("mjsim.env.gym:mjsim/World-v0", task=...)` imports this module to learn what to make, and so does
+# `gymnasium.make("mjsim.env.gym:mjsim/World-v0", task=...)` imports this module for the entry point, and so does
 # `make_vec_env` of stable-baselines3.
 gymnasium.register(id="mjsim/World-v0", entry_point="mjsim.env.gym:GymEnvironment")

@@ -188,7 +188,7 @@ def test_wheels_are_driven_by_shares_of_their_largest_speed():
     ("package", "module", "name", "message"),
     [
         ("gymnasium", "gym", "GymEnvironment", "gymnasium is not installed; type: .* install .*gymnasium$"),
-        ("dm_control.rl", "control_env", "DmEnvironment", "dm-control is not installed, which has releases for"),
+        ("dm_control.rl", "control_env", "DmEnvironment", "dm-control, which supports only Python 3.11 and 3.12, is"),
     ],
 )
 def test_what_is_not_installed_is_told_with_what_to_do(monkeypatch, package, module, name, message):

@@ -339,7 +339,7 @@ def _weigh(build: _Build, part: Rigid, *, balanced: bool) -> None:
     inertia = turn @ part.inertia @ turn.T * build.heavier
     least = MIN_MASS_RATIO * load
     if mass < least:
-        # Too light to be moved by objects as heavy as a robot.
+        # Too light for stable contacts with objects as heavy as a robot.
         mass, inertia = least, np.eye(3) * least * (0.1 * build.body.radius) ** 2
     values, vectors = np.linalg.eigh(inertia + np.eye(3) * 1e-6 * mass * build.body.radius**2)
     if np.linalg.det(vectors) < 0:
@@ -376,7 +376,7 @@ def _geom_roles(*, seen: bool, touches: bool, base: bool, housing: bool) -> list
         return [{**solid, "group": SEEN if seen else TOUCHED}]
     if base and touches:
         return [{**solid, "group": TOUCHED}, decor]
-    # Moving parts on joints are not hit by rays, like wheels.
+    # Rays do not hit moving parts on joints, as with wheels.
     return [*([{**solid, "group": RUNNING_GEAR}] if touches else []), *([decor] if seen else [])]
 
 

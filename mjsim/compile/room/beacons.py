@@ -34,7 +34,7 @@ FLUSH_GAP = 0.0005
 HALF_THICKNESS = 0.0002
 """Half the thickness of a beacon that moves [m]."""
 BACK = "#8d867b"
-"""Colour from behind."""
+"""Colour of the back."""
 REFLECTOR_PIXELS = 48
 
 PrintedFace = tuple[str, Array]

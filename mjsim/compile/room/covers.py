@@ -1,8 +1,8 @@
 """Surfaces of things with a texture: meshes beside their shapes, with the texture in metres and round edges.
 
-MuJoCo stretches a texture along two axes of a box and smears it over the other sides; a mesh has places of its own.
-The shape remains for contacts and lidars, the mesh is what cameras see. Equal shapes share their mesh, equal textures
-their material.
+MuJoCo stretches a texture along two axes of a box and smears it over the other sides; a mesh has texture coordinates of
+its own. The shape remains for contacts and lidars, the mesh is what cameras see. Equal shapes share their mesh, equal
+textures their material.
 """
 
 from collections.abc import Sequence

@@ -1,6 +1,6 @@
-"""The look of a world's style: what `mjsim.style` puts on walls, ceilings, doors and furniture, as visual meshes.
+"""Details of a world's style: what `mjsim.style` puts on walls, ceilings, doors and furniture, as visual meshes.
 
-Each room has one mesh. Nothing of it collides, and lidars pass through it: it is for cameras alone.
+Each room has one mesh. Nothing in it collides, and lidars pass through it: only cameras see it.
 """
 
 import math

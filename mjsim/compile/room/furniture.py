@@ -3,8 +3,8 @@
 A picture costs about 20 microseconds for each geom in view, and a table has nine. The geoms of static objects are
 merged by room and look, those of a moving body by look. (One texture with a block of texels for each colour would make
 one mesh of all colours, but textured pixels cost more than it saves.) The merged geoms remain in the scene for lidars,
-contacts, instances and names, in groups that cameras do not draw; their user number is that of their mesh, whose own
-is the negative of it. In a world with a style, furniture of one colour is of wood, fabric or metal in that colour.
+contacts, instances and names, in groups that cameras do not draw; their user number is that of their mesh, which has
+the negative number. In a world with a style, furniture of one colour is of wood, fabric or metal in that colour.
 """
 
 import colorsys
@@ -95,9 +95,9 @@ DRAWN_MERGED = 4
 MIN_STATIC, MIN_MOVING = 16, 3
 """With fewer geoms in a world, or on a moving body, drawing them one by one costs as little."""
 MAX_TRIANGLES = 2000
-"""A geom with more triangles is drawn by itself: its number counts, not the number of geoms."""
+"""A geom with more triangles is drawn by itself: then triangles count, not geoms."""
 MAX_COORDINATE = 1e6
-"""A geom with a corner farther away is drawn by itself, if MuJoCo takes its numbers at all [m]."""
+"""A geom with a corner farther away is drawn by itself, if MuJoCo accepts its numbers at all [m]."""
 FACETS = ((8, 0.035), (16, 0.12), (28, np.inf))
 """Facets around a round shape up to a radius [m]."""
 
@@ -181,7 +181,7 @@ def _part(spec: mujoco.MjSpec, geom: mujoco.MjsGeom, finishes: Finishes | None) 
 
 
 def _facets(geom: mujoco.MjsGeom) -> int:
-    """Return the facets around a round shape: with MuJoCo's 28, many small shapes cost more merged than separate."""
+    """Return the number of facets round a shape: with MuJoCo's 28, many small shapes cost more merged than not."""
     radius = sorted(geom.size)[1] if geom.type == mujoco.mjtGeom.mjGEOM_ELLIPSOID else geom.size[0]
     return next(facets for facets, largest in FACETS if radius <= largest)
 

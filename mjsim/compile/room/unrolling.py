@@ -17,7 +17,7 @@ from mjsim.geometry import Array
 SAME_PLACE, SAME_WAY = 1e-6, 1e-3
 """Grid of positions [m] and of normals on which corners are the same."""
 MAX_END_LENGTH, MAX_TURN_COSINE = 0.4, 0.7
-"""Length of a sheet that may be the end of a wall [m], and cosine of the least turn into one."""
+"""Maximum length of a sheet that may be the end of a wall [m], and maximum cosine of the turn into it."""
 LEVEL_TOLERANCE = 1e-9
 """Horizontal part of a normal below which a face is level."""
 
@@ -46,7 +46,7 @@ def metric_places(points: Array, normals: Array) -> Array:
     """
     (x, y, z), (nx, ny, nz) = points.T, normals.T
     level, upright = np.hypot(nx, ny) < LEVEL_TOLERANCE, nz == 0.0
-    # Of slanted faces: to the right of whoever looks at them, and down the slope.
+    # On slanted faces: to the viewer's right, and down the slope.
     steep = np.where(level | upright, 1.0, np.hypot(nx, ny))
     right = np.where(level, x, (y * nx - x * ny) / steep)
     down = np.where(level, -y, np.where(upright, -z, nz * (x * nx + y * ny) / steep - steep * z))
@@ -54,7 +54,7 @@ def metric_places(points: Array, normals: Array) -> Array:
 
 
 def unrolled(points: Array, normals: Array, triangles: NDArray[np.int32]) -> Array:
-    """Return the position of each corner on a texture that runs on round upright edges, shape (n, 2) [m].
+    """Return the position of each corner on a texture that continues round upright edges, shape (n, 2) [m].
 
     Args:
         points: Corners, each of one flat face, z up, shape (n, 3) [m].

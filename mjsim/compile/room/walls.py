@@ -177,7 +177,7 @@ def _materials(spec: mujoco.MjSpec, world: World, finishes: Sequence[WallFinish]
 
 
 def _places(faces: Faces, textured: NDArray[np.bool_]) -> Array:
-    """Return the position of each corner on its texture, which runs on round edges, shape (n, 2) [m]."""
+    """Return the position of each corner on its texture, which continues round edges, shape (n, 2) [m]."""
     places = metric_places(faces.points, faces.normals)
     triangles = faces.triangles[textured[faces.material]]
     if len(triangles):
