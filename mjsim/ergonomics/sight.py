@@ -26,7 +26,7 @@ SURFACE_TOLERANCE = 0.005
 RAY_COUNT = 1000
 """Approximate number of rays from an eye to a display."""
 VISIBLE, BEYOND, BEHIND = -1, -2, -3
-"""Used instead of the geom that hides a point: none does, it is outside the field, or the display faces away."""
+"""Codes in place of the geom that hides a point: none does, it is outside the field, or the display faces away."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

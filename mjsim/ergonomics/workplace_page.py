@@ -60,7 +60,7 @@ def _blocks(study: PersonStudy, images: Mapping[str, Block]) -> Iterator[Block]:
     yield from (images[kind] for kind in ("outside",) if kind in images)
     yield from (Heading("Posture"), images["posture"], _angles(study))
     yield Paragraph(
-        "Published ranges are shown as they are; there is no score. Of joints without one the middle position is "
+        "Published ranges are shown as they are; there is no score. For joints without one, the middle position is "
         "preferred, and each deviation counts as a fraction of the joint's range."
     )
     yield from (Heading("Contacts"), _contacts(study), Heading("Reach"), images["reach"], _reaches(study))

@@ -181,7 +181,7 @@ def run_experiments(
 ) -> tuple[Result, ...]:
     """Run the classic experiments, and write a page with their findings, plots and recordings after each.
 
-    In a folder that has such a page, experiments that are on it are not run again, and the others are added to it.
+    If the folder has such a page, experiments on it are not run again, and the others are added.
 
     Args:
         folder: Output folder for `index.html`, `results.json`, and a folder per experiment; created if necessary.

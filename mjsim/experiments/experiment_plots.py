@@ -168,7 +168,7 @@ def _closest_sight(track: Track) -> int:
 
 
 def _seen_at(seen: Sighting) -> tuple[float, float]:
-    """Return where a sighting is, robot frame [m]."""
+    """Return the position of a sighting, robot frame [m]."""
     return seen.range * np.cos(seen.bearing), seen.range * np.sin(seen.bearing)
 
 

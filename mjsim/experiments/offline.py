@@ -30,7 +30,7 @@ class Fixes:
     places: Array
     """Positions of the beacons, world frame, shape (B, 2) [m]."""
     wrong: int
-    """Number of sightings of another beacon than the one named."""
+    """Number of sightings with the name of the wrong beacon."""
 
 
 def triangulated(recording: Recording, robot: str, camera: str) -> Fixes:

@@ -27,7 +27,7 @@ MAX_TRACEBACK = 20_000
 def main() -> None:
     """Serve requests until the parent closes the pipe."""
     requests = os.fdopen(os.dup(0), "rb")
-    # What libraries print must not end up between the answers.
+    # Output printed by libraries must not mix with the answers.
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     warnings.simplefilter("ignore")
@@ -38,13 +38,13 @@ def main() -> None:
     MISSING.set(lock_down(start))
     send(answers, {"missing": list(MISSING.get())})
     REPORT.set(lambda: send(answers, {"working": True}))
-    gc.freeze()  # Libraries stay.
+    gc.freeze()  # Libraries are never freed.
     while (request := _next(requests)) is not None:
         for answer in answers_to(request):
             _send(answers, answer)
-        # Objects in cycles, such as scenes of MuJoCo, would take from the memory of the next call.
+        # Objects in cycles, such as MuJoCo scenes, would use up memory of the next call.
         gc.collect()
-        gc.freeze()  # What is left are libraries that were imported on the way: a pass over them takes 50 ms.
+        gc.freeze()  # Only newly imported libraries remain: a pass over them takes 50 ms.
 
 
 def answers_to(request: bytes) -> Iterator[Mapping[str, Any]]:
@@ -62,7 +62,7 @@ def answers_to(request: bytes) -> Iterator[Mapping[str, Any]]:
     except MemoryError:
         yield {"memory": True}
     except ImportError as error:
-        # No file makes a library missing.
+        # A missing library is not the fault of the file.
         yield {"fault": str(error), "traceback": traceback.format_exc()[-MAX_TRACEBACK:]}
     except Exception as error:
         yield _described(error)

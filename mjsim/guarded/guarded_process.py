@@ -187,7 +187,7 @@ class _Watch:
         return time.monotonic() - _queued(self._process.pid)
 
     def stop(self) -> None:
-        """Watch no longer."""
+        """Stop watching."""
         self._stopped.set()
 
     def _look(self) -> None:
@@ -211,7 +211,7 @@ def _queued(process: int) -> float:
 
 
 def _environment(scratch: Path | None) -> Mapping[str, str]:
-    """Return the environment of a child: nothing that its libraries do not need, and where mjsim is."""
+    """Return the environment of a child: only what its libraries need, and the location of mjsim."""
     kept = {name: os.environ[name] for name in KEPT if name in os.environ} | ALONE
     root = str(Path(__file__).parents[2])
     kept["PYTHONPATH"] = os.pathsep.join([*filter(None, [kept.get("PYTHONPATH")]), root])

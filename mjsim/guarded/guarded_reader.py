@@ -66,7 +66,7 @@ def guarded_parts(
     """Yield the values of a generator function as they are made, in a child process of its own; see `guarded`.
 
     The child runs ahead by what the pipe holds, about 64 kB. One message costs about 50 microseconds: yield batches.
-    The time is that for which the caller waits, for all parts together.
+    The time limit covers the waits of the caller, for all parts together.
 
     Args:
         function: The generator function, as 'module:name'.
@@ -79,7 +79,7 @@ def guarded_parts(
         keywords: Further arguments of the function.
 
     Raises:
-        MjsimError: As from `guarded`, when the place is reached.
+        MjsimError: As from `guarded`, once the iteration reaches the fault.
     """
     with Reader(function, folders=_around(about) if folders is None else folders, scratch=scratch) as reader:
         yield from reader.parts(function, *arguments, about=about, size=size, advice=advice, **keywords)
@@ -88,7 +88,7 @@ def guarded_parts(
 class Reader(Closes):
     """A child process with limits that decodes files, one after another; it is started with the first call.
 
-    A file that ends the child costs a line and a new child, so that the next file is read. Not for several threads.
+    If a file crashes the child, the next file gets a new child. Not thread-safe.
     """
 
     def __init__(
@@ -103,9 +103,9 @@ class Reader(Closes):
 
         Args:
             function: One of its functions, 'module:name'; its module is imported before the limits hold.
-            folders: Folders and files that may be read; none are needed for what is passed as bytes.
+            folders: Folders and files that may be read; content passed as bytes needs none.
             scratch: Whether it may make temporary files, in a private folder that is deleted afterwards.
-            limits: Its limits for temporary files; those of memory and time are those of each call.
+            limits: Limits of temporary files; each call has its own limits of memory and time.
         """
         self._function, self._limits = function, limits or Allowance()
         self._folders = tuple(Path(folder).absolute() for folder in folders)
@@ -126,7 +126,7 @@ class Reader(Closes):
         answers = self._answers(
             _call(function, arguments, keywords), About(str(about), advice), limits_for(_size(about, size))
         )
-        # A function that gives parts here is asked for none of them.
+        # If the function yields parts, they are dropped.
         return next((answer["value"] for answer in answers if "value" in answer), None)
 
     def parts(
@@ -166,7 +166,7 @@ class Reader(Closes):
             child.kill()
 
     def _answers(self, call: Call, about: About, limits: Allowance) -> Iterator[Mapping[str, Any]]:
-        """Yield the answers to a call up to its value; a new child tries again what lacked memory in a used one."""
+        """Yield the answers to a call up to its value; if a used child lacks memory, a new one repeats the call."""
         child, begun = self._started(), False
         was_used, child.used = child.used, True
         try:

@@ -24,7 +24,7 @@ _TCP, _SCOPES = 0b11, 0b11
 
 
 def read_only(folders: Iterable[Path], *, scratch: Path | None = None) -> bool:
-    """Let this thread, and those that it starts, read below some folders, for good; return whether the system has it.
+    """Restrict this thread, and those it starts, to some folders, for good; return whether the system supports it.
 
     Args:
         folders: Folders and files; those that do not exist are left out.

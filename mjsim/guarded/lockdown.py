@@ -31,7 +31,7 @@ _PARENT_DIES = 1
 
 
 def lock_down(start: Permission) -> list[str]:
-    """Restrict this process; return what the system has no limits for, in words."""
+    """Restrict this process; return the limits that this system lacks, in words."""
     missing = [] if _limited(start.allowance, start.scratch) else ["memory"]
     _end_with(start.parent)
     if not read_only([*_needed(), *start.folders], scratch=start.scratch):
@@ -61,7 +61,7 @@ def _limited(allowance: Allowance, scratch: Path | None) -> bool:
         _limit(which, value)
     # A write fails then instead of ending the process.
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    # Data counts all that is private and writable on Linux alone; elsewhere it is the heap.
+    # Only on Linux does this count all private writable memory; elsewhere it is the heap.
     return all(_limit(*each) for each in memory_limits(allowance)) and sys.platform == "linux"
 
 
@@ -73,7 +73,7 @@ def memory_limits(allowance: Allowance) -> Sequence[tuple[int, int]]:
 
 
 def _limit(which: int, value: int) -> bool:
-    """Set a soft limit, which the parent alone raises for a larger file; return whether the system has it."""
+    """Set a soft limit, which only the parent raises for a larger file; return whether the system supports it."""
     import resource
 
     hard = resource.getrlimit(which)[1]
@@ -99,7 +99,7 @@ def _end_with(parent: int) -> None:
 
 
 def _needed() -> Iterator[Path]:
-    """Yield the folders of Python, its packages, and mjsim, and what libraries read of the system."""
+    """Yield the folders of Python, its packages, and mjsim, and system files that libraries read."""
     yield from map(Path, SYSTEM)
     yield from (Path(entry) for entry in {sys.prefix, sys.base_prefix, *sysconfig.get_paths().values()})
     yield from (Path(entry) for entry in {*site.getsitepackages(), site.getusersitepackages(), *sys.path} if entry)

@@ -32,7 +32,7 @@ def send(file: IO[bytes], value: Plain) -> None:
     """Write a value.
 
     Raises:
-        TypeError: Its type may not cross.
+        TypeError: It holds a type that cannot be sent.
     """
     buffers: list[memoryview | bytes] = []
     written = _written(value, buffers)

@@ -12,7 +12,7 @@ from mjsim.guarded.limits import Allowance
 OWN_ERRORS: Mapping[str, type[MjsimError]] = {
     each.__name__: each for each in (UsageError, RecordingError, PhysicsFault)
 }
-"""Errors of mjsim that reach the caller as they are, with their message alone."""
+"""Errors of mjsim that reach the caller unchanged, with their message only."""
 LENGTH = struct.Struct("<Q")
 """Length of a request [bytes], before its pickle."""
 

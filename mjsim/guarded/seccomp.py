@@ -36,7 +36,7 @@ _ALLOWED: Instruction = (_RETURN, 0, 0, _ALLOW)
 
 
 def refuse_calls(*, writing: bool) -> bool:
-    """Put the filter on all threads of this process, for good; return whether the system has it.
+    """Put the filter on all threads of this process, for good; return whether the system supports it.
 
     Args:
         writing: Whether files may be written, where other limits allow it.

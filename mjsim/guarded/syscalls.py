@@ -30,7 +30,7 @@ REFUSED: Mapping[str, Refused] = {
     "shmat": Refused(30, 196),
     "msgget": Refused(68, 186),
     "semget": Refused(64, 190),
-    # Programs and other processes; C libraries use clone where clone3 is not there.
+    # Programs and other processes; C libraries use clone where clone3 is missing.
     "execve": Refused(59, 221),
     "execveat": Refused(322, 281),
     "fork": Refused(57, None),
@@ -102,7 +102,7 @@ WRITING: Mapping[str, Refused] = {
     "mknod": Refused(133, None, errno.EACCES),
     "mknodat": Refused(259, 33, errno.EACCES),
 }
-"""Calls that change folders; a child with a scratch folder has them."""
+"""Calls that change folders; a child with a scratch folder may use them."""
 ATTRIBUTES: Mapping[str, Refused] = {
     "chmod": Refused(90, None),
     "fchmod": Refused(91, 52),

@@ -21,5 +21,5 @@ def in_child() -> bool:
 
 
 def missing_limits() -> Sequence[str]:
-    """Return what this system has no limits for, in words; to be called in the guarded reader."""
+    """Return the limits that this system lacks, in words; call it in the guarded reader."""
     return list(MISSING.get())
