@@ -1,7 +1,7 @@
 """The interface of modules: the values they receive and return, and their protocols.
 
-Metres, seconds and radians. The robot's frame has x ahead and y to the left, its origin on the floor where
-its drive turns about. Nothing here holds the truth; a module senses what a robot of that kind would sense.
+Metres, seconds and radians. The robot's frame has x ahead and y to the left, its origin on the floor at its drive's
+center of rotation. Nothing here holds the truth; a module senses what a robot of that kind would sense.
 """
 
 from mjsim.faces import face

@@ -1,7 +1,7 @@
 """Encodes trees as binary doubles for Octave, with an expression that rebuilds the struct; decodes Octave's answers.
 
 The expression depends on the structure alone, not on the numbers: Octave compiles it once, as a function of `d`
-(numbers), `e` (ends of those whose count varies) and `b` (bytes of pictures).
+(numbers), `e` (where the numbers of each list of varying length end) and `b` (bytes of pictures).
 """
 
 import json
@@ -17,7 +17,7 @@ from mjsim.interface.trees import Named, RecordList, Stack, Text, Tree
 from mjsim.spelling import ascii_name
 
 _MIN_BULK_ENTRIES = 64
-"""Entries of an array above which it is copied as a whole."""
+"""Minimum number of entries with which an array is copied as a whole."""
 
 
 def octave_names(names: Iterable[str]) -> dict[str, str]:
@@ -83,7 +83,7 @@ class Doubles:
         return f"struct({','.join(parts)})"
 
     def _list(self, items: Sequence[Tree]) -> str:
-        """Put a list: numbers become a row, lists of as many numbers the rows of a matrix, all else a cell array."""
+        """Put a list: numbers become a row, rows of equal length a matrix, and anything else a cell array."""
         try:
             array = np.array(items)
         except ValueError:
@@ -123,7 +123,7 @@ def doubles_of(tree: Tree) -> Doubles:
     """Return a tree as an expression with its numbers and bytes.
 
     Raises:
-        ValueError: Two names of the user's become the same field.
+        ValueError: Two names chosen by the user become the same field.
     """
     made = Doubles()
     made.code = made.put(tree)
@@ -140,7 +140,7 @@ def quoted(text: str) -> str:
 def answer_of(data: bytes, fields: Sequence[str]) -> dict[str, Any]:
     """Return Octave's answer as written by `mjsim_pack.m`: per field an array, or a text that describes its type.
 
-    Fields that are not there are left out.
+    Missing fields are left out.
     """
     numbers, at = np.frombuffer(data, dtype=float), 0
     answer: dict[str, Any] = {}

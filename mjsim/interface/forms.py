@@ -32,17 +32,17 @@ class Form:
     packed: str = ""
     """NumPy type of an array that recordings hold as base64; '' for a list of numbers."""
     names: str = ""
-    """Key under which recordings list the names of a mapping; its numbers have that of the field."""
+    """Key under which recordings list the names of a mapping; its numbers have the key of the field."""
     bounds: tuple[float, float] | None = None
     """Lowest and highest value, for arrays of fixed bounds."""
     is_fixed: bool = False
     """Whether it is a property of the sensor, equal in all readings."""
     is_distance: bool = False
-    """Whether +infinity, which JSON does not have, stands for nothing near."""
+    """Whether +infinity, which JSON lacks, means that nothing is near."""
 
 
 CLOCK_TIME = "time by the robot's clock [s]"
-"""Marks a field with such a time, whether it is in files or not."""
+"""Marks a field that is such a time, whether it is in files or not."""
 Stamp = Annotated[float, Form("When it was taken, simulated time [s]"), CLOCK_TIME]
 """When a reading was taken [s]."""
 
@@ -85,7 +85,7 @@ class FormField:
 
     @property
     def is_batch(self) -> bool:
-        """Whether sensors give several readings in a tick; each has its sensor's name, beside the numbers in files."""
+        """Whether sensors give several readings per tick; in files each has its sensor's name beside its numbers."""
         return (
             self.is_tuple
             and self.has_readings

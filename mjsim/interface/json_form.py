@@ -15,7 +15,7 @@ from mjsim.interface.trees import RecordList, Stack, Text, Tree
 def json_line(tree: Tree) -> bytes:
     """Return a tree as a line of JSON.
 
-    Arrays become nested lists; pictures and others of more than 2 dimensions that count no things become
+    A `Stack`, or a float64 array of at most 64 numbers, becomes nested lists; other arrays, such as pictures, become
     `{shape, type, base64}`, rows first. JSON has no infinity: +inf becomes null, -inf (nearer than a sensor measures)
     0.
     """

@@ -18,7 +18,7 @@ Picture = NDArray[np.uint8]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Intrinsics:
-    """A pinhole camera: u = fx x/z + cx, v = fy y/z + cy, pixel centres at whole numbers; a lens bends x/z and y/z.
+    """A pinhole camera: u = fx x/z + cx, v = fy y/z + cy, pixel centres at whole numbers; a lens distorts x/z and y/z.
 
     Examples:
         >>> import mjsim
@@ -107,8 +107,8 @@ class Scan:
     )
     """Intensity of each return, relative to a white wall at normal incidence, shape (beams,); None if not measured."""
     time_increment: Annotated[float | None, Form("From beam to beam [s]; omitted if all have the same time")] = None
-    """Time between neighbouring beams of a lidar that rotates; each is in the sensor frame at its time. None if all
-    beams have one time [s]."""
+    """Time between neighbouring beams of a rotating lidar; each beam is in the sensor frame at its own time. None if
+    all beams have the same time [s]."""
 
     def times(self) -> Array:
         """Return the time of each beam relative to the stamp, not above zero, shape (beams,) [s]."""
@@ -225,11 +225,10 @@ class Sighting:
     covariance: Annotated[Array, Form("Of (range, bearing), 2 x 2", shape=(2, 2))]
     """Covariance of (range, bearing), shape (2, 2): of this sighting alone.
 
-    The errors of sightings from pictures (with `corners`) are shared: all of an image shift together as the robot
-    pitches, and a picture errs in nearly the same way from one image to the next. A filter that takes them as
+    The errors of sightings from pictures (with `corners`) are correlated: all sightings in an image shift together as
+    the robot pitches, and the error of a beacon hardly changes from one image to the next. A filter that treats them as
     independent becomes overconfident, and its NIS does not show it: a textbook EKF has a NEES of 107 (3 expected) with
-    a NIS of 2. `mjsim.algorithms.picture_errors:PictureErrors` gives the covariance of a tick's sightings with what
-    they share.
+    a NIS of 2. `mjsim.algorithms.picture_errors:PictureErrors` gives the joint covariance of a tick's sightings.
     """
     corners: Annotated[
         Array | None,
@@ -290,7 +289,7 @@ class CompassReading:
     heading: Annotated[float, Form("Counter-clockwise from magnetic east [rad]", bounds=(-math.pi, math.pi))]
     """Heading of the robot, counter-clockwise from magnetic east, in [-pi, pi) [rad]."""
     variance: Annotated[float, Form("Of its white noise [rad^2]")]
-    """Variance of its white noise, from the data sheet [rad^2]; errors that depend on the place are shared."""
+    """Variance of its white noise, from the data sheet [rad^2]; errors that depend on the place come in addition."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -320,7 +319,8 @@ class FastReading:
     wheels: JointState
     """Driven wheels, in the order of `RobotInfo.wheels`."""
     imu: tuple[ImuReading, ...] = ()
-    """Readings since the last call, one sensor after the other. The first call has one of the robot held at rest."""
+    """Readings since the last call, one sensor after the other. The first call has one reading, of the robot held at
+    rest."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Scans of a lidar that moves while it rotates, as from one place: each beam has a time and a place of its own."""
+"""Deskews the scan of a lidar that moves while it rotates: each beam is measured at its own time and place."""
 
 from dataclasses import replace
 
@@ -14,13 +14,13 @@ SMOOTH = 0.1
 def swept(scan: Scan, times: Array, track: Array, robot_from_lidar: Pose) -> Scan:
     """Return a scan as if the lidar had measured all beams from where it was at the stamp.
 
-    Directions that it did not look into are as too near to measure (-inf).
+    Directions without a beam get -inf, as if too near to measure.
 
     Args:
         scan: The measured scan.
         times: When each beam was measured, relative to the stamp, shape (beams,) [s].
         track: Poses of the robot by odometry: rows of time [s], x, y [m] and heading [rad], in order of time.
-        robot_from_lidar: Where the lidar is mounted.
+        robot_from_lidar: Pose of the lidar on the robot.
     """
     moments = np.append(scan.stamp + times, scan.stamp).clip(track[0, 0], track[-1, 0])
     places = _mounted(places_at(moments, track, gap=np.inf), robot_from_lidar)
@@ -48,9 +48,9 @@ def _mounted(places: Array, robot_from_lidar: Pose) -> Array:
 
 
 def _sampled(scan: Scan, bearings: Array, ranges: Array) -> Scan:
-    """Return a scan with the angles of another, from the ranges along some bearings."""
+    """Return a scan with the same angles, interpolated between ranges along some bearings."""
     count = len(bearings)
-    # What is measured behind one end of a whole turn is at the other end, too.
+    # In a full turn, what lies beyond one end is also at the other end.
     around = np.concatenate([bearings - 2.0 * np.pi, bearings, bearings + 2.0 * np.pi])
     order = np.argsort(around, kind="stable")
     around, beams = around[order], order % count

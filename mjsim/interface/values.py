@@ -87,7 +87,7 @@ class Detection:
     covariance: Array
     """Covariance of the position, shape (3, 3) [m^2]."""
     corners: Array
-    """Shape (4, 2) [px], from the picture's own top left clockwise."""
+    """Shape (4, 2) [px], clockwise from the picture's own top left."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -157,8 +157,8 @@ class SensorInfo:
     kind: str
     """'camera' and so on: the key that names it in a world file."""
     robot_from_sensor: Array
-    """Homogeneous transform, shape (4, 4) [m]; a camera's frame is optical (x right, y down, z ahead). On an arm it is
-    that at the start."""
+    """Homogeneous transform, shape (4, 4) [m]; a camera's frame is optical (x right, y down, z ahead). On an arm, the
+    one at the start."""
     rate_hz: float
     """Readings per second [Hz]."""
     noise: Mapping[str, float] = field(default_factory=dict)
@@ -202,9 +202,9 @@ class ArmInfo:
     joints: tuple[str, ...]
     """Names, from the base outwards."""
     lower: Array
-    """Lower limits, infinite if there is none [rad], or [m] of joints that slide."""
+    """Lower limits, -inf if there is none [rad], or [m] of joints that slide."""
     upper: Array
-    """Upper limits."""
+    """Upper limits, inf if there is none."""
     max_velocity: Array
     """Maximum speeds, infinite if unknown [rad/s], or [m/s]."""
     max_torque: Array
