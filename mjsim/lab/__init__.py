@@ -1,4 +1,4 @@
-"""The control laboratory: plants made linear, looked at, simulated, identified and controlled."""
+"""The control laboratory: linearises, analyses, simulates, identifies and controls plants."""
 
 from mjsim.faces import face
 

@@ -75,7 +75,7 @@ def _what(stepped: SteppedPlant) -> str:
 
 
 def limited(plant: Plant, value: float) -> float:
-    """Return the input that acts in place of a commanded one: less by the dead zone, and saturated."""
+    """Return the input that acts for a commanded one: reduced by the dead zone, and saturated."""
     acting = math.copysign(max(abs(value) - plant.dead_zone, 0.0), value)
     return acting if plant.saturation is None else min(max(acting, -plant.saturation), plant.saturation)
 

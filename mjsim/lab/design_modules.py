@@ -32,7 +32,7 @@ def module_text(plant: Plant, linear: LinearPlant, design: Design) -> str:
 
 
 def _actuator_text(effort: str, plant: Plant, linear: LinearPlant, design: Design) -> str:
-    """Return the actuator of a mechanism; a series controller feeds back the first output, its own joint's value."""
+    """Return the actuator of a mechanism; a series controller feeds back the first output, the actuated joint's."""
     joint, about = linear.input, ""
     if not design.gain:
         if linear.outputs[0] != joint:

@@ -81,7 +81,7 @@ class PointsPush:
 class LedJoint:
     """A joint that follows the input exactly, with whatever force that requires.
 
-    As an effect it is this force, so that trimming finds the value that holds the operating point.
+    `write` takes this force, so that trimming finds the force that holds the operating point.
     """
 
     unit: str

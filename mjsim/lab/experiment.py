@@ -133,13 +133,13 @@ def _of_scene(world: World, scene: ScenePlant, recording: Recording | None) -> E
         plant=plant,
         study=linear_study,
         about=f"{plant.of}, from {plant.input} to {', '.join(plant.outputs or ())}; {scene.held} keeps it at its"
-        " working point",
+        " operating point",
         held=scene.setting.value,
         dry_friction=scene.dry_friction,
         step_poles=_nearest(scene.step_poles(), linear_study.poles),
         identified=None if samples is None else identified(scene.linear, samples),
     )
-    # No mass can follow a joint that jumps.
+    # A mass cannot follow a joint that jumps.
     return found if scene.leads_value else _with_responses(found, scene)
 
 

@@ -55,7 +55,7 @@ def _transfer(given: TransferFunction) -> Any:
 
 
 def _cascade(given: ZerosPolesGain) -> Any:
-    """Return the state space of sections of the second order in series, whose poles are those given to rounding."""
+    """Return the state space of second-order sections in series, whose poles equal those given except for rounding."""
     control = theory()
     zeros, poles = ([complex_root(root) for root in roots] for roots in (given.zeros, given.poles))
     # Scaled by their size, coefficients remain moderate.

@@ -20,7 +20,7 @@ class FormulaLoop:
     """A formula simulated in steps: of its own period, or short ones with the input held."""
 
     dry_friction = 0.0
-    """None: a formula has no joints."""
+    """A formula has no joints."""
     held_input = 0.0
     """Input at rest."""
 
@@ -51,7 +51,7 @@ def is_simulated(plant: Plant, linear: LinearPlant, design: Design) -> bool:
     """Whether the loop of a formula differs from the linear one; its delay has no states that feedback could use.
 
     Raises:
-        UsageError: Its input has limits, and its output answers at once.
+        UsageError: Its input has limits, and its output reacts without delay.
     """
     limits = plant.saturation is not None or plant.dead_zone > 0.0
     if limits and not linear.delay and linear.D.any():

@@ -203,7 +203,7 @@ def _traced(plant: _Loop, extent: float, breakaways: Sequence[LocusMark]) -> tup
 
 
 def _coarse(plant: _Loop, extent: float, breakaways: Sequence[LocusMark]) -> tuple[Gains, Array]:
-    """Return a first choice of gains, to where all branches have left the picture or reached their zeros."""
+    """Return a first choice of gains, up to where all branches have left the picture or reached their zeros."""
     excess = len(plant.poles) - len(plant.zeros)
     scale = extent**excess / abs(plant.g)
     grid = scale * np.geomspace(1e-8, 1e10, 181)
@@ -254,7 +254,7 @@ def _too_coarse(gains: Gains, branches: Array, extent: float, met: set[float]) -
 
 
 def _snapped(gains: Gains, branches: Array, breakaways: Sequence[LocusMark]) -> Array:
-    """Put the branches that meet exactly where they meet: rounding parts equal poles."""
+    """Move branches exactly to the points where they meet: rounding separates equal poles."""
     for mark in breakaways:
         for column in np.flatnonzero(gains == mark.gain):
             distance = np.abs(branches[:, column] - mark.point)
@@ -263,7 +263,7 @@ def _snapped(gains: Gains, branches: Array, breakaways: Sequence[LocusMark]) -> 
 
 
 def _crossings(plant: _Loop, gains: Gains, branches: Array, extent: float) -> tuple[LocusMark, ...]:
-    """Return where branches pass from one half plane into the other."""
+    """Return the points at which branches pass from one half plane into the other."""
     found = []
     for branch in branches:
         beyond = outward(branch, plant.dt)

@@ -16,9 +16,9 @@ magnitude changes by less about a frequency does not cross 1 there."""
 EDGE_TOLERANCE = 1e-4
 """Poles whose real part is below this fraction of a frequency neither grow nor decay: double ones err by 1e-8."""
 MIN_CROSSOVER = 1e-6
-"""Crossovers below this fraction of the lowest corner frequency are rounding: the gain at 0 is 1."""
+"""Crossovers below this fraction of the lowest corner frequency are rounding errors: the gain at 0 is 1."""
 GRID = 2000
-"""Frequencies at which crossovers of a delayed loop are looked for, over one decade of its corner frequencies."""
+"""Number of frequencies at which crossovers of a delayed or sampled loop are searched."""
 
 
 def margins_of(loop: Any, delay: float = 0.0) -> dict[str, float | None]:
@@ -26,14 +26,14 @@ def margins_of(loop: Any, delay: float = 0.0) -> dict[str, float | None]:
 
     Args:
         loop: A system of python-control with one input and one output.
-        delay: Delay behind it, which counts exactly [s].
+        delay: Delay in series, taken into account exactly [s].
     """
     import control
 
     if delay or loop.dt:
         gains, phases = searched(loop, delay)
     else:
-        # A pole that a zero cancels at 0 has no value there.
+        # The response is undefined at 0 if a zero cancels a pole there.
         with np.errstate(invalid="ignore"):
             found = control.stability_margins(loop, returnall=True)
         gains = list(zip(found[0], found[3], strict=True))
@@ -61,7 +61,7 @@ def _lowest(loop: Any) -> float:
 
 
 def _is_real(loop: Any, omega: float, delay: float) -> bool:
-    """Whether the response is real about a frequency, so that its phase crosses nothing there."""
+    """Whether the response is real around a frequency, so that its phase crosses nothing there."""
     if delay:
         return False
     if loop.dt and omega >= nyquist_frequency(loop.dt):
@@ -73,8 +73,8 @@ def _is_real(loop: Any, omega: float, delay: float) -> bool:
 def _crosses(loop: Any, omega: float, delay: float) -> bool:
     """Whether the curve meets the unit circle at a frequency, other than by rounding.
 
-    A real response, as that of 1 / s^2, meets it at -1: its margin is 0 if the closed loop oscillates there and does
-    not grow elsewhere, else there is none.
+    A real response, such as that of 1 / s^2, meets it at -1: its margin is 0 if the closed loop oscillates there and
+    does not grow elsewhere, else there is none.
     """
     below, above = np.abs(loop(on_axis(omega * np.array([0.99, 1.01]), loop.dt)))
     if abs(above - below) < REAL_TOLERANCE:

@@ -18,9 +18,9 @@ OTHERWISE = "take another rule of --pid, or --place, --lqr or --lead"
 ROOT_TOLERANCE = 1e-3
 """Roots that differ by less than this fraction of their size are equal except for rounding."""
 TINY = 2.0**-20
-"""Factor of a loop."""
+"""Factor that makes a loop tiny, for the search of its ultimate gain."""
 CLOSE, MAX_GUESSES = 1.6, 50
-"""A smaller time constant within this factor of a zero's is close to it; maximum number of guesses of the dead time."""
+"""A smaller time constant is close to that of a zero within this factor; maximum number of guesses of the dead time."""
 Parameters = tuple[float, float, float]
 """Parameters of a PID: gain, integral time and derivative time [s]; an infinite integral time means no integral part.
 """
@@ -40,7 +40,8 @@ class Lag:
 def _ultimate(plant: LinearPlant) -> tuple[float, float]:
     """Return the ultimate gain and period [s]; in discrete time those of the sampled loop."""
     loop = first_output(plant.exact)
-    # The margin is the crossing nearest to gain 1, the ultimate gain the least one: nearest to 1 for a tiny loop.
+    # The margin is the crossing nearest to gain 1. The ultimate gain is the smallest: that nearest to 1 for a tiny
+    # loop.
     margins = margins_of(TINY * loop, plant.delay)
     gain, at = margins["gain_margin"], margins["phase_crossover"]
     if gain is None or not at or not (outward(loop.poles(), plant.dt) < 1e-9).all():
@@ -75,7 +76,7 @@ def _tangent(loop: Any, gain: float) -> Lag:
     time = np.linspace(0.0, 1.5 * shown_seconds(loop.poles()), 5_000)
     _, response = theory().step_response(loop, time)
     response = response * np.sign(gain)
-    # Before its final rise the response may go the wrong way.
+    # Before its final rise, the response may go in the wrong direction.
     rising = np.arange(len(time)) > np.flatnonzero(response <= 0.0).max(initial=-1)
     rate = np.where(rising, np.gradient(response, time), 0.0) if rising.any() else np.gradient(response, time)
     steepest = int(np.argmax(rate))
@@ -103,7 +104,7 @@ def _halved(plant: LinearPlant) -> Lag:
     given = plant.delay + float((1.0 / zeros[zeros > 0.0]).sum())
     leads, dead = np.sort(-1.0 / zeros[zeros < 0.0])[::-1], given + float(lags[1:].sum())
     for _ in range(MAX_GUESSES):
-        # What a zero becomes depends on the dead time, and that on the lags that zeros leave.
+        # The effect of a zero depends on the dead time, and this on the lags that remain after the zeros.
         factor, left = _without_leads(lags.tolist(), leads.tolist(), dead)
         half = left[1] / 2.0 if len(left) > 1 else 0.0
         guess, dead = dead, given + half + sum(left[2:])
@@ -113,7 +114,7 @@ def _halved(plant: LinearPlant) -> Lag:
 
 
 def _without_leads(lags: list[float], leads: list[float], dead: float) -> tuple[float, list[float]]:
-    """Return the factor of the gain and the lags that zeros in the left half plane leave, the largest first [s].
+    """Return the factor of the gain, and the lags left after zeros in the left half plane, the largest first [s].
 
     References:
         Skogestad (2003), section 3.3, rules T1, T1a, T1b, T2 and T3.
@@ -135,7 +136,7 @@ def _without_leads(lags: list[float], leads: list[float], dead: float) -> tuple[
 
 
 def _merged(roots: Array) -> Array:
-    """Return the roots with their mean for those that only rounding parts: four equal ones differ by 1e-4."""
+    """Return the roots, equal ones replaced by their mean: by rounding, four equal ones differ by 1e-4."""
     near = np.abs(roots[:, None] - roots) < ROOT_TOLERANCE * np.abs(roots)
     return np.array([roots[row].mean() for row in near])
 
@@ -205,7 +206,7 @@ def _ramp(loop: Any, delay: float) -> tuple[float, float]:
     inner, outer = (float(np.real(at * loop(at))) for at in (s, 2 * s))
     slope = 2.0 * inner - outer
     dead = delay + ((inner - outer) / s / slope if slope else 0.0)
-    if not dead * s > 1e-12:  # a millionth of the slowest lag; rounding leaves less
+    if not dead * s > 1e-12:  # a millionth of the slowest lag; rounding errors are smaller
         raise UsageError(f"the plant is an integrator without a lag, so any gain stabilises it; {OTHERWISE}")
     return slope, dead
 

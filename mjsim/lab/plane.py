@@ -7,7 +7,7 @@ import numpy as np
 from mjsim.geometry import Array
 
 AT_ORIGIN = 1e-6
-"""Poles of discrete time closer to 0 than this act as delays of some periods."""
+"""Poles in discrete time closer to 0 than this act as delays of some periods."""
 
 
 def on_axis(omega: Any, dt: float) -> Any:

@@ -210,7 +210,7 @@ def _facts(experiment: Experiment) -> HtmlTable:
         shares = _shares(study.plant, experiment.nonlinear_fit, experiment.nonlinear[0])
         rows.append(("linear step response fits the nonlinear one", shares))
     if experiment.dry_friction:
-        text = f"{experiment.dry_friction:.4g} at most; without it the linear plant and the nonlinear one are compared"
+        text = f"{experiment.dry_friction:.4g} at most; the linear plant and the nonlinear one are compared without it"
         rows.append(("dry friction of its joints [N m, N]", text))
     if experiment.step_poles is not None:
         text = ", ".join(map(complex_text, experiment.step_poles)) + " rad/s"

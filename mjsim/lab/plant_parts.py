@@ -76,7 +76,7 @@ def settled(world: World, of: str) -> tuple[mujoco.MjModel, Setting, Array]:
         UsageError: The part does not exist.
     """
     run = world.run.model_copy(update={"events": (), "drivers": {}})
-    # A robot is examined upright; from there the lean of its operating point is found.
+    # A robot is settled upright; the lean of its operating point is searched from there.
     upright = tuple(robot.model_copy(update={"lean_deg": 0.0}) for robot in world.robots)
     bare = world.model_copy(update={"run": run, "robots": upright})
     bare._source = world.source

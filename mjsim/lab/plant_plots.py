@@ -21,7 +21,7 @@ from mjsim.report import ESTIMATE, MAP, NEUTRAL, ODOMETRY, TRUTH, sheet
 DAMPING_RATIOS = (0.2, 0.4, 0.6, 0.8)
 """Damping ratios of the grid of a root locus."""
 MAX_ROOMY_WIDTH = 2.5
-"""Half the width of a picture up to which the unit circle has room for numbers."""
+"""Maximum half width of a picture in which the unit circle has room for numbers."""
 GRID = "#8a8a8a"
 OTHERS = ((ODOMETRY, "--"), (MAP, ":"))
 """Colours and line styles of nonlinear responses."""

@@ -69,7 +69,7 @@ class ScenePlant:
         for joint, value in around.items():
             setting.qpos[self.model.jnt_qposadr[joint]] = value
         setting = self._closed(setting, [int(self.model.jnt_dofadr[joint]) for joint in around], locked, part)
-        # What is locked is also locked in the simulation of the nonlinear plant.
+        # Locked joints stay locked in the simulation of the nonlinear plant.
         self.model.dof_armature[locked] = LOCKED_INERTIA
         self._rough = _with_friction(self.model, [dof for dof in part.dofs if dof not in locked])
         lead = [self.effect.dof] if isinstance(self.effect, LedJoint) else []

@@ -18,7 +18,7 @@ CURVE_POINTS = 400
 MAX_POINTS = 4000
 """Maximum number of points of each curve."""
 A_SWING = 20
-"""Points per period."""
+"""Number of points per period of an oscillation."""
 SHOWN_PERIODS = 5
 """Periods shown for a response that neither grows nor decays."""
 SHOWN_TIME_CONSTANTS = 6.0
@@ -26,7 +26,7 @@ SHOWN_TIME_CONSTANTS = 6.0
 SHOWN_GROWTH = 20.0
 """Growth of an unstable response in the time shown, as a multiple of the start."""
 MAX_MARK_ERROR = 0.01
-"""Error of the loop, which is -1 there, at a point where branches of a delayed loop meet."""
+"""Maximum error of the loop transfer function, ideally -1, where branches of a delayed loop meet."""
 MAX_INTEGRATOR_POLE = 1e-9
 """Poles closer to 0 count as integrators [rad/s]."""
 
@@ -95,9 +95,9 @@ class Study:
 
     @property
     def is_stable_closed(self) -> bool:
-        """Whether the loop of gain 1 is stable; for an unstable one the margins say how far it is from stability."""
+        """Whether the loop of gain 1 is stable; for an unstable one, the margins say how far it is from stability."""
         if self.plant.delay and self.is_stable:
-            # Its poles reach the axis first at the least of these gains, which are exact.
+            # Its poles first reach the axis at the smallest of these gains, which are exact.
             return all(crossing.gain > 1.0 for crossing in self.locus.crossings)
         return bool((outward(self.locus.unity, self.plant.dt) < 0.0).all())
 
@@ -209,7 +209,7 @@ def frequencies(poles: Array, zeros: Array, dt: float = 0.0) -> Array:
 
 
 def _with_exact_marks(locus: RootLocus, plant: LinearPlant) -> RootLocus:
-    """Return a locus with the crossings of a delay itself, and without meetings of branches that only Pade's have."""
+    """Return a locus with the exact crossings of a delayed loop, without breakaways that only Pade's method has."""
     if not plant.delay or plant.dt:
         return locus
     exact = first_output(plant.exact)

@@ -146,12 +146,12 @@ class Reduced:
         return rows
 
     def _independent(self, J: Array, order: Sequence[int]) -> Array:
-        """Return the columns that can be chosen independently: the first in order that leave the others determined."""
+        """Return the columns that can be chosen independently: the first in order that determine the others."""
         dependent: list[int] = []
         rank = (
             np.linalg.matrix_rank(J, tol=RANK_TOLERANCE * max(1.0, float(np.abs(J).max(initial=0.0)))) if len(J) else 0
         )
-        # Gram-Schmidt from the least preferred: what adds to the span is determined by the constraints.
+        # Gram-Schmidt from the least preferred: a column that adds to the span is determined by the constraints.
         span = np.zeros((0, len(J)))
         for column in reversed(order):
             left = J[:, column] - span.T @ (span @ J[:, column])

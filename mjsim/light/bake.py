@@ -32,22 +32,23 @@ MIN_CELL_SIDE, MAX_CELLS = 0.1, 110_000
 RAYS = 12
 """Rays per side of the hemisphere of a cell."""
 PROBE_RAYS = 8
-"""The same for a side of a probe."""
+"""The same for each face of a probe."""
 TEST_RAYS, MAX_BURIED_SHARE = 3, 0.85
-"""Rays per side of the hemisphere that find texels within solids or narrow gaps, and the minimum share that do."""
+"""Rays per side of the hemisphere that test whether a texel lies in a solid or a narrow gap, and the maximum share of
+them that may hit one."""
 CONVERGENCE, MAX_BOUNCES = 0.01, 40
-"""Change of light, relative to full light, below which each reflection is a constant share of the one before, and the
-maximum number of reflections."""
+"""Change of light, relative to full light, below which the remaining reflections are taken as a geometric series, and
+the maximum number of reflections."""
 MAX_SHARE = 0.95
-"""Largest share of light that a reflection keeps, for rooms that are almost white."""
+"""Maximum share of light that a reflection keeps, for rooms that are almost white."""
 MEAN_LIGHT, MIN_GAIN, MAX_GAIN = 0.75, 0.3, 4.0
 """Mean ambient light of floor and walls within rooms, and bounds of the factor that makes it so."""
 FULL_LIGHT_SHARE, WHITE = 0.95, 1.0
-"""Share of texels within rooms that are at most full light at the start, if lamps would make them brighter."""
+"""Share of texels within rooms that exposure keeps at or below full light at the start, however bright the lamps."""
 SHARES = ("sky", "behind")
-"""Shares of rays that are kept of what they hit."""
+"""Names of the shares of rays in `Gathered`."""
 MAX_LAMPS = 4
-"""Lamps with a map of their own: those that events change, however many, then the first."""
+"""Number of lamps with a map of their own: all that events change, even if more, then the first others."""
 COARSE_TEXEL = 0.25
 """Side of a texel above which a message is printed [m]."""
 DOOR_RADIUS = 6.0
@@ -88,20 +89,20 @@ def bake(
     groups = len(_groups(world)) + len(moved_doors(world))
     shape = atlas_of(world, model, groups=groups, texel=texel)
     if (side := float(shape.charts.size.max(initial=texel))) > COARSE_TEXEL:
-        say(f"world '{world.name}' is large: its light has one value in {side:.2g} m, and finer shadows are lost")
+        say(f"world '{world.name}' is large: its light has one value per {side:.2g} m, and finer shadows are lost")
     few = len(shape.texels.at) < MAX_LONE_POINTS
     with crew_of((1 if few else processors()) if processes is None else processes) as crew:
         return _Bake(world, shape, crew, done).light()
 
 
 class _Bake:
-    """One bake; keeps what its steps share."""
+    """One bake, with the data that its steps share."""
 
     def __init__(self, world: World, shape: Atlas, crew: Crew, done: Callable[[float], None]) -> None:
         self._world, self._shape, self._crew, self._report = world, shape, crew, done
         self._windows = window_rectangles(world, shape.room()[0])
         self._sources = sources_of(world, self._windows)
-        # What a window shows lies behind the plane in which it shines: it has the light of the day.
+        # Surfaces seen through a window lie behind the plane in which it shines: they have daylight.
         self._views = np.any([behind(window, shape.points) for window in self._windows], axis=0)
         self._side = max(
             1, round(max(MIN_CELL_SIDE, _cell_side(shape)) / float(shape.charts.size.max(initial=MIN_TEXEL)))
@@ -146,7 +147,7 @@ class _Bake:
         self._report(min(self._done / self._total, 1.0))
 
     def _solved(self, around: Surroundings, cells: Cells, valid: NDArray[np.bool_]) -> "_Solved":
-        """Return the light with all doors that move closed."""
+        """Return the light with all movable doors closed."""
         direct = np.zeros((len(valid), self._sources.colors.shape[1]), np.float32)
         direct[valid] = self._lit(around, self._shape.points.some(valid))
         direct += self._own()
@@ -161,7 +162,7 @@ class _Bake:
         return light
 
     def _own(self) -> Light:
-        """Return the light that ceilings, glowing surfaces and views have of themselves, shape (texels, 3 groups)."""
+        """Return the light emitted by ceilings, glowing surfaces and views of windows, shape (texels, 3 groups)."""
         has = self._world.ceiling is not None
         own = self._shape.of_solids(
             [np.array([solid.glow + float(has and solid.is_ceiling)]) for solid in self._shape.solids]
@@ -190,7 +191,7 @@ class _Bake:
     def _opened(
         self, base: "_Solved", name: str, cells: Cells, valid: NDArray[np.bool_], image: NDArray[np.int32]
     ) -> "_Solved":
-        """Return the light with one door open: what lies near it is computed again."""
+        """Return the light with one door open: light near it is computed again."""
         shape = self._shape
         around = self._around(base.around.cells, opened=name)
         leaf = np.isin(shape.owner, list(shape.ajar[name][1]))
@@ -241,7 +242,7 @@ class _Bake:
         general = names.index(GENERAL)
         mean = float(rooms[:, general].mean()) if inside.any() else MEAN_LIGHT
         gain[general] = np.clip(MEAN_LIGHT / max(mean, 1e-6), MIN_GAIN, MAX_GAIN)
-        # A door changes ambient light and lamps together; what it changes mostly is the first.
+        # A door changes ambient light and lamps together, but mostly ambient light.
         gain[len(self._sources.names) :] = gain[general]
         whole, points = whole * gain[:, None], points * gain[:, None]
         bright = np.einsum("ngc,gc->n", rooms * gain[:, None], start) / 3.0
@@ -274,7 +275,7 @@ class _Solved:
     indirect: Light
     """Light of the sky and reflected on cells, shape (cells, 3 groups)."""
     leaving: Light
-    """What each cell reflects, and a row of zeros, shape (cells + 1, 3 groups)."""
+    """Light that each cell reflects, and a row of zeros, shape (cells + 1, 3 groups)."""
     rays: Gathered
 
 
@@ -332,7 +333,7 @@ def _cell_side(shape: Atlas) -> float:
 
 
 def _gather(hits: NDArray[np.int32], leaving: Light) -> Light:
-    """Return the mean over rays of what cells reflect, shape (n, k)."""
+    """Return the mean over rays of the light that cells reflect, shape (n, k)."""
     total = np.zeros((hits.shape[1], leaving.shape[1]), np.float32)
     for row in hits:
         total += leaving[row]
@@ -340,13 +341,13 @@ def _gather(hits: NDArray[np.int32], leaving: Light) -> Light:
 
 
 def _rest(added: Light, last: Light) -> Light:
-    """Return all further reflections relative to what one added after another: a geometric series, shape (k,)."""
+    """Return all further reflections relative to the last, as a geometric series, shape (k,)."""
     share = np.clip(added.sum(axis=0) / np.maximum(last.sum(axis=0), 1e-6), 0.0, MAX_SHARE)
     return np.asarray(share / (1.0 - share), dtype=np.float32)
 
 
 def _joined(parts: list[Gathered]) -> Gathered:
-    """Return parts as one; the list is emptied on the way, so that little is in memory twice."""
+    """Return parts as one; the list is emptied meanwhile, so that little is in memory twice."""
     sky, behind = (
         np.concatenate([np.zeros(0, np.float32), *(getattr(part, name) for part in parts)]) for name in SHARES
     )
@@ -359,7 +360,7 @@ def _joined(parts: list[Gathered]) -> Gathered:
 
 
 def rounded(light: Light) -> NDArray[np.float16]:
-    """Return light with 7 of the 10 bits of its fractions, which is finer than a picture and takes less room."""
+    """Return light with 7 of the 10 bits of its fractions, which is finer than a picture and compresses better."""
     bits = (np.clip(light, -6e4, 6e4).astype(np.float16).view(np.uint16) + np.uint16(4)) & np.uint16(0xFFF8)
     return bits.view(np.float16)
 

@@ -1,8 +1,8 @@
-"""Baked light: light maps of static surfaces, one per group of light that changes together, and probes for the rest.
+"""Baked light: light maps of static surfaces, one per group of lights that change together, and probes.
 
-All light is linear and relative to full light, in which a surface shows its colour as written. The values of pictures
-are its power 1 / GAMMA; since colours are coded by the same power, the coded light times a coded colour is the coded
-product of both, and OpenGL can multiply bytes.
+All light is linear and relative to full light, in which a surface has exactly its colour in the world file. Values of
+pictures are linear light to the power of 1 / GAMMA; since colours are coded by the same power, coded light times a
+coded colour is the coded product of both, and OpenGL can multiply bytes.
 """
 
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ from mjsim.geometry import Array
 GAMMA = 2.2
 """Exponent from the value of a picture in [0, 1] to linear light."""
 ALWAYS, GENERAL, LAMP, DOOR = "", "light", "lamp/", "door/"
-"""Names of groups: what never changes, the ambient light, and the prefixes of a lamp and of a door."""
+"""Names of groups: light that never changes, the ambient light, and the prefixes of a lamp and of a door."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,22 +42,23 @@ class LightGroup:
     """Light that is switched, dimmed or coloured together."""
 
     name: str
-    """`""` for what never changes, `light` for the ambient light, `lamp/NAME`, or `door/NAME`: the difference between
-    the door open as events open it and closed, which may be negative; its weight is how far it is open, in [0, 1]."""
+    """`""` for light that never changes, `light` for the ambient light, `lamp/NAME`, or `door/NAME`: the difference
+    between the door open as events open it and closed, which may be negative; its weight is how far it is open, in [0,
+    1]."""
     texels: NDArray[np.float16]
     """Irradiance of each texel for weight (1, 1, 1), relative to full light, red, green, blue, shape (h, w, 3)."""
     start: Array
     """Weight at the start of the world, red, green, blue, shape (3,)."""
     gain: float = 1.0
-    """Factor of its light relative to physics, for the sky and ceilings in full light: rooms are as bright as in
-    plain light on the average."""
+    """Factor of its light relative to physics, for the sky and ceilings in full light: on average, rooms are as bright
+    as in plain light."""
     angle: float = 0.0
-    """Angle of a door: the angle for weight 1, as events open it, positive to the left side of its wall [rad]."""
+    """Angle of a door for weight 1, as events open it, positive to the left side of its wall [rad]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LightProbes:
-    """Light at the points of a regular grid, for things that move."""
+    """Light at the points of a regular grid, for moving objects."""
 
     origin: Array
     """First point, world frame, shape (3,) [m]."""
@@ -101,7 +102,7 @@ class BakedLight:
 
 
 def linear(value: Array | float) -> Array:
-    """Return the linear light of values of pictures, in full light at 1."""
+    """Return the linear light of values of pictures; 1 is full light."""
     return np.asarray(np.power(value, GAMMA), dtype=float)
 
 

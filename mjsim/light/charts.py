@@ -1,7 +1,7 @@
 """Charts: flat pieces of surfaces, side by side on an atlas of square texels.
 
 Flat triangles in one plane that are joined make one chart, also across geoms, so that no seam shows between them.
-Curved surfaces are divided by the axis that their normals are nearest to, and projected along it.
+Curved surfaces are divided by the axis nearest to their normals, and projected along it.
 """
 
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ MIN_AREA = 1e-10
 MIN_WIDTH = 512
 """Minimum width of an atlas [texels]."""
 MAX_CHART_SIDE = 8000
-"""Maximum columns and rows of a chart [texels]: OpenGL refuses textures of more than 16384, sometimes than 8192."""
+"""Maximum columns and rows of a chart [texels]: OpenGL refuses textures larger than 16384, on some machines 8192."""
 BORDER_TEXELS = 1
 """Texels around each chart, which repeat its edge."""
 
@@ -42,7 +42,7 @@ class Charts:
     down: Array
     """World direction of rows, shape (n, 3)."""
     first: Array
-    """Coordinates along both where the chart begins, shape (n, 2) [m]."""
+    """Coordinates along both at which the chart begins, shape (n, 2) [m]."""
     size: Array
     """Width and height of a texel, shape (n, 2) [m]."""
     count: Whole

@@ -89,7 +89,7 @@ def crew_of(processes: int) -> Iterator[Crew]:
 
 def processors() -> int:
     """Return the number of processes that is worthwhile on this machine."""
-    # Windows and macOS do not tell which processors a process may use.
+    # On Windows and macOS a process cannot ask which processors it may use.
     usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return min(usable, MAX_PROCESSES)
 

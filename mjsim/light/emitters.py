@@ -21,15 +21,15 @@ DAYLIGHT_RATIO = 2.0
 SKY_SHARE_LIMIT = 0.1
 """Minimum share of rays that reach the sky from the outer side of a window, and maximum from the inner."""
 VIEW_DEPTH = 0.5
-"""Distance behind a window within which lies what it shows [m]."""
+"""Maximum distance behind a window of the surfaces that it shows [m]."""
 RAYS_PER_SIDE, PROBE_DISTANCE = 16, 0.5
-"""Rays per side of a hemisphere that separate outside from inside, and distance from the wall where they begin [m]."""
+"""Rays per side of a hemisphere that tell outside from inside, and distance from the wall at which they begin [m]."""
 
 
 def lamp_rectangle(lamp: Lamp) -> Rectangle:
     """Return a lamp whose light at 2 m below it is full light."""
     half, middle = LAMP_SIDE / 2, np.array([*lamp.at, lamp.height])
-    # Towards a point on the axis of a square: Arvo's formula in closed form.
+    # Arvo's formula in closed form, for a point on the axis of a square.
     edge = math.hypot(half, FULL_AT)
     light = 4.0 * half / edge * math.atan(half / edge)
     return Rectangle(middle, np.array([half, 0.0, 0.0]), np.array([0.0, -half, 0.0]), 1.0 / light)

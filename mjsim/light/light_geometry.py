@@ -21,14 +21,15 @@ MIN_TEXEL = 0.05
 MAX_TEXELS = 1_100_000
 """Approximate limit of texels in all maps of a world; above it texels are larger."""
 MAX_DOORS = 4
-"""Doors with a map of their own, the first that events name; others cast the shadow of their start."""
+"""Number of doors with a map of their own, the first that events name; others cast the shadow of their initial
+angle."""
 OPEN_ANGLE = math.pi / 2
 """Angle of an open door, at which its map counts fully [rad]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Atlas:
-    """All triangles that have light, and their charts."""
+    """All lit triangles, and their charts."""
 
     solids: tuple[StillGeom, ...]
     """Static surfaces, then leaves of doors: of each door that moves, closed and open."""
@@ -52,7 +53,7 @@ class Atlas:
         return Points(self.texels.at, self.texels.points, self.texels.normals)
 
     def room(self, windows: Sequence[Rectangle] = (), *, opened: str | None = None) -> tuple[Room, Numbers]:
-        """Return the room with one door open or none, and the triangle of the charts of each of its triangles."""
+        """Return the room with one door open or none, and the index in `corners` of each of its triangles."""
         hidden = {solid for name, states in self.ajar.items() for solid in states[name != opened]}
         shades = [solid.shades and index not in hidden for index, solid in enumerate(self.solids)]
         chosen = np.flatnonzero(np.array(shades)[self.owner])
@@ -67,7 +68,7 @@ def atlas_of(world: World, model: mujoco.MjModel, *, groups: int = 1, texel: flo
     Args:
         world: The world.
         model: The compiled world.
-        groups: Number of maps, which together are limited.
+        groups: Number of maps, whose total size is limited.
         texel: Minimum side of a texel [m].
     """
     solids, ajar = _solids(world, model)
@@ -104,7 +105,7 @@ def _solids(
     bodies = {leaf.name: model.body(f"{DOOR}{leaf.name}").id for leaf in leaves(world)}
     still = [geom for name, body in bodies.items() if name not in moved for geom in _geoms(model, body)]
     solids = [solid for geom in geoms + still if (solid := solid_of(model, data, geom)) is not None]
-    # People shade where they stand; their round bodies are too small for texels.
+    # People cast shadows where they stand; their round bodies are too small for texels.
     people = tuple(f"{person.name}/" for person in world.people)
     solids = [replace(each, moves=each.moves or _body_of(model, each).startswith(people)) for each in solids]
     ajar = {}
@@ -130,7 +131,7 @@ def _geoms(model: mujoco.MjModel, body: int) -> list[int]:
 
 
 def _removed(world: World, model: mujoco.MjModel) -> set[int]:
-    """Return the geoms that events remove: they get their light like things that move."""
+    """Return the geoms that events remove: they are lit like moving objects."""
     names = {event.remove for event in world.run.events if isinstance(event, RemoveEvent)}
     names |= {beacon.name for beacon in world.beacons if beacon.on in names}
     exact = {f"{kind}/{name}" for kind in ("obstacle", "beacon") for name in names}

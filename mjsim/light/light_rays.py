@@ -1,7 +1,7 @@
 """Rays from texels: what they hit, and how much light of rectangles reaches them. Runs in several processes.
 
-Random numbers depend on the number of a texel alone and work is divided alike for any number of processes, so that the
-light is the same bit for bit.
+Random numbers depend only on the number of a texel, and work is divided in the same way for any number of processes, so
+that the light is the same bit for bit.
 """
 
 from dataclasses import dataclass
@@ -18,16 +18,16 @@ START_OFFSET = 0.002
 END_OFFSET = 0.004
 """Distance before a lamp or a window at which a ray to it ends [m]."""
 WINDOW_CELL = -2
-"""Cell of a window: it shines by itself, so that rays through it bring nothing more."""
+"""Cell of a window: it is a light source of its own, so that rays through it add nothing."""
 COARSE_RAYS, FINE_RAYS = 2, 8
 """Rays per side of a rectangle, for all texels, and for those that see only a part of it."""
 HORIZON_TOLERANCE = 1e-5
-"""Height above the horizon of a point that counts as on it [m]."""
+"""Points this far below the horizon still count as on it [m]."""
 NEGLIGIBLE_LIGHT = 4e-4
-"""Light of a rectangle that is neglected, at most, relative to full light."""
+"""Maximum light of a rectangle that is neglected, relative to full light."""
 
 NARROW_GAP = 0.08
-"""Distance below which what a ray hits is very near: the dark of narrow gaps must not spread beyond them [m]."""
+"""A surface nearer than this counts as very near: the darkness of narrow gaps must not spread beyond them [m]."""
 
 Numbers = NDArray[np.int64]
 Light = NDArray[np.float32]
@@ -35,7 +35,7 @@ Light = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rectangle:
-    """A lamp or a window: shines evenly to one side."""
+    """A lamp or a window, which shines evenly to one side."""
 
     middle: Array
     """World frame, shape (3,) [m]."""
@@ -63,7 +63,7 @@ class Points:
     """Points on surfaces."""
 
     numbers: Numbers
-    """A number of each, for its random numbers, shape (n,)."""
+    """Number of each, which determines its random numbers, shape (n,)."""
     points: Array
     """World frame, shape (n, 3) [m]."""
     normals: Array
@@ -103,7 +103,7 @@ class Room:
 
 
 def uniform(numbers: Numbers, stream: int) -> Light:
-    """Return numbers in [0, 1) that depend on other numbers and a stream alone, shape (n,).
+    """Return random numbers in [0, 1) that depend only on given numbers and a stream, shape (n,).
 
     References:
         Steele, Lea, Flood: Fast splittable pseudorandom number generators (2014): the mixing function of SplitMix64.
@@ -176,14 +176,14 @@ def _estimate(at: Points, rectangle: Rectangle) -> Array:
 
 
 def _form(at: Points, rectangle: Rectangle) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the light of an unhidden rectangle, and whether all of it lies above the horizon, shape (n,) both.
+    """Return the light of a rectangle that nothing hides, and whether all of it is above the horizon, shape (n,) both.
 
     References:
         Arvo: The irradiance Jacobian for partially occluded polyhedral sources (1994), equation 1, after Lambert.
     """
     a, b = rectangle.across, rectangle.along
     to = rectangle.middle + np.array([-a - b, b - a, a + b, a - b]) - at.points[:, None]
-    # A window that ends in the plane of its own reveal is whole.
+    # A window that ends in the plane of its own reveal counts as above the horizon.
     whole = (np.einsum("nkj,nj->nk", to, at.normals) > -HORIZON_TOLERANCE).all(axis=1)
     to /= np.maximum(np.linalg.norm(to, axis=2, keepdims=True), 1e-12)
     after = np.roll(to, -1, axis=1)
@@ -200,7 +200,7 @@ def _sampled(room: Room, at: Points, rectangle: Rectangle, side: int) -> tuple[L
     seen, light = np.zeros(len(starts), np.float32), np.zeros(len(starts), np.float32)
     for ray in range(side * side):
         i, j = divmod(ray, side)
-        # The points of the rectangle are shifted together, so that they stay evenly apart.
+        # All points of the rectangle are shifted by the same amount, so that they stay evenly spaced.
         u = 2.0 * (i + uniform(at.numbers, 1001)) / side - 1.0
         v = 2.0 * (j + uniform(at.numbers, 1002)) / side - 1.0
         to = rectangle.middle + u[:, None] * rectangle.across + v[:, None] * rectangle.along - starts

@@ -37,7 +37,7 @@ class ProbeGrid:
     """The sides of all probes, six each."""
 
     def outside_solids(self, values: Light, behind: Light) -> Light:
-        """Return values of probes; those in solids get that of the nearest outside.
+        """Return values of probes; those in solids get the value of the nearest one outside.
 
         Args:
             values: Values of each probe, shape (n, ...).

@@ -41,7 +41,7 @@ def finer(values: Light, cells: Cells, texels: Texels, links: Links, side: int) 
         side: Texels along the side of a cell.
 
     Returns:
-        Shape (texels, k); of texels without a cell zero.
+        Shape (texels, k); zero for texels without a cell.
     """
     valid, shape = np.flatnonzero(cells.of >= 0), links.right.shape
     image = np.asarray(on_image(shape, texels.at, cells.of.astype(np.int32), -1))

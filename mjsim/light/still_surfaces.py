@@ -1,4 +1,4 @@
-"""Static parts of a compiled model: visible surfaces as triangles in the world, with colour and own light."""
+"""Static parts of a compiled model: visible surfaces as triangles in the world, with colour and emitted light."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from mjsim.geometry import Array
 from mjsim.light.baked import GAMMA
 
 VISIBLE_GROUPS = (0, 1, 5)
-"""Groups of geoms that cameras see, or that are removed now."""
+"""Groups of geoms that cameras see, or that are currently removed."""
 MIN_OPAQUE_ALPHA = 0.5
 """Minimum alpha of a surface that casts a shadow."""
 PIXEL_STRIDE = 17
@@ -37,20 +37,20 @@ class StillGeom:
     albedo: Array
     """Mean linear reflectance, red, green, blue, shape (3,)."""
     glow: float
-    """Own light relative to full light."""
+    """Emitted light relative to full light."""
     shades: bool
     """Whether it casts shadows and reflects light; flat pictures on walls do neither."""
     is_ceiling: bool
     """Whether it is the ceiling, which has the ambient light."""
     moves: bool
-    """Whether it can move, or is a person: then it casts shadows at its place at the start, but has no light map."""
+    """Whether it can move, or is a person: then it casts a shadow at its initial place, but has no light map."""
 
 
 def static_geoms(model: mujoco.MjModel) -> NDArray[np.intp]:
     """Return the visible geoms that cannot move."""
     still = model.body_weldid[model.geom_bodyid] == 0
     still &= model.body_mocapid[model.body_rootid[model.geom_bodyid]] < 0
-    # Of merged shapes the mesh is visible, whatever is drawn now.
+    # Of merged shapes, the mesh counts as visible, whichever is drawn now.
     return np.flatnonzero(still & np.isin(model.geom_group, VISIBLE_GROUPS) & (merged_into(model) <= 0))
 
 

@@ -1,4 +1,4 @@
-"""Baked light in the user's cache folder, one file per content; what is broken or foreign is baked again."""
+"""Baked light in the cache folder of the user, one file per content; broken or foreign files are baked again."""
 
 import hashlib
 import inspect
@@ -26,13 +26,13 @@ from mjsim.progress import say
 from mjsim.world import CloseEvent, LampEvent, OpenEvent, RemoveEvent, World, leaves
 
 MAX_BYTES = 300_000_000
-"""Limit of all stored light; beyond it the files that were used least recently go."""
+"""Limit of all stored light; beyond it, the least recently used files are deleted [bytes]."""
 BAKE_TIMEOUT, POLL_SECONDS = 300.0, 0.2
-"""Longest time to wait for another process that bakes the same light, and between two looks [s]."""
+"""Maximum time to wait for another process that bakes the same light, and polling interval [s]."""
 BROKEN = (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, zlib.error)
 """Exceptions on reading a broken file."""
 OF_GEOMS = ("geom_type", "geom_size", "geom_rgba", "geom_matid", "geom_dataid")
-"""Arrays of the model with a row per geom that change light."""
+"""Arrays of the model with a row per geom that affect light."""
 OF_MATERIALS = ("mat_rgba", "mat_emission", "mat_texid", "mat_texrepeat", "mat_texuniform")
 """The same with a row per material."""
 OF_MESHES = {
@@ -49,14 +49,14 @@ LIBRARIES = ("embreex", "numpy", "opencv-python-headless", "scipy", "shapely")
 OF_EVENTS = (LampEvent, OpenEvent, CloseEvent, RemoveEvent)
 """Events that decide which light has a map of its own."""
 OF_WORLD = ("light", "lamps", "walls", "ceiling")
-"""Keys of the world that change light."""
+"""Keys of the world that affect light."""
 
 _unkept: dict[str, BakedLight] = {}
 """The last light that the cache could not keep, by its key."""
 
 
 def key_of(world: World, model: mujoco.MjModel) -> str:
-    """Return a number of all that light depends on, as text."""
+    """Return a hash of everything that light depends on, as text."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     whole = hashlib.blake2b(digest_size=24)
@@ -67,7 +67,7 @@ def key_of(world: World, model: mujoco.MjModel) -> str:
 
 
 def _content(world: World, model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[bytes]:
-    """Yield all that light depends on."""
+    """Yield everything that light depends on."""
     yield _version()
     yield repr(world.model_dump(include=set(OF_WORLD))).encode()
     yield repr([event for event in world.run.events if isinstance(event, OF_EVENTS)]).encode()
@@ -99,7 +99,7 @@ def _used(numbers: NDArray[np.generic]) -> list[int]:
 
 @cache  # Modules do not change while a process runs.
 def _version() -> bytes:
-    """Return a number of the modules that bake, and of the libraries whose rounding or rays may differ."""
+    """Return a hash of the modules that bake, and of the libraries whose rounding or rays may differ."""
     modules = [*sorted(Path(__file__).parent.glob("*.py")), Path(inspect.getfile(triangles_of))]
     libraries = [_release(name) for name in LIBRARIES]
     return hashlib.sha256(b"".join(module.read_bytes() for module in modules) + repr(libraries).encode()).digest()
@@ -114,7 +114,7 @@ def _release(name: str) -> str:
 
 
 def stored(key: str) -> BakedLight | None:
-    """Return light from the cache, or that of this process which the cache could not keep; None if there is none."""
+    """Return light from the cache, or from this process if the cache could not be written; None if there is none."""
     place = _folder() / key
     try:
         with np.load(io.BytesIO(place.read_bytes()), allow_pickle=False) as arrays:
@@ -127,9 +127,9 @@ def stored(key: str) -> BakedLight | None:
 
 
 def store(key: str, light: BakedLight) -> BakedLight:
-    """Keep light in the cache, and return it as it is read from there, rounded: pictures are the same to the last bit.
+    """Keep light in the cache, and return it rounded, as if read from there: pictures are the same to the last bit.
 
-    If the cache cannot be written, the light is kept in this process, after a line about it.
+    If the cache cannot be written, a message is printed, and the light is kept in this process.
     """
     data = io.BytesIO()
     arrays: dict[str, Any] = _to_arrays(light, key)
@@ -152,7 +152,7 @@ def baking(key: str, is_done: Callable[[], bool]) -> Iterator[None]:
     try:
         _folder().mkdir(parents=True, exist_ok=True)
         file = (_folder() / f"{key}.lock").open("ab")
-    except OSError:  # Without a cache everyone bakes.
+    except OSError:  # Without a cache, every process bakes.
         yield
         return
     with file:
@@ -161,7 +161,7 @@ def baking(key: str, is_done: Callable[[], bool]) -> Iterator[None]:
         try:
             yield
         finally:
-            with suppress(OSError):  # Windows keeps a file that others have open.
+            with suppress(OSError):  # Windows does not delete a file that others have open.
                 Path(file.name).unlink()
 
 
@@ -170,7 +170,7 @@ def _folder() -> Path:
 
 
 def _make_room(size: int) -> None:
-    """Remove the files that were used least recently, until a new one fits."""
+    """Remove the least recently used files until a new one fits."""
     files = sorted(_files())
     total = size + sum(each[1] for each in files)
     for _, own, file in files:
@@ -181,7 +181,7 @@ def _make_room(size: int) -> None:
 
 
 def _files() -> Iterator[tuple[float, int, Path]]:
-    """Yield when each file was used last [s], its size [byte] and its place; other processes remove some meanwhile."""
+    """Yield when each file was last used [s], its size [bytes] and path; other processes may remove some meanwhile."""
     for file in filter(Path.is_file, _folder().iterdir()):
         with suppress(FileNotFoundError):
             about = file.stat()
@@ -222,7 +222,7 @@ def _from_arrays(arrays: dict[str, NDArray[np.generic]], key: str) -> BakedLight
     """Return light from a file.
 
     Raises:
-        ValueError, KeyError, TypeError: The file is of other content.
+        ValueError, KeyError, TypeError: The file has other content.
     """
     about = json.loads(str(arrays["about"]))
     if about["key"] != key:

@@ -1,4 +1,4 @@
-"""Links between neighbouring texels without anything between them: only along them is light mixed.
+"""Links between neighbouring texels with nothing between them: light is mixed only along links.
 
 A leaf of a door is thinner than a texel. Without links, the light of one side would spread to the other below it.
 """
@@ -14,12 +14,12 @@ from mjsim.light.light_rays import Light, Room
 from mjsim.light.texels import Texels
 
 LINK_HEIGHT = 0.02
-"""Distance from the surface at which one texel sees the next [m]: more than the gap below a door."""
+"""Height above the surface at which one texel must see the next [m]: more than the gap below a door."""
 
 
 @dataclass(frozen=True, eq=False)
 class Links:
-    """Pairs of texels beside each other on the atlas."""
+    """Linked pairs of neighbouring texels on the atlas."""
 
     pairs: Whole
     """Both texels of each pair, those to the right first and then those below, shape (n, 2)."""
@@ -32,7 +32,7 @@ class Links:
 
     @cached_property
     def _mean(self) -> object:
-        """Each texel's mean over itself and what is linked to it, as a sparse matrix."""
+        """Mean over each texel and those linked to it, as a sparse matrix."""
         from scipy.sparse import coo_matrix, diags, identity
 
         one, other = self.pairs.T
@@ -50,7 +50,7 @@ class Links:
         return values
 
     def reach(self, at: Whole, to: Whole, steps: int) -> NDArray[np.bool_]:
-        """Return whether links lead straight from texels to others, shape (n,).
+        """Return whether links lead in a straight line from texels to others, shape (n,).
 
         Args:
             at: Columns and rows on the atlas, shape (n, 2).
@@ -71,7 +71,7 @@ def links_of(room: Room, texels: Texels, shape: tuple[int, int], valid: NDArray[
     """Return the links of texels.
 
     Args:
-        room: What may stand between them.
+        room: Surfaces that may stand between them.
         texels: All texels.
         shape: Rows and columns of the atlas; charts do not touch there.
         valid: Texels that count.

@@ -9,7 +9,7 @@ from mjsim.geometry import Array
 from mjsim.light.charts import Charts, Whole
 
 BATCH_TEXELS = 250_000
-"""Candidates of texels that are tested at a time."""
+"""Number of candidate texels that are tested at a time."""
 MIN_BARYCENTRIC = -1e-6
 """Minimum barycentric coordinate of a point in a triangle, for texels on the edge between two."""
 
@@ -33,7 +33,7 @@ class Texels:
 
 
 def texels_of(corners: Array, normals: Array, charts: Charts) -> Texels:
-    """Return the texels whose middles lie on triangles; of a chart without any, one for each triangle."""
+    """Return the texels whose centers lie on triangles; for a chart without any, one for each triangle."""
     used = np.flatnonzero(charts.of >= 0)
     of = charts.of[used]
     flat = np.stack([charts.on_atlas(corners[used][:, k], of) for k in range(3)], axis=1)

@@ -1,4 +1,4 @@
-"""The work of ray casting: each part of it is one call of a function here, in this process or in one of `crew`."""
+"""The work of ray casting: each part is one call of a function in this module, in this process or one of `crew`."""
 
 import pickle
 import struct
@@ -27,7 +27,7 @@ _LENGTH = struct.Struct("<q")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surroundings:
-    """A room, and which cell of its surfaces rays hit."""
+    """A room, and the cells of its surfaces."""
 
     room: Room
     names: Numbers
@@ -42,7 +42,7 @@ class Gathered:
     """What the rays of some points hit."""
 
     hits: NDArray[np.int32]
-    """Cell of each ray, `count` where it brings nothing, shape (rays, n)."""
+    """Cell of each ray, `count` where it adds no light, shape (rays, n)."""
     sky: Light
     """Share of rays that reach the sky, shape (n,)."""
     behind: Light
@@ -73,7 +73,7 @@ def lit(around: Surroundings, at: Points, rectangles: Sequence[Rectangle], color
 
 
 def gathered(around: Surroundings, at: Points, side: int, count: int) -> Gathered:
-    """Return what side x side rays of each point hit; `count` is the number of cells."""
+    """Return the hits of side x side rays of each point; `count` is the number of cells."""
     starts = starts_of(at)
     hits = np.full((side * side, len(starts)), count, np.int32)
     sky, back = np.zeros(len(starts), np.float32), np.zeros(len(starts), np.float32)

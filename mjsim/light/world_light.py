@@ -15,7 +15,7 @@ def light_of(world: World, model: mujoco.MjModel) -> BakedLight | None:
 
     Args:
         world: The world.
-        model: The compiled world, not changed; removed objects and changed lamps do not matter.
+        model: The compiled world, not changed; whether objects are removed or lamps changed has no effect.
     """
     if world.shading == "plain":
         return None

@@ -258,7 +258,7 @@ class Arm:
         Args:
             q: Values of the joints, shape (..., n) [rad, m].
             qd: Their rates, shape (..., n).
-            reference: The rates that C is multiplied with, shape (..., n); those of the joints for `rne`.
+            reference: The rates by which C is multiplied, shape (..., n); those of the joints for `rne`.
             qdd: Accelerations, shape (..., n).
 
         Returns:
@@ -308,7 +308,7 @@ class Arm:
         draw_arm(axes, self.links, self._chain, posture, bounds=bounds)
 
     def extent(self, q: ArrayLike) -> Array:
-        """Return the points that the drawn arm goes through at q of shape (k, n), shape (m, 3) [m]."""
+        """Return the points of the drawn arm at q of shape (k, n), shape (m, 3) [m]."""
         from mjsim.mechanics.arm_drawing import extent_of
 
         return extent_of(self.links, self._chain, self.posture(np.atleast_2d(np.asarray(q, dtype=float))))

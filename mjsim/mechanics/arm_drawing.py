@@ -66,12 +66,12 @@ def draw_arm(
 
 
 def extent_of(links: tuple[Link, ...], chain: Chain, posture: Posture) -> Array:
-    """Return the points that an arm goes through at k postures, shape (m, 3) [m]."""
+    """Return the points of an arm at k postures, shape (m, 3) [m]."""
     return _lines(links, chain, posture).reshape(-1, 3)
 
 
 def _lines(links: tuple[Link, ...], chain: Chain, posture: Posture) -> Array:
-    """Return the points that the arm goes through, base, ends of links and tool, shape (k, m, 3) [m]."""
+    """Return the points of the arm's centreline: base, ends of links and tool, shape (k, m, 3) [m]."""
     count = len(posture.links)
     points = [np.broadcast_to(chain.first[:3, 3], (count, 3))]
     for number, link in enumerate(links):
@@ -114,7 +114,7 @@ def _draw_frame(axes: Any, frame: Array, length: float, names: str) -> None:
 
 
 def _set_view(axes: Any, points: Array) -> None:
-    """Show all points at one scale, seen from the front right above."""
+    """Show all points at one scale, seen from above at the front right."""
     points = np.concatenate([points, np.zeros((1, 3))])
     middle, half = (points.max(axis=0) + points.min(axis=0)) / 2, 0.55 * _reach(points)
     for set_limits, center in zip((axes.set_xlim, axes.set_ylim, axes.set_zlim), middle, strict=True):

@@ -160,7 +160,7 @@ def regressor(chain: Chain, posture: Posture, qd: Array, *, qdd: Array, gravity:
     spin, spin_rate = motion.spin, motion.spin_rate
     origin = motion.origin + cross(spin_rate, arm) + cross(spin, cross(spin, arm))
     forces, moments = _by_parameter(rotation, origin, spin, spin_rate)
-    # The fraction of each link's parameters, shape (..., 10, n, 3), in the torque of each joint.
+    # Contribution of each link's parameters, shape (..., 10, n, 3), to the torque of each joint.
     axes = posture.axes[..., :, None, None, :]
     lever = (posture.links[..., None, None, :, :3, 3]) - posture.points[..., :, None, None, :]
     forces, moments = forces[..., None, :, :, :], moments[..., None, :, :, :]

@@ -25,9 +25,9 @@ DAMPING = 1e-2
 """Multiple of the squared error that is added to the diagonal, and its minimum."""
 MIN_DAMPING = 1e-14
 MAX_DAMPING, MIN_GAIN = 1e9, 1e-12
-"""Damping beyond which no step helps, and the relative gain of a step below which none helps much."""
+"""Damping above which the search ends, and relative improvement per step below which it ends."""
 NOTABLE_MISS = 1e-6
-"""A goal out of reach keeps the solution nearest to its start, unless another misses by this much less [m + rad]."""
+"""A goal out of reach keeps its solution unless another misses by this much less [m + rad]."""
 MISS_TOLERANCE, AGREEING_TRIES = 1e-5, 2
 """For a goal out of reach, the search ends when this number of tries misses as little as the best, within [m + rad]."""
 TURN = 2.0 * np.pi

@@ -62,7 +62,7 @@ class Constant(TimeSignal):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepChange(TimeSignal):
-    """One value before a time, another from it on."""
+    """One value before a time, another from then on."""
 
     before: float = 0.0
     after: float

@@ -84,8 +84,8 @@ class SpaceCurve:
 
         Returns:
             place: Shape (3,) [m].
-            slope: Slope of length 1, as nearly as possible for the spline, shape (3,).
-            bend: 0 beyond the ends, shape (3,) [1/m].
+            slope: Tangent, of length 1 up to the error of the spline, shape (3,).
+            bend: Derivative of the tangent, 0 beyond the ends, shape (3,) [1/m].
         """
         inner = along % self.length if self.closed else min(max(along, 0.0), self.length)
         piece = min(max(bisect_right(self._marks, inner) - 1, 0), len(self._cubes) - 1)
@@ -127,7 +127,7 @@ class SpaceCurve:
             place, tangent, bend = self.at(along)
             away = point - place
             grows = float(tangent @ tangent - bend @ away)
-            # Past the centre of its bend the nearest point is far away; stay with the tangent there.
+            # Beyond the centre of curvature the nearest point is far away; stay on the tangent there.
             step = float(tangent @ away) / (grows if grows > 0.1 else float(tangent @ tangent))
             along += min(max(step, -self.length / 20.0), self.length / 20.0)
             if abs(step) < STEP_TOLERANCE * self.length:

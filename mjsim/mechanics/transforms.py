@@ -123,7 +123,7 @@ def rotation_vector(rotation: Array) -> Array:
 
 
 def _half_turn(rotation: Array, skew: Array) -> Array:
-    """Return the axes of rotations near a half turn, shape (..., 3), in the sense that `skew` has."""
+    """Return the axes of rotations near a half turn, shape (..., 3), with the sign given by `skew`."""
     # R + R^T = 2 cos I + 2 (1 - cos) u u^T: the column of the largest diagonal entry is a multiple of u.
     cosine = 0.5 * (np.trace(rotation, axis1=-2, axis2=-1) - 1.0)
     outer = 0.5 * (rotation + np.swapaxes(rotation, -1, -2)) - cosine[..., None, None] * np.eye(3)
