@@ -1,4 +1,4 @@
-"""Notes about contents of files, in the user's cache folder: what took long to find out is looked up the next time."""
+"""Notes about contents of files, in the user's cache folder: slow results are looked up the next time."""
 
 import hashlib
 from contextlib import suppress
@@ -7,7 +7,7 @@ from pathlib import Path
 from mjsim.output import replace_file, user_cache
 
 MAX_NOTES = 10_000
-"""Maximum number of notes; beyond it all are forgotten."""
+"""Maximum number of notes; beyond it, all are deleted."""
 
 
 def noted(*about: str | bytes) -> bytes | None:
@@ -34,7 +34,7 @@ def folder() -> Path:
 
 
 def _place(about: tuple[str | bytes, ...]) -> Path:
-    """Return the file of a note: the SHA-256 of all that it is about, each after its length."""
+    """Return the file of a note: the SHA-256 of all texts and contents, each after its length."""
     whole = hashlib.sha256()
     for part in about:
         data = part.encode() if isinstance(part, str) else part

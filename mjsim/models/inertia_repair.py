@@ -27,17 +27,17 @@ MIN_MOMENT = 2e-14
 """MuJoCo treats smaller moments as zero [kg m^2]."""
 DIGITS = ".9g"
 FEATHER_MASS = 1e-6
-"""Mass of a link that weighs nothing, as MuJoCo takes nothing for unknown [kg]."""
+"""Mass given to a massless link, since MuJoCo takes 0 for unknown [kg]."""
 LIGHT = 0.01
 """Bodies with less mass [kg], and less than this share of the robot's moment of inertia, may have any inertia."""
 IMPOSSIBLE, USUAL_SHARE = 2.0, 0.5
-"""Radius of gyration, as a share of the reach of the shapes of a body, beyond which it is reduced, and to which."""
+"""Radius of gyration, as a share of the reach of a body's shapes: above the first it is reduced to the second."""
 MIN_STATED = 1e-9
-"""A smaller mass is a placeholder of an exporter for none [kg]."""
+"""Exporters write smaller masses as placeholders for none [kg]."""
 GUESSED = "guessed"
-"""Attribute of an inertia that stands for that of the shapes of its link: the note if there are none."""
+"""Attribute of a guessed inertia, which that of the link's shapes replaces; its value is the note if there are none."""
 FEATHER_SIZE = 1e-4
-"""Moments of inertia of such a link, relative to its mass [m^2]."""
+"""Moments of inertia of a massless link, relative to the mass given to it [m^2]."""
 _URDF_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
@@ -47,7 +47,7 @@ def mend_inertias(root: Element, path: str, *, feather: float = FEATHER_MASS) ->
     Args:
         root: Tree of MJCF or URDF.
         path: Its file, for the notes.
-        feather: Mass of a link of URDF that weighs nothing [kg].
+        feather: Mass given to a massless link of URDF [kg].
     """
     return list(_mend_urdf(root, path, feather) if root.tag == "robot" else _mend_mjcf(root, path))
 
@@ -116,7 +116,7 @@ def mend_impossible(root: Element, path: str, model: Any) -> Iterator[str]:
     Args:
         root: The tree of the file, which is changed.
         path: The file.
-        model: What MuJoCo makes of it.
+        model: The model that MuJoCo compiles from it.
     """
     found = {
         name: (gyration, reach) for name, gyration, reach in gyrations(model) if name and gyration > IMPOSSIBLE * reach
@@ -138,12 +138,12 @@ def mend_impossible(root: Element, path: str, model: Any) -> Iterator[str]:
 
 
 def mend_guessed(root: Element, path: str, compiled: Callable[[], Any]) -> Iterator[str]:
-    """Give links of URDF with a mass but no inertia that of their shapes, and yield notes on what was done.
+    """Give URDF links with a mass but no inertia the inertia of their shapes, and yield notes on what was done.
 
     Args:
         root: The tree of the file, which is changed.
         path: The file.
-        compiled: Returns what MuJoCo makes of the tree.
+        compiled: Returns the model that MuJoCo compiles from the tree.
     """
     notes = [(link, held, held.attrib.pop(GUESSED)) for link in root.findall("link") for held in _guessed(link)]
     if not notes:
@@ -169,7 +169,7 @@ def mend_guessed(root: Element, path: str, compiled: Callable[[], Any]) -> Itera
 
 
 def _guessed(link: Element) -> list[Element]:
-    """Return the inertia of a link, if that of its shapes belongs there."""
+    """Return the inertia of a link, if it is to be computed from its shapes."""
     return link.findall(f"inertial/inertia[@{GUESSED}]")[:1]
 
 
@@ -229,7 +229,7 @@ def _weight_of(link: Element) -> float:
 
 
 def _fixed_to(root: Element, heavy: Collection[str]) -> frozenset[str]:
-    """Return the links of URDF that fixed joints hold to one of some links, without these."""
+    """Return the URDF links that fixed joints attach to some links, without these."""
     ends = [
         {end.get("link", "") for end in (*joint.findall("parent"), *joint.findall("child"))}
         for joint in root.findall("joint")
@@ -242,7 +242,7 @@ def _fixed_to(root: Element, heavy: Collection[str]) -> frozenset[str]:
 
 
 def _lighten(link: Element, feather: float) -> None:
-    """Let a link weigh nothing, as URDF means it without a mass; by its shapes MuJoCo would give it one."""
+    """Make a link massless, as one without a mass is in URDF; MuJoCo would derive a mass from its shapes."""
     for inertial in link.findall("inertial"):
         link.remove(inertial)
     new = link.makeelement("inertial", {})
@@ -253,7 +253,7 @@ def _lighten(link: Element, feather: float) -> None:
 
 
 def _ball(inertial: Element, weight: float, called: str, given: str = "", *, shapes: bool = False) -> Iterator[str]:
-    """Give a link the inertia of a ball; yield what was done, unless `mend_guessed` takes its shapes later."""
+    """Give a link the inertia of a ball; yield what was done, unless `mend_guessed` will use its shapes."""
     value = BALL_INERTIA * weight * GUESSED_RADIUS**2
     keys = dict.fromkeys(("ixx", "iyy", "izz"), format(value, DIGITS)) | dict.fromkeys(("ixy", "ixz", "iyz"), "0")
     new = inertial.makeelement("inertia", keys)

@@ -27,7 +27,7 @@ class LenientGatherer(Gatherer):
         """Names in the text that stand for files that are left out."""
 
     def _original(self, name: str) -> bytes:
-        """Return a file by its name in the description, as it is."""
+        """Return a file by its name in the description, unchanged."""
         return super().file(self._resolved(name))
 
     def file(self, path: str) -> bytes:
@@ -39,8 +39,8 @@ class LenientGatherer(Gatherer):
             try:
                 data = self._meshes.plain(path, data)
             except ValueError:
-                return data  # What is wrong with it is told when it is checked.
-        # A mesh without volume weighs as its surface in MJCF; URDF states the mass.
+                return data  # Faults are reported when it is checked.
+        # In MJCF, a mesh without volume gets its mass from its surface; URDF states the mass.
         return with_volume(data) if self._urdf else data
 
     def keep_urdf(self, root: Element) -> None:
@@ -63,7 +63,7 @@ class LenientGatherer(Gatherer):
             return self._gone(name, error, kind)
 
     def _gone(self, name: str, error: ValueError, kind: str = "mesh") -> str:
-        """Note a faulty mesh or texture, and return what stands for it."""
+        """Note a faulty mesh or texture, and return its replacement."""
         self._amiss.append(_left_out(name, str(error), kind))
         flat = f"gone-{len(self.missing)}"
         self.missing.add(flat)

@@ -1,7 +1,6 @@
 """Meshes of Collada, glTF, OBJ and STL, read by trimesh, as parts of one colour or texture that MuJoCo reads.
 
-Lengths become metres and z points up, as stated in each file. Whoever reads untrusted files does it in the
-guarded reader.
+Lengths become metres and z points up, as stated in each file. Untrusted files must be read in the guarded reader.
 """
 
 import io
@@ -28,10 +27,10 @@ MAX_PARTS = 32
 MAX_CELLS = 400
 """Number of cells along the longest side of a mesh in the first simplification."""
 COARSENING_RATIO = 0.75
-"""Factor on the number of cells in each further one."""
+"""Factor of the number of cells from one simplification to the next."""
 FLAT, SPECK, MIN_SPECK = 1e-9, 2e-3, 3e-5
-"""Maximum volume of a flat mesh, as a share of the cube of its size; and the side of the speck that it gets, as a share
-of its size, and at least [m]."""
+"""Maximum volume of a flat mesh, as a share of the cube of its size; side of the speck added to it, as a share of its
+size; and minimum side of the speck [m]."""
 SPECK_FACES = ((0, 2, 1), (0, 3, 2), (0, 1, 3), (1, 2, 3))
 MAX_SIDE = 1024
 """Maximum side of a texture [px]."""
@@ -41,7 +40,7 @@ _HEAD, _RECORD = 80, np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)),
 _UNIT = re.compile(r"<unit\b[^>]*\bmeter\s*=\s*[\"']\s*([0-9.eE+-]{1,20})\s*[\"']")
 _UP = re.compile(r"<up_axis>\s*([XYZ])_UP\s*</up_axis>")
 _KEY, _NUMBER = re.compile(r"""\b(id|name)\s*=\s*["']([^"']*)["']"""), re.compile(r"[._]\d+$")
-"""Names of a geometry, and what the library adds to those of its parts."""
+"""Names of a geometry, and the suffix that the library adds for its parts."""
 _UPRIGHT: Mapping[str, Array] = {
     "X": np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]),
     "Y": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
@@ -63,7 +62,7 @@ class MeshPart:
     coarser: bool = False
     """Whether it was simplified."""
     bare: bool = False
-    """Whether pictures, or files of colours that it names, were not read."""
+    """Whether pictures, or material files that it names, were not read."""
 
     @property
     def ending(self) -> str:
@@ -134,7 +133,7 @@ def alone(name: str) -> bytes:
 def _meshes(
     path: str, data: bytes, read: Callable[[str], bytes], *, up_axis: bool = True, named: str = ""
 ) -> list[Any]:
-    """Return the meshes of a file, placed, in metres, z up; without `up_axis`, those of Collada as they are turned."""
+    """Return the meshes of a file, placed, in metres, z up; without `up_axis`, those of Collada are not rotated."""
     import trimesh
 
     ending = posixpath.splitext(path)[1].lower()
@@ -272,7 +271,7 @@ def _obj(meshes: Sequence[Any]) -> bytes:
     lines, first = [], 1
     for mesh in meshes:
         lines += [f"v {x:.7g} {y:.7g} {z:.7g}" for x, y, z in mesh.vertices]
-        # The last of very many looks has the rest, too, some of which has no place on a picture.
+        # The last part also holds meshes beyond the limit, some without texture coordinates.
         places = getattr(mesh.visual, "uv", None)
         lines += [
             f"vt {u:.6g} {v:.6g}" for u, v in (np.zeros((len(mesh.vertices), 2)) if places is None else places[:, :2])

@@ -71,7 +71,7 @@ _REFUSED = {
 }
 """Features that no object may have, with their names in messages."""
 _INSTEAD = {"attach": "write both as one file, mujoco.MjSpec.from_file(FILE).to_xml()"}
-"""Advice what to use instead."""
+"""Advice on what to use instead."""
 _URDF = {"link", "joint", "material"}
 _URDF_COMPILER = {"boundinertia", "boundmass"}
 """Settings of a URDF's MuJoCo element that are kept: minimum mass and inertia of moving bodies."""
@@ -398,7 +398,7 @@ class Gatherer:
 
 
 def _name_apart(root: Element) -> None:
-    """Give shapes of a URDF names of their own, if they have any; MuJoCo takes the last name for one without."""
+    """Give URDF shapes unique names if some have names; MuJoCo gives a shape without one the name of the last."""
     shapes = [shape for link in root.findall("link") for shape in link if shape.tag in ("visual", "collision")]
     taken: set[str] = set()
     for shape in shapes if any(shape.get("name") for shape in shapes) else ():

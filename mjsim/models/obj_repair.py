@@ -16,7 +16,7 @@ _FACE = re.compile(rb"^[ \t]*f[ \t].*", re.MULTILINE)
 _BARE_FACE = re.compile(rb"^[ \t]*f(?:[ \t]+-?\d+(?:/-?\d*)?)+[ \t\r]*$", re.MULTILINE)
 _NORMALS = re.compile(rb"^[ \t]*vn[ \t].*", re.MULTILINE)
 _NORMAL = re.compile(rb"(\d)(?:(/-?\d+)/|//)-?\d+(?!\S)")
-"""A corner of a face with a normal: its own last digit, its place on a picture, and the normal."""
+"""A corner of a face with a normal: the last digit of its index, its texture coordinates, and the normal."""
 
 
 def mended_obj(data: bytes) -> bytes:
@@ -31,11 +31,11 @@ def _with_volume(data: bytes) -> bytes:
     """Return an OBJ, with a speck in its middle if all its corners lie in a plane: MuJoCo requires a volume."""
     sample = [corner.groups() for corner in islice(_CORNER.finditer(data), SAMPLE)]
     try:
-        # The first corners tell that most meshes are not flat.
+        # For most meshes, the first corners show that they are not flat.
         if not (_is_flat(sample) and _is_flat(found := _CORNER.findall(data))):
             return data
     except ValueError:
-        return data  # What is wrong with it is told when it is checked.
+        return data  # Faults are reported when it is checked.
     lines = ["", *(f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in speck_tips(np.array(found, dtype=float)))]
     place = "/1" if _PICTURED.search(data) else ""
     lines += ["f " + " ".join(f"{len(found) + 1 + tip}{place}" for tip in face) for face in SPECK_FACES]

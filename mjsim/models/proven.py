@@ -23,7 +23,7 @@ from mjsim.models.mesh_files import MeshPart
 TRIALS = f"{__package__}.trials"
 """Module of the functions that the child runs; it is not imported here."""
 LIBRARIES = ("mujoco", "opencv-python-headless", "pycollada", "trimesh")
-"""Libraries that read them, beside the modules of this package; their other versions may fail on the same files."""
+"""Libraries that read them, besides the modules of this package; other versions may fail on the same files."""
 
 
 def require_readable(

@@ -30,7 +30,7 @@ class PlainMeshes:
 
         Args:
             read: Returns a file by its name in the description.
-            failed: Takes the name of a mesh that cannot be read, and returns what stands for it.
+            failed: Takes the name of a mesh that cannot be read, and returns its replacement.
             up_axis: Whether Collada is turned as its `<up_axis>` says.
             guarded: Whether to call the guarded reader, which reads no textures; otherwise this runs in it.
         """
@@ -42,9 +42,9 @@ class PlainMeshes:
         self.coarser: set[str] = set()
         """Meshes that were simplified."""
         self.bare: set[str] = set()
-        """Meshes without their pictures, and the files of colours that they name."""
+        """Meshes whose pictures and material files are not read."""
         self.absent: set[str] = set()
-        """What meshes name and does not exist."""
+        """Files that meshes name and that do not exist."""
 
     def put_into(self, root: Element) -> None:
         """Replace the shapes of a URDF that have such meshes."""
@@ -76,7 +76,7 @@ class PlainMeshes:
             return False
 
     def _parts(self, name: str, shape: Element, coloured: Collection[str | None]) -> list[MeshPart]:
-        """Return the parts of a mesh: one for what collides, and for what the URDF gives a colour."""
+        """Return the parts of a mesh: a single one for a collision shape, or a shape that has a colour in the URDF."""
         material = shape.find("material")
         own = material is not None and (material.find("color") is not None or material.get("name") in coloured)
         whole = shape.tag == "collision" or own

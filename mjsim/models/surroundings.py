@@ -44,15 +44,15 @@ class SceneGeom:
     texture: str = ""
     """Name of the texture of its material, see `MjcfScene.textures`; '' for none."""
     tile: float = 0.0
-    """Size of one repetition of that; 0 if it is repeated over the size of the geom [m]."""
+    """Size of one repetition of the texture; 0 if its repetitions fill the geom [m]."""
     repeats: float = 1.0
-    """Number of its repetitions over the height of the geom."""
+    """Number of repetitions over the height of the geom."""
     name: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneJoint:
-    """A hinge or a slide of a scene; its value is 0 where the scene has it."""
+    """A hinge or a slide of a scene; its value is 0 at its pose in the scene."""
 
     kind: str
     """'hinge' or 'slide'."""
@@ -72,7 +72,7 @@ class SceneJoint:
     """Value at which its spring is at rest [rad or m]."""
 
     def moved(self, outer_from_inner: Array) -> "SceneJoint":
-        """Return it in an outer frame."""
+        """Return the joint in an outer frame."""
         turn = outer_from_inner[:3, :3]
         return replace(self, anchor=turn @ self.anchor + outer_from_inner[:3, 3], axis=turn @ self.axis)
 
@@ -93,7 +93,7 @@ class SceneBody:
     above: str
     """Name of the body that carries it; '' for none."""
     held: bool
-    """Whether it has a ball joint, which is not among those."""
+    """Whether it has a ball joint, which is not in `joints`."""
     bare: int
     """Number of geoms that collide with nothing."""
 
@@ -139,7 +139,7 @@ def read_mjcf_scene(path: Path) -> MjcfScene:
         try:
             model = spec.compile()
         except ValueError:
-            # Damage that shows only when a picture is decoded; other errors come again.
+            # Some damage shows only when a picture is decoded; other errors occur again below.
             no_textures |= {texture.name: "MuJoCo cannot read this texture or another one" for texture in spec.textures}
             _drop(spec, no_textures)
             model = spec.compile()
@@ -159,7 +159,7 @@ def read_mjcf_scene(path: Path) -> MjcfScene:
 
 
 def _drop(spec: Any, names: Collection[str]) -> None:
-    """Remove textures, of which the sky may have no name."""
+    """Remove textures by name; a sky without a name is 'sky'."""
     for material in spec.materials:
         material.textures = ["" if name in names else name for name in material.textures]
     for texture in list(spec.textures):
@@ -168,7 +168,7 @@ def _drop(spec: Any, names: Collection[str]) -> None:
 
 
 def _size_of(texture: Any, home: Path, folder: str) -> tuple[int, str]:
-    """Return the number of pixels of a texture, and why it is not taken, or ''; files must be below `home`."""
+    """Return the number of pixels of a texture, and why it is left out, or ''; files must be below `home`."""
     if texture.type not in (mujoco.mjtTexture.mjTEXTURE_2D, mujoco.mjtTexture.mjTEXTURE_CUBE):
         return 0, "a world has no sky of its own"
     if texture.builtin != mujoco.mjtBuiltin.mjBUILTIN_NONE:

@@ -1,4 +1,4 @@
-"""Readings of models and pictures as the guarded reader tries them."""
+"""Test reads of models and pictures, run in the guarded reader."""
 
 from mjsim.models.model_sources import ModelFiles
 
@@ -15,7 +15,7 @@ def picture(data: bytes) -> str | None:
 
 
 def mesh(path: str, data: bytes, whole: bool) -> str | list[tuple[bytes, list[float] | None, bool, bool]]:
-    """Return data and colour of each part of a mesh, without pictures and what the mesh names beside it; or an error.
+    """Return data and colour of each part of a mesh, without pictures and files that it names; or an error.
 
     Two more values tell whether a part was simplified, and whether such pictures and files exist.
     """

@@ -1,4 +1,4 @@
-"""Repair of what people write in URDF and MuJoCo rejects: sizes of shapes, scales of meshes, repeated elements."""
+"""Repairs common faults of URDF files that MuJoCo rejects: sizes of shapes, scales of meshes, repeated elements."""
 
 from collections.abc import Iterator
 from xml.etree.ElementTree import Element

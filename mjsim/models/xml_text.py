@@ -1,4 +1,4 @@
-"""Text of XML files from anywhere: decoded once, checked, and parsed from that text by its reader.
+"""Text of untrusted XML files: decoded once and checked; readers parse this text.
 
 The declaration of the encoding is blanked, so that no parser decodes the text a second time. What a document type
 declares could expand to any amount of text, or name other files. URDF parsers ignore namespaces, so files use prefixes
@@ -14,23 +14,23 @@ from mjsim.sentences import Sentence
 
 _MARKS = {
     codecs.BOM_UTF8: "utf-8",
-    codecs.BOM_UTF32_LE: "utf-32-le",  # Begins with the mark of UTF-16.
+    codecs.BOM_UTF32_LE: "utf-32-le",  # Begins with the byte order mark of UTF-16.
     codecs.BOM_UTF32_BE: "utf-32-be",
     codecs.BOM_UTF16_LE: "utf-16-le",
     codecs.BOM_UTF16_BE: "utf-16-be",
 }
 _UNMARKED = {b"<\0\0\0": "utf-32-le", b"\0\0\0<": "utf-32-be", b"<\0": "utf-16-le", b"\0<": "utf-16-be"}
-"""First bytes of files in these encodings without a mark."""
+"""First bytes of files in these encodings without a byte order mark."""
 _DECLARATION = re.compile(r"\A\s*<\?xml\s[^>]*\?>")
 """Blank lines before the declaration are invalid, though many programs accept them."""
 _OPENED = re.compile(r"<!--|<!\[CDATA\[")
 _ENCODING = re.compile(rb"""\A\s*<\?xml\s[^>]*?\sencoding\s*=\s*["']([A-Za-z0-9._-]+)["']""")
 _SUPERSETS = re.compile(r"utf-8|ascii|iso8859-\d+|cp125\d|koi8-[ru]")
-"""Encodings without a mark that a file may declare; in all, ASCII characters are single bytes."""
+"""Encodings that a file without a byte order mark may declare; in all, ASCII characters are single bytes."""
 
 
 class RefusedXmlError(ValueError):
-    """A file cannot be decoded, or holds what no file needs; the message lacks the path."""
+    """A file cannot be decoded, or holds something that is not allowed; the message lacks the path."""
 
 
 def xml_text(data: bytes) -> str:
@@ -69,7 +69,7 @@ def _plain_comments(text: str) -> str:
 
 
 def _encoding(data: bytes) -> tuple[str, bytes]:
-    """Return the encoding of a file, and the mark that it begins with."""
+    """Return the encoding of a file, and its byte order mark."""
     for mark, encoding in _MARKS.items():
         if data.startswith(mark):
             return encoding, mark
@@ -88,7 +88,7 @@ def _encoding(data: bytes) -> tuple[str, bytes]:
 
 
 def checked_xml(data: bytes, *, doctype: bool = False, deepest: int | None = None) -> str:
-    """Return the text of an XML file from anywhere, with declarations of the prefixes that it uses without any.
+    """Return the text of an untrusted XML file, with declarations added for undeclared prefixes.
 
     Args:
         data: Contents of the file.

@@ -9,7 +9,7 @@ from mjsim.sentences import Sentence
 from mjsim.world import SENSOR_KINDS, Robot, Source, Use, World, name_of, problems_at, world_notes
 
 _LOOKS = frozenset({"sightings", "cameras", "scans", "clouds", "ranges", "proximity", "bump"})
-"""Readings of a robot's surroundings; one of those that a module uses is enough for it."""
+"""Readings of a robot's surroundings; a module needs only one of those that it uses."""
 _ALWAYS = frozenset({"proximity", "bump", "messages"})
 """Readings that every robot has."""
 _ROLES = ("observer", "estimator", "navigator", "avoidance")
@@ -34,7 +34,7 @@ def unfed_modules(world: World) -> list[Problem]:
 
 
 def readings_needed(use: str, role: str, source: Source) -> Set[str]:
-    """Return the readings of which a module needs one, as far as its text shows; none if every robot has it."""
+    """Return readings of which a module needs one, as far as its text shows; none if every robot has one."""
     needed = _needed(set(host_of(use).readings(Use(use=use), role, source)))
     return frozenset() if needed & _ALWAYS else needed
 

@@ -37,7 +37,7 @@ class Boundary:
     def __init__(self, robot: str) -> None:
         """Store the robot's name for messages."""
         self._robot = robot
-        # What closes this file closes those of a recording, too.
+        # A module that closes this file probably also closes those of a recording.
         self._watched = os.open(os.devnull, os.O_RDONLY)
         self._sign = _sign(self._watched)
         weakref.finalize(self, _close, self._watched, self._sign)

@@ -148,7 +148,7 @@ def beside(name: str, source: Source, *, folder: bool = False) -> Path:
             Sentence("path '{name}' is outside the folder of the world; keep it beside the world file", name)
         ) from None
     except ValueError:
-        pass  # There is no file of such a name.
+        pass  # No file can have this name.
     suffix, known = PurePath(name).suffix, list[str]()
     with suppress(OSError):
         known = [item.name for item in home.iterdir() if exists(item) and item.name.endswith(suffix)]

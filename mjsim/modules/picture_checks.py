@@ -73,7 +73,7 @@ def judge_pictures(world: World) -> dict[str, JudgedPicture]:
 
 
 def judge_images(world: World, images: Sequence[str], *, width: float) -> dict[str, JudgedPicture]:
-    """Return how well pictures would be recognised that were added to a world as beacons of a width [m].
+    """Return how well pictures would be recognised as additional beacons of a world.
 
     Args:
         world: The world; one without cameras is judged with the default camera.
@@ -83,7 +83,7 @@ def judge_images(world: World, images: Sequence[str], *, width: float) -> dict[s
     hung = {beacon.image: beacon.name for beacon in world.beacons if beacon.image is not None}
     files = {image: world.read_asset(image) for image in sorted({*images, *hung})}
     digests = {image: hashlib.sha256(data).hexdigest() for image, data in files.items()}
-    # All in one order, so that the answer is noted for as long as there are the same pictures.
+    # In a fixed order, so that the note stays valid as long as the pictures are the same.
     qualities = _qualities(world, {digest: image for image, digest in digests.items()})
     owners = {digests[image]: name for image, name in hung.items()}
     likes = {digest: quality.like for digest, quality in qualities.items() if quality.like is not None}
@@ -91,7 +91,7 @@ def judge_images(world: World, images: Sequence[str], *, width: float) -> dict[s
     judged = {}
     for image in images:
         own = digests[image]
-        # Of two pictures that are alike, the later one names the earlier.
+        # Of two similar pictures, the later one names the earlier.
         pairs = [likes.get(own), *((digest, share) for digest, (other, share) in likes.items() if other == own)]
         like = next(((owners[pair[0]], pair[1]) for pair in pairs if pair is not None and pair[0] in owners), None)
         columns, rows = shown_size(files[image])
@@ -107,7 +107,7 @@ def _cameras(world: World) -> list[Camera]:
 
 
 def _confusion(like: tuple[str, float] | None) -> str | None:
-    """Return what is wrong with a picture that can be taken for that of another beacon, to a share of it."""
+    """Return the fault of a picture, given the beacon with which it can be confused, and their similarity in [0, 1]."""
     if like is None:
         return None
     other, share = like
@@ -123,7 +123,7 @@ def _confusion(like: tuple[str, float] | None) -> str | None:
 
 
 def _nearness(distance: float, width: float) -> str | None:
-    """Return what is wrong with a picture of a width [m] that is recognised up to a distance [m]."""
+    """Return the fault of a picture of a width [m] that is recognised up to a distance [m]; None if that is enough."""
     if distance >= MIN_RECOGNITION_DISTANCE:
         return None
     needed = math.ceil(100.0 * width * MIN_RECOGNITION_DISTANCE / distance) / 100.0
@@ -160,7 +160,7 @@ def _cached(digests: tuple[str, ...]) -> dict[str, _Quality]:
 
 def _judged(world: World, images: Mapping[str, str]) -> Mapping[str, _Quality]:
     """Judge pictures, and note the result."""
-    # Most worlds have no new pictures before a camera, and need not load what decodes and judges them.
+    # Most worlds have cameras and no new pictures, and need not load the code that decodes and judges them.
     from mjsim.algorithms.beacon_vision.picture_quality import picture_qualities
 
     found = picture_qualities({digest: world.read_picture(image) for digest, image in images.items()})

@@ -42,7 +42,7 @@ def test_an_arm_of_xacro_reaches_as_far_as_its_arguments_say_to_the_frame_called
     (flange,), (place,) = item.file_arm.notes, item.file_arm.changed
     assert place.startswith("left out: include '")
     assert "'package://gone/unused.xacro', which was not found" in place
-    assert flange == "flange: at 'tool0', by its name; end names another frame"
+    assert flange == "flange: at 'tool0', chosen by its name; name another frame with end"
     assert item.file_arm.model.nmesh == 1
 
 

@@ -10,7 +10,7 @@ from mjsim.models.xml_text import RefusedXmlError, checked_xml
 from mjsim.sentences import Sentence
 
 MIN_MASS = 1e-12
-"""Mass of a link that weighs nothing: below errors of rounding [kg]."""
+"""Mass given to a massless link: below rounding errors [kg]."""
 UNFIT = ("breaks the triangle", "principal moment", "is no number")
 """Messages of MuJoCo about impossible inertias."""
 NUMBERS = {"mass", "value", "diaginertia", "fullinertia", "pos", "quat", "ixx", "iyy", "izz", "ixy", "ixz", "iyz"}

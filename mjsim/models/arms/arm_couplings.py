@@ -38,7 +38,7 @@ def equalities(model: mujoco.MjModel) -> Iterator[JointCoupling]:
             continue
         first, second = (int(ids[number]) for ids in (model.eq_obj1id, model.eq_obj2id))
         own, other = (float(model.qpos0[model.jnt_qposadr[joint]]) for joint in (first, second))
-        # MuJoCo's are about the reference positions.
+        # MuJoCo's are relative to the reference positions.
         offset += own - ratio * other
         yield JointCoupling(model.joint(first).name, model.joint(second).name, ratio, offset)
 

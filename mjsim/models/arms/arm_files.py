@@ -34,9 +34,9 @@ from mjsim.models.urdf_repair import firsts, mend_scales, mend_sizes
 from mjsim.sentences import Sentence
 
 MIN_MASS = 1e-9
-"""A link with a smaller mass has no mass in its file [kg]."""
+"""A link with a smaller mass counts as one without mass in its file [kg]."""
 TOOLS = [re.compile(rf"(^|_){word}(_link|_frame)?$") for word in ("tcp", "tool0", "tool", "attachment_site", "flange")]
-"""Names of the frame at the end of an arm, those that count first."""
+"""Names of the frame at the end of an arm, in order of precedence."""
 ELEMENT_NAME = re.compile(r"(?:Element name|mesh|joint) '([^']+)'")
 """How MuJoCo names the element that it rejects."""
 
@@ -144,13 +144,13 @@ def read_arm(
     tree = tree_of(model)
     last, flange, found = _end(model, tree, path, end)
     changed += inventory(gatherer.items())
-    notes = [f"flange: at '{found}', by its name; end names another frame"] if found else []
+    notes = [f"flange: at '{found}', chosen by its name; name another frame with end"] if found else []
     couplings += equalities(model)
     return _arm(files, model, tree, last, flange, motors, couplings, notes, changed)
 
 
 class _ArmGatherer(LenientGatherer):
-    """Reads the files of an arm: those of MJCF must all be there, as for MuJoCo."""
+    """Reads the files of an arm: those of MJCF must all exist, as for MuJoCo."""
 
     def __init__(self, path: str, read: Read, arguments: Mapping[str, str]) -> None:
         super().__init__(path, read, guarded=True)
@@ -200,7 +200,7 @@ def _compiled(files: ModelFiles) -> mujoco.MjModel:
 def _end(model: mujoco.MjModel, tree: ArmTree, path: str, end: str | None) -> tuple[int, Array, str]:
     """Return the body at the end of the chain, which a joint moves, and the flange's frame in it, shape (4, 4).
 
-    Also returned is the name of the frame that was taken for the flange by its name; '' if none was.
+    Also returned is the name of the frame that was chosen as flange by its name; '' if none was.
     """
     if not tree.moving:
         raise ArmFileError(Sentence("'{path}' has no joint that turns or slides; an arm has at least one", path))
@@ -236,7 +236,7 @@ def _end(model: mujoco.MjModel, tree: ArmTree, path: str, end: str | None) -> tu
 
 
 def _tool_frame(model: mujoco.MjModel, tree: ArmTree, last: int) -> tuple[str, int, str] | None:
-    """Return kind, number and name of the frame on the last link that is called like a tool's; None without one."""
+    """Return kind, number and name of the frame on the last link with the name of a tool frame; None without one."""
     frames = [("body", number, model.body(number).name) for number in tree.bodies_of(last) if number != last]
     frames += [
         ("site", number, model.site(number).name)

@@ -9,11 +9,11 @@ from mjsim.models.inertia_repair import finite_number
 from mjsim.models.model_sources import Element
 
 PLACEHOLDERS = (0.0, 1.0)
-"""Limits of a wheel's speed that exporters and templates write where they know none [rad/s]."""
+"""Limits of a wheel's speed that exporters and templates write if none is known [rad/s]."""
 MAX_DEPTH = 8
 """Maximum nesting of the parameters of a controller."""
 _MECANUM = re.compile(r"mecanum|robot_center_projection", re.IGNORECASE)
-"""Types of controllers of mecanum wheels, and a parameter that they alone have."""
+"""Types of controllers of mecanum wheels, and a parameter that only they have."""
 _UNUSED = re.compile(r"torque|max_?\w*acceleration", re.IGNORECASE)
 """Names of limits that are reported, but not used."""
 _WHEELS = re.compile(r"^(left|right)_wheel$|(wheel|traction).*(joints?|names?)$")
@@ -22,7 +22,7 @@ _WHEELS = re.compile(r"^(left|right)_wheel$|(wheel|traction).*(joints?|names?)$"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SaidDrive:
-    """Properties of a drive, where something states them."""
+    """Properties of a drive, as far as a plug-in or controller states them."""
 
     source: str = ""
     """What states them."""
@@ -72,7 +72,7 @@ def _plain(tag: str) -> str:
 
 
 def _unused(stated: Iterable[tuple[str, Any]]) -> tuple[str, ...]:
-    """Return the positive limits that are not taken, each with its value."""
+    """Return the positive limits that are not used, each with its value."""
     numbers = {name: finite_number(str(value)) for name, value in stated if _UNUSED.search(name)}
     return tuple(f"{name} {value:g}" for name, value in numbers.items() if value is not None and value > 0.0)
 

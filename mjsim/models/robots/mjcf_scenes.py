@@ -69,12 +69,12 @@ def _rails(body: Element) -> Iterator[tuple[Element, Element]]:
 
 
 def _hinges(item: Element) -> int:
-    """Return the number of hinges in a body and its descendants in its own text."""
+    """Return the number of hinges that the text of a body and its descendants contains."""
     return sum(joint.get("type", "hinge") == "hinge" for joint in item.iter("joint"))
 
 
 def _forget(root: Element, removed: Sequence[Element]) -> None:
-    """Remove references to removed elements, and references to those."""
+    """Remove elements that refer to removed ones, and those that refer to them."""
     names = {
         ("joint" if part.tag in _JOINTS else part.tag, part.get("name")) for item in removed for part in item.iter()
     }

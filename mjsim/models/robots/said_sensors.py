@@ -9,7 +9,7 @@ from mjsim.models.inertia_repair import finite_number
 from mjsim.models.model_sources import Element
 
 KINDS = {"ray": "lidar", "lidar": "lidar", "camera": "camera", "depth": "camera", "imu": "imu"}
-"""Words in Gazebo's types of sensors, and what they are here; other types keep their names."""
+"""Words in Gazebo's sensor types -> kinds of mjsim; other types keep their names."""
 
 
 @dataclass(frozen=True, slots=True)

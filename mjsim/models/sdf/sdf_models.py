@@ -91,7 +91,7 @@ def sdf_named_in(config: Element) -> list[str]:
 
 
 def _placed(pose: Array) -> dict[str, str]:
-    """Return where a geom is, as MJCF has it."""
+    """Return the pose of a geom as attributes of MJCF."""
     return {key: " ".join(f"{value:.9g}" for value in values) for key, values in pose_keys(pose).items()}
 
 

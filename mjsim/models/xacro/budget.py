@@ -1,4 +1,4 @@
-"""Bounds on what a file may have computed: the size of each value, all steps together, and their nesting."""
+"""Bounds on the computations of a file: the size of each value, the number of steps, and their nesting."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -16,7 +16,7 @@ STEPS = 1_000_000
 MAX_VALUE_SIZE = 100_000
 """Maximum size of a value: characters, or entries including those of what it holds."""
 MAX_BITS = 256
-"""Maximum size of a whole number."""
+"""Maximum size of a whole number [bits]."""
 MAX_CALLS = 750
 """Maximum nesting of elements, macros, properties and expressions [calls of Python, which allows 1000]."""
 MAX_NAME_LENGTH, MAX_NAMES = 60, 100

@@ -185,7 +185,7 @@ class _Evaluation:
         return value
 
     def comparison(self, node: ast.Compare) -> bool:
-        """Return whether all of a chain of comparisons hold."""
+        """Return whether all comparisons of a chain hold."""
         left = self.value(node.left)
         for op, part in zip(node.ops, node.comparators, strict=True):
             right = self.value(part)

@@ -24,7 +24,7 @@ class Scope:
         Args:
             evaluate: Returns the value of a property's text.
             parent: The enclosing scope, or None.
-            namespace: Whether it is one of an included file.
+            namespace: Whether it belongs to an included file.
             known: Functions and constants that need no property; of the outermost scope.
             undeclared: Returns the value of a name that is not a property, given all that are; outermost scope only.
         """

@@ -51,7 +51,7 @@ class Expander:
         self._paths = [path]
         self._read: dict[Path, XacroNode] = {}
         self.missing: list[tuple[str, str]] = []
-        """Place of each include that was not found, and what is missing; nothing may call what it declares."""
+        """Position of each include that was not found, and what is missing; using one of its macros is an error."""
         self.declared: set[str] = set()
         """Names of macros."""
         self._text = Substitution(given, self.budget, lambda: self._paths[-1].parent)
@@ -236,7 +236,7 @@ class Expander:
             self._call(call, into, scope, macros)
 
     def _call(self, node: XacroNode, into: XacroNode, scope: Scope, macros: Macros) -> None:
-        """Expand a macro: its parameters and blocks are of the caller's scope, its body has a scope of its own."""
+        """Expand a macro: its parameters and blocks use the caller's scope, its body has its own scope."""
         try:
             macro, outer, known = _found(node.word or "", scope, macros)
         except XacroError as error:

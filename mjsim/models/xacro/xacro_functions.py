@@ -56,7 +56,7 @@ def power(base: Any, exponent: Any) -> Any:
 
 
 def product(left: Any, right: Any) -> Any:
-    """Return a product of numbers, or a sequence that is repeated as often as its size allows."""
+    """Return a product of numbers, or a repeated sequence of limited size."""
     for sequence, count in ((left, right), (right, left)):
         if (
             isinstance(sequence, str | list | tuple)

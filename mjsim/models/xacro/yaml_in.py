@@ -51,7 +51,7 @@ def plain_yaml(data: bytes, file: str, budget: XacroBudget, evaluate: Callable[[
 
 
 class _Reader:
-    """Makes values of the nodes of a file."""
+    """Converts the nodes of a file to values."""
 
     def __init__(self, budget: XacroBudget, evaluate: Callable[[str], Value]) -> None:
         self._budget, self._evaluate = budget, evaluate
@@ -70,7 +70,7 @@ class _Reader:
         raise XacroError(Sentence("the YAML tag {tag:.60} is not allowed in robot files; leave it out", node.tag))
 
     def _entries(self, node: Any) -> Iterable[tuple[Any, Any]]:
-        """Yield the entries of a mapping, first those that it takes from others by `<<`."""
+        """Yield the entries of a mapping, first those that it merges from others by `<<`."""
         for key, value in node.value:
             if key.tag == MERGE:
                 for other in [value] if isinstance(value, yaml.MappingNode) else reversed(value.value):

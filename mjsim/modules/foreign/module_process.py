@@ -22,18 +22,18 @@ _PIPE_BYTES = 1 << 20
 _POLL_SECONDS = 0.05
 """Interval for checking a process that does not answer [s]."""
 _MARK = "MJSIM_MODULE"
-"""Environment variable by which children are found that left the process group."""
+"""Environment variable that identifies children that left the process group."""
 _SIGNALS = tuple(getattr(signal, f"SIG{name}") for name in ("HUP", "INT", "QUIT", "PIPE", "TERM", "CHLD", "XFSZ"))
-"""A process begins with these at their defaults, even if this one was started with some ignored, as by nohup."""
+"""A process starts with default handlers of these signals, even if this one ignores some, as under nohup."""
 _MAX_KILL_ROUNDS = 20
-"""How often these are looked for at most: while they are killed they may start others."""
+"""Maximum number of searches for processes that left the group: while they are killed, they may start others."""
 _KEEP = (
     "{ exec 0<&3 3<&- 1>/dev/null 2>&1; read -r _; read -r me _ </proc/self/stat; "
     f'for e in $(grep -lsF "{_MARK}=${_MARK}" /proc/[0-9]*/environ); do '
     'p=${e#/proc/}; p=${p%/*}; [ "$p" = "$me" ] || kill -9 "$p"; done; kill -9 0; } & '
     'exec 3<&-; cd -- "$1" || exit 126; shift; '
 )
-"""Kills the group and who left it when its parent is gone for any reason: then that end of descriptor 3 is closed."""
+"""Kills the group, and processes that left it, once the parent has ended for any reason: this closes descriptor 3."""
 _TOO_MANY = b"gave more answers than it was asked for, so that some were those to earlier requests\n"
 ON_STANDARD = _KEEP + 'exec "$@"'
 """Requests on standard input, answers on standard output."""
@@ -76,7 +76,7 @@ class Process(Closes):
         theirs = (requests, answers, log, life)
         self._ours = [self._request, self._answer, self._log, self._life]
         words = ["sh", "-c", shell, "sh", str(folder), *command]
-        # Duplicates with numbers above all that they get in the child.
+        # Duplicates with numbers above those that they get in the child.
         copies = [fcntl.fcntl(fd, fcntl.F_DUPFD_CLOEXEC, 10) for fd in theirs]
         places = [(os.POSIX_SPAWN_DUP2, fd, number) for number, fd in enumerate(copies)]
         self._mark = f"{_MARK}={secrets.token_hex(16)}"
@@ -103,14 +103,14 @@ class Process(Closes):
 
         Args:
             request: The complete request.
-            ends: Number of received bytes that form the answer; 0 while it is incomplete.
+            ends: Returns the number of received bytes that form the answer; 0 while it is incomplete.
             patience: Time limit [s].
 
         Raises:
             Ended: It ended, or was killed because it was too slow or its answer too large.
         """
         deadline = time.monotonic() + patience
-        self._take(0.0)  # A second answer may have come after the one that was read.
+        self._take(0.0)  # A second answer may have arrived after the one that was read.
         if self._rest:
             self._stop(f"answered more than it was asked for: {bytes(self._rest[:60])!r}")
         self._asked = True
@@ -143,7 +143,7 @@ class Process(Closes):
             self._poll.unregister(self._request)
         if len(self._rest) > MAX_BYTES:
             self._stop(f"answered more than {MAX_BYTES >> 20} MB")
-        # What it wrote between the last check and its end is still in the pipe.
+        # Data written between the last check and its end are still in the pipe.
         if not came and self._has_ended() and not self._take(0.0):
             self._stop(self._end())
         if time.monotonic() >= deadline:
@@ -158,7 +158,7 @@ class Process(Closes):
                 continue
             got = self._read(fd)
             if not got:
-                self._poll.unregister(fd)  # Nothing more will come.
+                self._poll.unregister(fd)  # No more data will arrive.
             elif fd == self._log:
                 self._output.take(got)
             else:

@@ -96,7 +96,7 @@ def files_in(folder: Path, home: Path) -> list[Path]:
 
 
 def elsewhere_in(words: Sequence[str], source: Source) -> Mapping[Path, str]:
-    """Return the files outside the world's folder that words of a command line name, each with its text there."""
+    """Return the files outside the world's folder that a command line names, each with its spelling there."""
     home, found = folder_of(source), dict[Path, str]()
     for name in (part for word in words for part in (word, word.partition("=")[2])):
         path = Path(os.path.realpath(home / name)) if "\0" not in name else home

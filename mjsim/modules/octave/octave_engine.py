@@ -24,7 +24,7 @@ _SHADOWING = "warning('{}','Octave:shadowed-function');".format
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 """Small matrices are faster with one thread, and sums are the same on every machine."""
 FIGURES = "MJSIM_FIGURES"
-"""Variable of the environment with folders of functions that record figures, if the run draws them."""
+"""Environment variable with folders of functions that record figures, if the run draws them."""
 MIN_START_TIMEOUT = 30.0
 """Minimum time limit for the start of Octave, which reads its own files first: seconds on a busy machine [s]."""
 MAX_TEXT_LENGTH = 240

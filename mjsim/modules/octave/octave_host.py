@@ -29,7 +29,7 @@ HEADS: Mapping[str, tuple[str, Sequence[str]]] = {
 }
 """Role -> what its function returns in addition to the state, and its arguments."""
 _READINGS = dict.fromkeys(("z", "id", "R"), "sightings")
-"""Fields of `obs` that are called otherwise in `Observation`."""
+"""Fields of `obs` that have other names in `Observation`."""
 _CODE_SUFFIXES = (".m", ".oct", ".mex", ".mexa64", ".mexmaci64", ".mexmaca64", ".mexw64", ".p")
 _TEXT = re.compile(rb"['\"]([\w./ -]+\.\w+)['\"]")
 _MAX_OFFERED = 1_000_000

@@ -65,7 +65,7 @@ class ProgramEngine(Engine):
         answer = self._send({"call": method, **given})
         known = ("tau",) if method == "torques" else self._fields
         for key in answer:
-            # Other keys are the program's own; one that is nearly right is a mistake, and would change nothing.
+            # Other keys are the program's own, but one that is nearly right is a mistake that would have no effect.
             meant = [] if key in known else difflib.get_close_matches(key, known, n=1, cutoff=MIN_SIMILARITY)
             if meant and meant[0] not in answer:
                 raise Failed(f"answered with the key '{key[:40]}'; did you mean '{meant[0]}'?")

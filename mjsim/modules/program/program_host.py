@@ -133,7 +133,7 @@ def _require_program(use: Use, source: Source) -> None:
     try:
         folders = paths_of(use, source)
     except ValueError:
-        return  # It is told with the key.
+        return  # Reported with the key.
     if problem := _unstartable(path, folders):
         raise ValueError(Sentence("'{program}' {problem}", program, problem))
 

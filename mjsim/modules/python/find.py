@@ -46,7 +46,7 @@ def class_defects(use: Use, role: str, source: Source) -> Iterator[Defect]:
 
 
 def names_of(place: str, source: Source) -> BoundNames:
-    """Return the names that a module binds; those of a package whose names are loaded late are in its stub.
+    """Return the names that a module binds; those of a package that loads them lazily are in its stub.
 
     Raises:
         UnreadableError: It is not Python, or too large.
@@ -60,7 +60,7 @@ def names_of(place: str, source: Source) -> BoundNames:
 
 
 def imported(statement: ast.ImportFrom, name: str, place: str, source: Source) -> tuple[str, str] | None:
-    """Return the installed module and the name in it of a name imported beside it; None for any other."""
+    """Return the module and the original name of a name that a package imports from one of its modules; else None."""
     if statement.level != 1 or statement.module is None or place.endswith(".py"):
         return None
     path = file_of(place, source)
@@ -91,7 +91,7 @@ def parts_of(name: str) -> list[str]:
 
 
 def _defining(place: str, name: str, source: Source, steps: int = MAX_STEPS) -> BoundNames:
-    """Return the names of the module that defines a class: of a package, the one that it takes it from."""
+    """Return the names of the module that defines a class: for a package, the one from which it imports the class."""
     outline = names_of(place, source)
     item = outline.names.get(name)
     found = imported(item, name, place, source) if isinstance(item, ast.ImportFrom) else None
@@ -122,7 +122,7 @@ def _wrong_keys(item: ast.ClassDef, methods: Methods, use: Use) -> Iterator[Defe
     for key in unknown:
         yield Defect(Sentence("{name} takes no '{key}'{meant}", item.name, key, did_you_mean(key, known)), key)
     for key, value in use.arguments().items():
-        # Only where the annotations are ours: Python itself takes what the user's own do not say.
+        # Only for our own annotations: Python does not enforce those of a user, which may be incomplete.
         if use.use.startswith("mjsim.") and key in known and (wanted := misfit_of(value, known[key].schema)):
             yield Defect(Sentence("{key} is {value!r:.40}; it must be {wanted}", key, value, wanted), key)
     missing = [key.name for key in known.values() if key.required and key.name not in use.arguments()]

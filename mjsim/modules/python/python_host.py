@@ -77,7 +77,7 @@ SHARED = frozenset({"ranges", "joints", "imu", "encoders", "proximity", "bump"})
 PLAIN = frozenset(model.reading for model in SENSOR_KINDS.values()) - SHARED
 """Fields that few other values have: they count on any variable."""
 _OBSERVATIONS = {"observe": 1, "update": 1, "command": 1, "adjust": 2}
-"""Method of a role -> place of its argument that is an observation."""
+"""Method of a role -> position of its argument that is an observation."""
 
 
 def readings_of(use: Use, source: Source) -> Iterator[str]:
