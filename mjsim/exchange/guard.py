@@ -1,4 +1,4 @@
-"""Importers of untrusted files: the guarded reader reads them, and these make values of what it hands back."""
+"""Importers of untrusted files: the guarded reader reads the files, and these functions convert its plain results."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -31,7 +31,7 @@ ADVICE: Mapping[str, str] = {
 }
 """Kind of a file -> what to do if it cannot be read."""
 SEEN_ABOVE = 4
-"""Folders above the file of a robot in which its ROS packages are looked for."""
+"""Number of folders above the file of a robot in which its ROS packages are searched."""
 DESCRIPTIONS = ("urdf", "xacro", "robots", "sdf")
 """Folders beside that of the meshes."""
 MAX_MESHES = 16_000_000
@@ -194,11 +194,11 @@ def _package_folders() -> list[Path]:
 
 
 def _read(function: str, path: Path, *arguments: Any, folders: Sequence[Path] = ()) -> Any:
-    """Return what a function of `inside` makes of a file."""
+    """Return the result of a function of `inside` for a file."""
     if path.suffix.lower() == ".dxf":
         _require_ezdxf()
     called = f"{INSIDE}:{function}"
-    advice = ADVICE.get(path.suffix.lower(), "check that it is a map, a drawing or a landmark map, and whole")
+    advice = ADVICE.get(path.suffix.lower(), "check that it is a complete map, drawing or landmark map")
     with reader_for(called, folders=[*_beside(path), *folders]) as reader:
         size = reader.call(f"{INSIDE}:claimed_size", path, about=path, advice=advice)
         return reader.call(called, path, *arguments, about=path, size=size, advice=advice)

@@ -209,7 +209,7 @@ def bring_barn(number: int, *, preset: str | None, name: str | None, folder: Pat
     """Return a world of the BARN benchmark, with a robot that drives to its goal unless `preset` is None.
 
     Args:
-        number: Number of the world, 0 to 299, but not a multiple of 6.
+        number: Number of the world, 1 to 299, but not a multiple of 6.
         preset: Preset of the robot.
         name: Name of the world.
         folder: Folder in which the world will be saved.

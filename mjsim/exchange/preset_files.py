@@ -30,7 +30,7 @@ def robot_of(keys: Mapping[str, Any], folder: Path | None) -> Robot:
         first = error.errors()[0]
         says = first["msg"].removeprefix("Value error, ")
         if first["msg"].startswith("Input should"):
-            # What the model says of a bound names neither the key nor the value.
+            # The model's message about a bound names neither the key nor the value.
             key = ".".join(str(part) for part in first["loc"] if isinstance(part, str))
             says = f"the robot's {key} is {str(first['input'])[:40]}; it{says.removeprefix('Input')}"
         raise UsageError(says) from None

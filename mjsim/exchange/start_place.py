@@ -43,7 +43,7 @@ LEGS, MIN_LEG = 4, 1.0
 MAX_STARTS = 24
 """Maximum number of start positions tried."""
 HEIGHTS = (0.01, 0.06, 0.35)
-"""Further heights at which things and low walls are looked at [m]."""
+"""Further heights at which things and low walls count as obstacles [m]."""
 MAST, HIGHEST = 0.04, 0.45
 """Height of a lidar above the body, and its maximum height above the floor, at which it also sees low objects [m]."""
 ODOMETRY_NOISE = {"distance": 0.01, "turn": 0.02}
@@ -80,7 +80,7 @@ def with_newcomer(
     grid: Grid | None = None,
     start: tuple[float, float, float] | None = None,
 ) -> tuple[World, Sequence[str]]:
-    """Return the world with a robot, or unchanged if `robot` is None, and what the user should know of its place.
+    """Return the world with a robot, or unchanged if `robot` is None, and notes on its place for the user.
 
     Args:
         world: A world without a robot.
@@ -211,7 +211,7 @@ def _clearance(
 ) -> tuple[Array, Grid]:
     """Return the distance of each cell's centre from solid or unknown space [m], and the grid.
 
-    If walls do not enclose most of what is there, and the space among it is narrower than `need` [m], the space around
+    If walls do not enclose most of the scene, and the space in it is narrower than `need` [m], the space around it
     counts, too; likewise for a `start` outside, with the clearance `tight` [m].
     """
     import shapely
@@ -268,7 +268,7 @@ def _away(shape: "BaseGeometry", grid: Grid, within: "BaseGeometry") -> Array:
 def _clear(away: Array, grid: Grid, points: Array, need: float) -> NDArray[np.bool_]:
     """Return which points, shape (n, 2) [m], are in the grid and have the clearance that a robot needs [m]."""
     size = np.array(away.shape[::-1])
-    # Clipped before the cast: no integer holds a number as far away as a file may state.
+    # Clipped before the cast: coordinates in a file may exceed the range of integers.
     cells = np.floor(grid.cells(points)).clip(-1, size).astype(int)
     inside = np.asarray(((cells >= 0) & (cells < size)).all(axis=1))
     columns, rows = np.where(inside[:, None], cells, 0).T

@@ -55,4 +55,4 @@ class Newcomer:
     folder: Path | None = None
     """Folder of the new world; the preset may be a file in it."""
     is_usual: bool = False
-    """Whether the user named nothing of it: where there is no space for it, the world has no robot."""
+    """Whether it is entirely the default: then a world without space for it gets no robot."""

@@ -202,7 +202,7 @@ def test_textures_of_mjcf_are_on_boxes_and_walls_and_others_are_told(tmp_path):
     assert [line for line in inventory(scene.items) if "texture" in line] == [
         "left out: texture 'sky': a world has no sky of its own",
         "left out: texture 'gone': not in the folder of the scene; put it there",
-        "left out: texture of the floor 'chess': name another one by floor: in the world",
+        "left out: texture of the floor 'chess': set another one with floor: in the world",
     ]
 
 

@@ -75,7 +75,7 @@ def test_all_scanners_come_in_the_widest_first_and_fans_of_short_beams_are_told(
             "left out: imu sensor 's': its link 'mast' is not in the file",
         ),
         (fan("s", pose="0 0 0.3 0 1.5707 0"), "left out: lidar 's': looks down, by 90 degrees"),
-        (fan("s", pose="0 0 -1 0 0 0"), "left out: lidar 's': -1.000 m above the floor; the least is 0.02"),
+        (fan("s", pose="0 0 -1 0 0 0"), "left out: lidar 's': -1.000 m above the floor; the minimum is 0.02"),
         (fan("s", pose="0 0 0.3 0 0 0") + fan("t", pose="0 0 0.31 0 0 0"), "left out: lidar 't': at the place of 's'"),
         (fan("s", pose="0 0 0.3 0 0 0").replace(">5<", ">40<"), "guessed: lidar 's': 25 Hz for 40 Hz"),
     ],
@@ -160,8 +160,8 @@ def test_speeds_come_from_plugins_and_sizes_that_differ_are_told():
     assert (max_speed(plan), plan.wheel_radius) == (0.9, pytest.approx(0.1))
     lines = inventory(kept(anatomy_of(cart()), plan))
     assert "kept: max_speed 0.9 m/s: by plug-in 'libdrive.so'" in lines
-    assert "kept: wheel radius of 0.1000 m, of the shapes: plug-in 'libdrive.so' has 0.1200 m" in lines
-    assert not any("track of" in line and "of the shapes" in line for line in lines)
+    assert "kept: wheel radius of 0.1000 m, from the shapes: plug-in 'libdrive.so' has 0.1200 m" in lines
+    assert not any("track of" in line and "from the shapes" in line for line in lines)
 
 
 def test_wheels_without_a_shape_have_the_radius_of_the_plugin():

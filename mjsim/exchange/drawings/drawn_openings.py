@@ -174,7 +174,7 @@ def lines_through(ends: Array, width: float, pieces: Pieces) -> int:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Lines:
-    """Centrelines of n walls, for all at once."""
+    """Centrelines of n walls, as arrays."""
 
     starts: Array
     """(n, 2) [m]"""

@@ -170,7 +170,7 @@ def _walls_of_patterns(patterns: Sequence[Line], lines: Sequence[Line]) -> list[
 
 
 def _numbers(entity: Any) -> Array:
-    """Return the numbers among the attributes of an entity, shape (n, 2): places, and others beside a zero."""
+    """Return the numbers among the attributes of an entity, shape (n, 2): points, and other numbers paired with 0."""
     values = entity.dxfattribs().values()
     places = [(value.x, value.y) for value in values if hasattr(value, "xyz")]
     return np.array([*places, *((value, 0.0) for value in values if isinstance(value, float))]).reshape(-1, 2)

@@ -27,7 +27,7 @@ HEADER: Sequence[Tag] = (
     *((b"9", VERSION), (b"1", b"AC1015")),
     (b"0", b"ENDSEC"),
 )
-"""Header for a file without: it would be read as of R12, which has no such entities."""
+"""Header for a file without one: it would be read as R12, which lacks these entities."""
 
 
 def with_subclasses(data: bytes) -> bytes:

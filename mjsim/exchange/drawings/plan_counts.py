@@ -13,7 +13,7 @@ from mjsim.world import Wall
 _LEFT: dict[Role | None, str] = {"note": "line of a note", "stairs": "line of stairs"}
 """Descriptions of roles that are not represented in the world."""
 MIN_THICK, MAX_SHORT = 0.3, 3.0
-"""Thickness and length of a wall that may be a piece of furniture if it touches no other wall [m]."""
+"""Minimum thickness and maximum length of a wall that may be a piece of furniture if it touches no other wall [m]."""
 ALONE = "lone thick wall"
 """These may be dark pieces of furniture."""
 UNEVEN = "piece of furniture that is no rectangle"

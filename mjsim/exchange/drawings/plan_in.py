@@ -207,7 +207,7 @@ def _straight_walls(
         filled: Filled walls.
         arcs: Door swings of hairlines.
         lines: Lines by their roles.
-        counts: What was left out is added here.
+        counts: Counts of what was left out are added here.
         bent: Whether hairlines draw walls that are not straight.
     """
     found, straight = paired(pieces, usual_only=not lines.named), list(pens.broad)

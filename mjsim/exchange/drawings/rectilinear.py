@@ -23,7 +23,7 @@ MAX_PARTS, MAX_LINES = 6, 24
 
 
 def rectangles_in(strokes: Sequence[Array]) -> list[Array]:
-    """Return the corners of the rectangles that make up a shape, shape (4, 2) each [m]; none if one will do.
+    """Return the corners of the rectangles that make up a shape, shape (4, 2) each [m]; none if one is enough.
 
     Args:
         strokes: The lines that the shape is drawn with, shape (n, 2) each [m].

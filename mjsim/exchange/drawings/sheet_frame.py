@@ -47,7 +47,7 @@ def _separated(lines: Sequence[Line], frames: Sequence[Line]) -> list[Line]:
 def _is_building(inner: Sequence[Line], lines: Sequence[Line], low: Array, high: Array) -> bool:
     """Return whether lines keep clear of all sides of a frame, are most of its contents, and hang together.
 
-    In a room, things stand apart, and walls reach from its outline among them.
+    In a room, by contrast, things stand apart, and walls extend inwards from its outline.
     """
     import shapely
 

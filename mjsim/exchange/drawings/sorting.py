@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 SAMPLE_LINES, MAX_PAIRS = 200, 5e6
-"""Number of sampled lines that give the number of pairs that may cross, and the maximum of these pairs."""
+"""Number of sampled lines from which the number of pairs that may cross is estimated, and its maximum."""
 MIN_ROOM_WIDTH = 2.3
 """A wider outline with the name of a kitchen or bath is that of the room, not of furniture [m]."""
 

@@ -32,7 +32,7 @@ UNIT = "data-metres-per-unit"
 BUILDING_SIZES = (2.0, 500.0)
 """Sizes at which a drawing with a stated paper size is assumed to be at scale 1 : 1 [m]."""
 MAX_PAGES = 100.0
-"""Distance from the page, in its size, beyond which shapes are not seen: strays of programs."""
+"""Distance from the page, in page sizes, beyond which shapes are ignored: drawing programs leave some there."""
 MIN_BACKGROUND_SHARE = 0.98
 """A rectangle that covers at least this fraction of the drawing is its background."""
 MAX_PALE_DIFFERENCE, MIN_OPACITY = 0.06, 0.9
@@ -136,7 +136,7 @@ def _root_of(data: bytes, path: Path) -> Element:
 
 
 def _with_addresses(data: bytes) -> bytes:
-    """Return a file without the entities that Illustrator declares, addresses of namespaces, each written out."""
+    """Return a file in which the entities that Illustrator declares for addresses of namespaces are written out."""
     known = {match[1]: match[2] for match in _ADDRESS.finditer(data[:MAX_HEAD])}
     if not known:
         return data
@@ -233,7 +233,7 @@ def _is_far(lines: Sequence[Line], box: Sequence[float]) -> bool:
         return False
     points = np.concatenate([line.points for line in lines]) * (1.0, -1.0)
     if not np.abs(points).max() <= MAX_COORDINATE:
-        return False  # The drawing is refused.
+        return False  # Too large: the drawing is refused later.
     apart = np.abs((points - box[:2]) / box[2:] - 0.5).max(axis=1)
     return bool(apart.min() > MAX_PAGES)
 

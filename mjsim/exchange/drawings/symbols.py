@@ -70,7 +70,7 @@ def without_jambs(pieces: Pieces, arcs: Sequence[Arc]) -> Pieces:
 
 
 def _tips(pieces: Pieces, arc: Arc) -> Array:
-    """Return the ends of pieces from the hinge of an arc to a place on it, as of leaves half open, shape (n, 2) [m]."""
+    """Return the ends of pieces from the hinge of an arc to a place on it, as of half-open leaves, shape (n, 2) [m]."""
     ends = np.concatenate([pieces.ends, pieces.ends[:, ::-1]])
     along = ends[:, 1] - arc.middle
     at_hinge = np.hypot(*(ends[:, 0] - arc.middle).T) <= LEAF_TOLERANCE

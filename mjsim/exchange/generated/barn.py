@@ -29,7 +29,7 @@ def barn_world(
     """Return a world of the benchmark, with a robot that drives to the goal without a map.
 
     Args:
-        number: Number of the world, 0 to 299, but not a multiple of 6.
+        number: Number of the world, 1 to 299, but not a multiple of 6.
         name: Name of the world; None for 'barn-NUMBER'.
         preset: Preset of the robot; None for no robot.
         folder: Folder in which the world will be saved; the preset may be a file in it.

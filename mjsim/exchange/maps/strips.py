@@ -146,7 +146,7 @@ def _followed(cells: Cells, free: Cells, bar: Bar) -> Bar:
     reach = bar.length + BLIND_GAP
     while True:
         ahead, behind = _ends(cells, free, bar, reach=reach)
-        # What follows so long a gap is not part of the wall.
+        # Cells beyond such a long gap are not part of the wall.
         if max(ahead, behind) + BLIND_GAP < reach or reach > farthest:
             break
         reach *= 2.0

@@ -13,7 +13,7 @@ from mjsim.geometry import Array
 Path = tuple[str, ...]
 DEGREES = 180.0 / math.pi
 MAX_NOISE = 0.5
-"""Noise of bearings above this is in degrees [rad]."""
+"""Bearing noise above this is taken as degrees [rad]."""
 ROBOT_KEYS: Mapping[str, tuple[Path, float]] = {
     **dict.fromkeys(("radius", "bodyradius", "robotradius", "rayon", "radio"), (("body", "radius"), 1.0)),
     **dict.fromkeys(
@@ -50,7 +50,8 @@ ROBOT_KEYS: Mapping[str, tuple[Path, float]] = {
     **dict.fromkeys(("sigmad", "distancenoise", "noisedistance"), (("odometry", "noise", "distance"), 1.0)),
     "odometryturnnoise": (("odometry", "noise", "turn"), 1.0),
 }
-"""Names of the robot's values, without underscores and case -> keys of a robot, and their unit in that of the file."""
+"""Names of the robot's values, without underscores and case -> keys of a robot, and the factor from the file's unit to
+that of the key."""
 SENSOR_KEYS: Mapping[str, tuple[Path, float]] = {
     **dict.fromkeys(
         ("range", "maxrange", "rangemax", "rmax", "reichweite", "portee", "alcance"), (("range", "1"), 1.0)
@@ -101,7 +102,7 @@ PAIRS: Mapping[tuple[str, str], tuple[str, str]] = {
         (("sensor", key) for key in ("range", "ranges", "reichweite", "portee", "alcance")), ("minrange", "maxrange")
     ),
 }
-"""Values of two numbers."""
+"""Values that are two numbers."""
 POSES = ("pose", "start", "startpose", "x0", "initial", "initialpose", "xtrue")
 OWNERS = {
     **dict.fromkeys(("robot", "vehicle", "roboter", "fahrzeug", "vehicule"), "robot"),
@@ -125,7 +126,7 @@ class Equipment:
     robot: Mapping[str, Any] = field(default_factory=dict)
     """Keys of a robot."""
     sensor: Mapping[str, Any] = field(default_factory=dict)
-    """Keys of a beacon sensor; `range` has its ends by index."""
+    """Keys of a beacon sensor; `range` is a mapping from index to bound."""
     pose: tuple[float, float, float] | None = None
     """Start [m, rad]."""
     preset: str | None = None
@@ -174,7 +175,7 @@ def _is_pose(numbers: Array) -> bool:
 
 
 def _named(content: Mapping[str, Any]) -> Iterator[tuple[str, str | None, str, Any]]:
-    """Yield for each value its name, whose it is, its key in lower case without underscores, and itself."""
+    """Yield for each value its name, owner, key in lower case without underscores, and the value."""
     for name, value in content.items():
         lower = name.lower()
         owner = owner_of(name)
@@ -196,7 +197,7 @@ def owner_of(name: str) -> str | None:
 
 
 def _parts(name: str, owner: str, key: str, value: Any) -> Iterator[tuple[str, str | None, str, Any]]:
-    """Yield a field, or the fields of a struct in it: noise.v is that of sigma v."""
+    """Yield a field, or the fields of a struct in it: noise.v gets the key noisev."""
     if isinstance(value, Mapping):
         for inner, each in value.items():
             yield f"{name}.{inner}", owner, _bare(key + inner), each
@@ -221,7 +222,7 @@ def _put(keys: dict[str, Any], owner: str, name: str, key: str, values: list[flo
     else:
         order = (key,)
     if len(values) == 2 and not order and table.get(key) == (("fov_deg",), DEGREES) and values[1] > values[0]:
-        # The least and the greatest bearing that it sees.
+        # The minimum and the maximum bearing that it sees.
         order, values = (key,), [values[1] - values[0]]
     if not order or any(each not in table for each in order) or not np.isfinite(values).all():
         return []

@@ -47,7 +47,7 @@ NAMES = {
 TABLE = re.compile(r"(positions?|list|table|matrix|data)$")
 """Possible ends of such a name."""
 NESTED = 4
-"""Depth to which structs around the tables are opened."""
+"""Maximum nesting of structs around the tables."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,7 +197,7 @@ def _content(path: Path) -> tuple[dict[str, Any], tuple[str, ...]]:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value of a MAT-file as `Assignments.values` has them."""
+    """Return a value of a MAT-file in the form of `Assignments.values`."""
     if not isinstance(value, np.ndarray | np.void):
         return value
     if value.dtype.names:
@@ -211,7 +211,7 @@ def _plain(value: Any) -> Any:
 
 
 def _opened(content: Mapping[str, Any], depth: int = NESTED) -> dict[str, Any]:
-    """Return variables with the fields of structs that hold others, as cfg.lm, in place of these structs."""
+    """Return variables; a struct that holds other variables, as cfg.lm, is replaced by its fields."""
     known = {name for names in NAMES.values() for name in names}
     found: dict[str, Any] = {}
     for name, value in content.items():
@@ -228,7 +228,7 @@ def _bare(name: str) -> str:
 
 
 def _first(content: Mapping[str, Any], names: tuple[str, ...]) -> tuple[str, Any] | None:
-    """Return the variable with one of the names, and its value; of several that with most values."""
+    """Return the variable with one of the names, and its value; if there are several, the one with most values."""
     lower = {_bare(key): key for key in content}
     found = [(lower[name], content[lower[name]]) for name in names if name in lower]
     return max(found, key=lambda pair: np.size(pair[1]) if isinstance(pair[1], np.ndarray) else 1, default=None)
@@ -258,7 +258,7 @@ def _beacons(
 
 
 def _walls(tables: Tables, given: tuple[str, Any] | None) -> list[Array]:
-    """Return the corners of each wall; columns of NaN, or cells, part walls."""
+    """Return the corners of each wall; columns of NaN, or cells, separate walls."""
     if given is None:
         return []
     name, value = given
@@ -267,7 +267,7 @@ def _walls(tables: Tables, given: tuple[str, Any] | None) -> list[Array]:
         if len(parts) > 1 and all(isinstance(part, np.ndarray) and part.size == 2 for part in parts):
             return _walls(tables, (name, np.array([np.ravel(part) for part in parts]).T))
         if any(np.size(part) > 1 for part in parts):
-            # A square part lies as the others do.
+            # A square part has the same orientation as the others.
             lie = {np.shape(part)[1:] == (2,) for part in parts if np.shape(part) != (2, 2)}
             rows = [lie == {True} and np.shape(part) == (2, 2) for part in parts]
             inner = [[tables.finite(name, part)] if row else _walls(tables, (name, part))
@@ -288,16 +288,16 @@ def _walls(tables: Tables, given: tuple[str, Any] | None) -> list[Array]:
 
 
 def _distinct(corners: Array) -> Array:
-    """Return corners without those that repeat the one before."""
+    """Return corners without consecutive duplicates."""
     keep = np.append(True, (np.diff(corners, axis=0) != 0.0).any(axis=1))
     return np.asarray(corners[keep])
 
 
 def _on_faces(beacons: list[PlacedBeacon], walls: tuple[Array, ...]) -> tuple[list[PlacedBeacon], list[str]]:
-    """Move beacons that the walls of a world, which have a thickness, would hide to the face that they look from.
+    """Move beacons that would be inside walls, which have a thickness in a world, to the face on their side.
 
     Returns:
-        The beacons, and the line about those that are moved.
+        The beacons, and a line about those that are moved.
     """
     ends = [pair for wall in walls for pair in itertools.pairwise(wall)]
     middle = np.vstack(walls).mean(axis=0) if walls else np.zeros(2)

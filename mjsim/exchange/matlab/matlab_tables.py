@@ -81,13 +81,13 @@ class Tables:
 
 
 def _fits(table: Sequence[Sequence[Entry]], size: int, sizes: Sequence[int]) -> bool:
-    """Return whether items of the size can be meant; text is the last value of an item of four."""
+    """Return whether the items of a table can have this size; text is the last value of an item of four."""
     text = [row for row in table[: size - 1 if size == 4 else size] if any(isinstance(entry, str) for entry in row)]
     return size in sizes and not text
 
 
 def _text_last(table: list[list[Entry]]) -> list[list[Entry]]:
-    """Return a table whose items end with their text; where all begin with it, it is put last."""
+    """Return a table whose items end with their text; if all begin with text, it is moved to the end."""
     if all(isinstance(entry, str) for entry in table[0]):
         return [*table[1:], table[0]]
     if all(isinstance(row[0], str) for row in table):

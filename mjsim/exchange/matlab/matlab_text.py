@@ -54,7 +54,7 @@ def read_assignments(text: str) -> Assignments:
     for statement in statements(text):
         first, line = statement[0].text, statement[0].line
         if first == "if" and any(token.text in DEFAULTS for token in statement):
-            # What a function takes for parameters that it is not given: here it is given none.
+            # Defaults for missing arguments of a function; here all are missing.
             continue
         open_blocks += (first in OPENS or first == "else") - (first in CLOSES and open_blocks > 0)
         written = " ".join(token.text for token in statement if token.text != "\n")
@@ -98,7 +98,7 @@ class _Statement:
         self._values[name] = stored(self._values.get(name), keys, value)
 
     def _key(self, value: Any) -> Any:
-        """Return a field, a whole index of a list from 1, or the indices of a matrix, of which the value is known."""
+        """Return a field, a whole index of a list from 1, or the indices of a matrix, given its value."""
         if self._at("."):
             self._next("op")
             return self._next("name").text
@@ -112,7 +112,7 @@ class _Statement:
         return tuple(places)
 
     def _indices(self, value: Any, close: str) -> list[Array]:
-        """Return the indices in brackets, from 1; `end` and `:` mean the value."""
+        """Return the indices in brackets, from 1; `end` and `:` refer to the value."""
         self._next("op")
         count = self._commas(close) + 1
         shape = (np.shape(value) or (0, 0)) if not isinstance(value, list) else (len(value), 1)
@@ -202,7 +202,7 @@ class _Statement:
         return value
 
     def _exponent(self, inside: bool) -> Any:
-        """Return an exponent with its signs: of 2^3^2 the first power is taken first."""
+        """Return an exponent with its signs; 2^3^2 is (2^3)^2."""
         sign = 1.0
         while self._at("+", "-"):
             sign = -sign if self._next("op").text == "-" else sign

@@ -43,7 +43,7 @@ def statements(text: str) -> Iterator[list[Token]]:
 
 def _without_blocks(text: str) -> str:
     """Return text without block comments, with their line ends."""
-    # Only up to the last end: of many that have none, each would search the whole text.
+    # Only up to the last end: otherwise each start without an end would search the whole text.
     end = max((match.end() for match in BLOCK_END.finditer(text)), default=0)
     return BLOCK_COMMENT.sub(lambda block: "\n" * block[0].count("\n"), text[:end]) + text[end:]
 

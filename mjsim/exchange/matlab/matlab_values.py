@@ -111,7 +111,7 @@ def stored(old: Any, keys: list[Any], value: Any) -> Any:
 
 
 def part_at(value: Any, key: Any) -> Any:
-    """Return what is at a key of a variable, None if there is nothing yet."""
+    """Return the value at a key of a variable, None if there is none yet."""
     if isinstance(key, str):
         return value.get(key) if isinstance(value, dict) else None
     return value[key - 1] if isinstance(value, list) and isinstance(key, int) and 1 <= key <= len(value) else None
@@ -157,7 +157,7 @@ def _filled(old: Any, places: tuple[Array, ...], value: Array) -> Array:
 
 
 def _structs(fields: dict[Any, Any]) -> Any:
-    """Return a struct, or of cells of n values a list of n."""
+    """Return a struct; if fields are cells of n values, a list of n structs."""
     cells = {key: [each for row in value for each in row] for key, value in fields.items() if isinstance(value, list)}
     count = max(map(len, cells.values()), default=1)
     items = [{key: cells[key][k if len(cells[key]) > 1 else 0] if key in cells else value

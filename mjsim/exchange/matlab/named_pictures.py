@@ -1,4 +1,4 @@
-"""Pictures of beacons in configurations of MATLAB: by name, by number, or in a list of names of its own."""
+"""Pictures of beacons in configurations of MATLAB: by name, by number, or in a separate list of names."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,7 +9,7 @@ from mjsim.exchange.matlab.matlab_tables import Entry
 from mjsim.world import Source, has_asset
 
 MAX_NAMED = 8
-"""Pictures that do not exist which a report names."""
+"""Maximum number of missing pictures that a report names."""
 PICTURES = (".jpg", ".jpeg", ".png")
 POSTERS = "posters/"
 """Folder in assets where a picture of a beacon is looked for, if it is not beside the file."""
@@ -20,7 +20,7 @@ class NamedPictures:
     """The pictures that a file can name."""
 
     folder: Path
-    """Of the file."""
+    """Folder of the file."""
     variable: str = ""
     """Name of the list of names, if there is one."""
     names: tuple[str, ...] = ()
@@ -31,7 +31,7 @@ class NamedPictures:
     """The variable, once a name was taken from it."""
 
     def of(self, item: list[Entry], number: int, count: int) -> str | None:
-        """Return the picture of a beacon; None for a reflector, whose entry joins the absent.
+        """Return the picture of a beacon; None for a reflector, whose entry is added to `absent`.
 
         Args:
             item: Its values; the fourth is its picture, if there is one.
@@ -85,7 +85,7 @@ def named_pictures(folder: Path, variables: Mapping[str, Any]) -> NamedPictures:
 
 
 def _texts(value: Any) -> tuple[str, ...]:
-    """Return the texts of a cell of texts alone."""
+    """Return the texts of a cell that holds only texts."""
     rows = [row if isinstance(row, list) else [row] for row in value] if isinstance(value, list) else []
     texts = [each for row in rows for each in row]
     return tuple(texts) if texts and all(isinstance(each, str) for each in texts) else ()

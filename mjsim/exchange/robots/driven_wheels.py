@@ -83,7 +83,7 @@ def find_gear(
         options: What the user specified.
         file: Name of the file in messages.
         urdf: Whether +x is forward by convention (REP 103).
-        said: What plug-ins and controllers state, those that count first.
+        said: What plug-ins and controllers state, in order of precedence.
 
     Raises:
         UsageError: There are no wheels, they are ambiguous, or of a kind that cannot be imported.
@@ -138,7 +138,7 @@ def _guessed(anatomy: Anatomy, file: str, said: Sequence[SaidDrive]) -> tuple[li
     if not whole:
         whole = [w for w in all_round if w.joint.driven or re.search("wheel", w.name, re.IGNORECASE)]
     if not whole and any(each.wheel_radius for each in said):
-        # What turns is not round, but what is said of it tells its radius.
+        # No rotating part is round, but a plug-in or controller states the radius.
         whole = [bare(joint) for joint in anatomy.joints if joint.driven and could_be_axle(joint)]
     if not whole:
         level = [joint for joint in anatomy.joints if not joint.slides and abs(joint.axis[2]) < MAX_AXLE_RISE]
@@ -177,7 +177,7 @@ def _instead(anatomy: Anatomy) -> str | None:
     if turning:
         return f"nothing that turns on {listed(turning[:4])} is round about its axle, or the axle is not level"
     if wheels:
-        return f"{listed(wheels[:4])} {'is' if len(wheels) == 1 else 'are'} called so and cannot turn, give them hinges"
+        return f"no joint turns {listed(wheels[:4])}, give each a hinge"
     slides = [
         j.name
         for j in anatomy.joints
@@ -305,7 +305,7 @@ def _check_abreast(anatomy: Anatomy, wheels: Sequence[FoundWheel], left: Array, 
     across = [float(wheel.middle[:2] @ left) for wheel in wheels]
     if len(wheels) > 1 and max(across) - min(across) < 0.5 * min(wheel.radius for wheel in wheels):
         held = [j.name for j in anatomy.joints if "wheel" in j.name.lower() and not turns_freely(j)]
-        others = f", while {listed(held[:4])} do not turn round and round: make them continuous" if held else ""
+        others = f", while {listed(held[:4])} have limits: make them continuous" if held else ""
         raise UsageError(
             f"{file}: its wheels {listed([wheel.name for wheel in wheels])} are one behind the other, as on a"
             f" bicycle{others}; it must be one of {', '.join(DRIVES)}"

@@ -28,7 +28,7 @@ MAX_PARAMETERS, MAX_YAML = 100, 100_000
 MAX_BESIDE = 200
 """Maximum number of folders in a folder that are looked at."""
 MAX_LISTED = 10_000
-"""Maximum number of files in a folder among which a name is looked for."""
+"""Maximum number of files in a folder that are searched for a name."""
 _DECLARED = re.compile(rb"<name>\s*([A-Za-z][A-Za-z0-9_.-]{0,99})\s*</name>")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,99}")
 _PATTERN = re.compile(r"[*?[]")
@@ -146,7 +146,7 @@ class Folders:
         return None
 
     def in_other_case(self, base: Path, name: str) -> Path | None:
-        """Return the file below a folder whose name differs by capitals alone, as Windows opens it; None if none does.
+        """Return the file below a folder whose name differs only in case, as Windows opens it; None if there is none.
 
         Raises:
             XacroError: It would be outside the folders.
@@ -169,7 +169,7 @@ class Folders:
         """
         allowed = [self.root, *self._packages.values()]
         place = Path(os.path.normpath(path))
-        for _ in range(2):  # As written, so that nothing outside is looked at; then with its links followed.
+        for _ in range(2):  # First as written, so that nothing outside is accessed, then with its links followed.
             if not any(place.is_relative_to(folder) for folder in allowed):
                 raise XacroError(
                     f"'{path!s:.200}' lies outside of the robot's folder and its packages; copy it to them"
@@ -182,7 +182,7 @@ class Folders:
 
 
 def _alike(folder: Path, name: str) -> list[Path]:
-    """Return what a folder holds under a name, whatever its capitals."""
+    """Return the entries of a folder with a name, regardless of case."""
     try:
         return [each for each in islice(folder.iterdir(), MAX_LISTED) if each.name.casefold() == name.casefold()]
     except OSError:
@@ -203,7 +203,7 @@ def _declared(folder: Path) -> str | None:
 
 
 def _renamed(folder: Path, package: str) -> Iterator[Path]:
-    """Yield the folders in a folder that hold a package by their manifest alone."""
+    """Yield the folders in a folder that are a package only according to their manifest."""
     try:
         yield from (place for place in sorted(folder.iterdir())[:MAX_BESIDE] if _declared(place) == package)
     except OSError:

@@ -113,7 +113,7 @@ def moved_sideways(gear: Gear, anatomy: Anatomy, robot: RobotFiles, options: Rob
     """Return four wheels as mecanum wheels if only a plugin of the file or their controller declares them so.
 
     Args:
-        gear: Found without it.
+        gear: The gear found without the plugin.
         anatomy: Contents of the file.
         robot: The file.
         options: What the user specified; a drive is left as it is.
@@ -180,7 +180,7 @@ def _rolling(plan: Plan, files: Mapping[str, bytes], path: Path) -> tuple[Plan, 
     plan = plan.measured(distance=1.0, turn=spin, strafe=strafe)
     return plan, [
         f"measured: over drives in all directions it goes {plan.strafe:.4f} m sideways, and turns {plan.spin:.4f} rad,"
-        " for each that its wheels roll"
+        " per unit of wheel odometry"
     ]
 
 

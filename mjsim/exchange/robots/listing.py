@@ -26,7 +26,7 @@ SIZES = {"mecanum": "track and wheelbase together", "omni3": "a ring of wheels w
 ANY_TORQUE = "wheels follow their speeds with any torque"
 """Why limits of torque are left out."""
 BEYOND = 1.2
-"""A radius of gyration that exceeds the reach of the shapes by this factor cannot be."""
+"""A radius of gyration that exceeds the reach of the shapes by this factor is impossible."""
 SIZE_TOLERANCE = 0.02
 """Sizes of the file and of its plug-ins that differ by less than this fraction are equal."""
 
@@ -76,7 +76,7 @@ def _speeds(plan: Plan) -> Iterator[FileItem]:
 
 
 def _differing(plan: Plan) -> Iterator[FileItem]:
-    """Yield sizes that a plug-in or a controller states otherwise than the shapes and joints of the file."""
+    """Yield sizes for which a plug-in or a controller contradicts the shapes and joints of the file."""
     said = plan.gear.said
     for name, stated, shown in (
         ("wheel radius", said.wheel_radius, plan.wheel_radius),
@@ -84,7 +84,7 @@ def _differing(plan: Plan) -> Iterator[FileItem]:
     ):
         if stated is not None and abs(stated - shown) > SIZE_TOLERANCE * shown:
             yield FileItem(
-                Fate.KEPT, f"{name} of {shown:.4f} m, of the shapes", why=f"{said.source} has {stated:.4f} m"
+                Fate.KEPT, f"{name} of {shown:.4f} m, from the shapes", why=f"{said.source} has {stated:.4f} m"
             )
 
 

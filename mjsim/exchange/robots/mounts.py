@@ -36,7 +36,7 @@ RING = "a fan of few short beams; each robot has a ring of 16 ranges instead, Ob
 LOWEST = {"lidar": 0.02, "lidar3d": 0.02, "camera": 0.02, "imu": -0.01}
 """Minimum height above the floor; lower frames are placeholders, or see only the floor [m]."""
 OTHER_SENSORS = re.compile(r"sonar|ultraso|cliff|infrared|gps|gnss|radar|bumper", re.IGNORECASE)
-NO_OTHERS = "each robot has a ring of 16 ranges and a bumper; mjsim has no such sensor besides"
+NO_OTHERS = "each robot has a ring of 16 ranges and a bumper; mjsim has no other such sensor"
 """Names of links and sites for which mjsim has no sensor, and the note on each."""
 WIDTH, HEIGHT = 640, 480
 MAX_FOV = 150.0
@@ -135,7 +135,7 @@ def _unfit(mount: SensorMount) -> str:
     if abs(mount.pitch_deg) >= MAX_PITCH:
         return f"looks {'up' if mount.pitch_deg > 0 else 'down'}, by {abs(mount.pitch_deg):.0f} degrees"
     if mount.at[2] <= LOWEST[mount.kind]:
-        return f"{mount.at[2]:.3f} m above the floor; the least is {LOWEST[mount.kind]:g}"
+        return f"{mount.at[2]:.3f} m above the floor; the minimum is {LOWEST[mount.kind]:g}"
     return ""
 
 
@@ -193,7 +193,7 @@ def _changed(sensor: SaidSensor) -> Iterator[str]:
     if max(keys.get("width", 0), keys.get("height", 0)) > MAX_SIDE:
         yield f"at most {MAX_SIDE} pixels to a side"
     if sensor.kind == "camera" and keys.get("fov_deg", 0.0) > MAX_FOV:
-        yield f"{MAX_FOV:g} degrees wide for {keys['fov_deg']:.0f}, the most of a camera"
+        yield f"{MAX_FOV:g} degrees wide for {keys['fov_deg']:.0f}, the maximum of a camera"
 
 
 def _rate(rate: float) -> float:
@@ -201,7 +201,7 @@ def _rate(rate: float) -> float:
 
 
 def _middle(sensor: SaidSensor) -> float:
-    """Return where the middle of a lidar's fan is, in its own frame, to the left [rad]; 0 if it goes all around."""
+    """Return the direction of the middle of a lidar's fan in its own frame, left positive [rad]; 0 for a full turn."""
     around = sensor.kind != "lidar" or sensor.keys.get("fov_deg", 0.0) > ALL_AROUND
     return 0.0 if around else math.radians(sensor.keys.get("middle_deg", 0.0))
 

@@ -71,11 +71,11 @@ class RobotSource:
         """Place of each include of xacro that was not found, and what is missing."""
         self._packages, self._model = packages, model
         self.moved: list[str] = []
-        """Files named by the path that they had elsewhere."""
+        """Files named by their path on another machine."""
         self.sdf = False
         """Whether it is SDF."""
         self.changed: list[FileItem] = []
-        """What an SDF file lost on its way to URDF."""
+        """Contents of an SDF file that its conversion to URDF changed or left out."""
         self.expanded = False
         """Whether xacro changed the text of the description."""
 
@@ -85,7 +85,7 @@ class RobotSource:
         return self._folders.missing
 
     def unused(self) -> list[FileItem]:
-        """Return what the user gave and the file does not use."""
+        """Return options of the user that the file does not use."""
         known = ", ".join(sorted(self._asked)) or "none"
         asked = f"xacro uses no such name; those that it uses: {known}"
         given = {"--arg": self._xacro.arguments, "--env": self._xacro.environment}
@@ -115,7 +115,7 @@ class RobotSource:
     def drives(self) -> list[SaidDrive]:
         """Return what the parameters of controllers in the robot's packages state about its drive.
 
-        If the description names one of these files, as for ros2_control, the others are of other robots.
+        If the description names one of these files, as for ros2_control, the others belong to other robots.
         """
         found: list[SaidDrive] = []
         budget, paths = XacroBudget(), list(self._folders.parameters())
@@ -144,7 +144,7 @@ class RobotSource:
         written = self._bytes(self.name)
         if "XML contains a 'NaN'" in str(error) and (match := _NO_NUMBER.search(written)):
             line, column = line_and_column(match.start(), written)
-            return f"{self._given}:{line}:{column}: a value is no number (nan); correct it"
+            return f"{self._given}:{line}:{column}: a value is not a number (nan); correct it"
         if not isinstance(error, PlacedError):
             text = (
                 str(error).replace(f"'{self.name}': ", f"{self._given}: ").replace(f"'{self.name}'", f"'{self._given}'")
@@ -183,8 +183,8 @@ class RobotSource:
         return _FILE.sub(self._local, _URI.sub(named, text.encode()))
 
     def _included(self, uri: str) -> tuple[Element, str] | None:
-        """Return the root of the SDF file of a model, and the URI of its folder; None if it is not there."""
-        # A model of a server may be here under its name.
+        """Return the root of the SDF file of a model, and the URI of its folder; None if it is missing."""
+        # There may be a local copy of a model from a server.
         name = uri.rstrip("/").rpartition("/")[2]
         folder = self._folders.package(name)
         if folder is None:

@@ -44,7 +44,7 @@ TENSOR = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Model:
-    """A model, or one in another."""
+    """A model, which may be nested in another."""
 
     element: Element
     frames: SdfFrames
@@ -57,7 +57,7 @@ class _Model:
     depth: int = 0
 
     def named(self, name: str) -> str:
-        """Return the name in the whole robot of a part of this model."""
+        """Return the name that a part of this model has in the whole robot."""
         return self.names + name.strip().replace("::", "_")
 
 
@@ -116,7 +116,7 @@ class _Maker:
             found = [self._opened(child, "") for child in worlds if child.tag == tag]
             models += [each for each in found if each is not None]
             robots = robots or [(model, folder) for model, folder in models if is_robot(model)]
-        # A model may be asked for that nothing shows to be a robot.
+        # The user may choose a model that does not look like a robot.
         chosen = [each for each in models if each[0].get("name") == name] if name else robots
         if len(chosen) != 1:
             names = [model.get("name", "?") for model, _ in robots or models]
@@ -176,7 +176,7 @@ class _Maker:
         """Return a joint with its axes in the frame of the robot."""
         name, kind = joint.get("name", ""), joint.get("type", "")
         parent, child = (self._link_of(joint.findtext(end) or "", model) for end in ("parent", "child"))
-        # A joint at a link that does not exist has no pose; this is told when its links are checked.
+        # A joint at a link that does not exist has no pose; this is reported when its links are checked.
         own = model.frames.pose_of(joint) if child in self.links else np.eye(4)
         for sensor in joint.findall("sensor"):
             self._left_out(f"{sensor.get('type', '')} sensor", sensor.get("name", ""), "mjsim has no sensor in joints")
@@ -264,7 +264,7 @@ class _Maker:
         return None
 
     def _paint(self, item: Element, part: Element, name: str) -> None:
-        """Give a visual of URDF the colour of that of SDF."""
+        """Give a visual of URDF the colour of its original in SDF."""
         if part.find("material//albedo_map") is not None or part.find("material//texture") is not None:
             self._left_out("texture", name, "its colour is kept")
         color = color_of(part)
@@ -332,7 +332,7 @@ def _inertial(made: Element, link: _Link, urdf_from_robot: Array, where: str) ->
 
 
 def _renamed(plugin: Element, model: _Model) -> Element:
-    """Return a plug-in with the joints that it names as they are called in the whole robot."""
+    """Return a plug-in that names its joints as in the whole robot."""
     copied = copy.deepcopy(plugin)
     for item in copied.iter():
         if "joint" in item.tag.lower() and item.text and item.text.strip():

@@ -1,4 +1,4 @@
-"""Links of SDF as a tree, as URDF has it: SDF has joints in any direction, to the world, and in loops."""
+"""Links of SDF as a tree, as URDF requires: SDF allows joints in any direction, to the world, and in loops."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -59,7 +59,7 @@ def branches(links: Mapping[str, object], joints: Sequence[SdfJoint]) -> tuple[l
 
 
 def _root(links: Sequence[str], joints: Sequence[SdfJoint]) -> str:
-    """Return the link that no joint carries; if several are such, as wheels that carry a chassis, the busiest link."""
+    """Return the link that no joint carries; if there are several, the link with most joints."""
     carried = {joint.child for joint in joints}
     roots = [link for link in links if link not in carried]
     ends = [end for joint in joints for end in (joint.parent, joint.child)]

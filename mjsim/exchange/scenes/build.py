@@ -1,4 +1,4 @@
-"""Makes a world of a scene: walls, boxes, cylinders, spheres, and model files for all else."""
+"""Converts a scene to a world: walls, boxes, cylinders, spheres, and model files for everything else."""
 
 import hashlib
 import math
@@ -157,7 +157,7 @@ def _is_overhead(scene: Scene, thing: SceneThing, solid: SceneSolid) -> bool:
 
 
 def _add_static(built: Built, scene: Scene, thing: SceneThing, solids: Sequence[SceneSolid]) -> None:
-    """Add the rest of a static thing: parts with what they touch, simple shapes, all others as one model."""
+    """Add the rest of a static thing: moving parts with what they touch, simple shapes, all others as one model."""
     solids, skins = _add_parts(built, scene, thing, solids)
     found = traced(solids)
     built.walls += found.walls
@@ -174,7 +174,7 @@ def _add_static(built: Built, scene: Scene, thing: SceneThing, solids: Sequence[
         scene.tell(Fate.LEFT_OUT, "look of meshes", thing.name, "it became walls, which have one colour")
         skins = []
     others = alone if skins else _add_plain(built, scene, thing, alone)
-    # What is seen belongs to all of a thing together.
+    # Visible meshes belong to the thing as a whole.
     groups = [[*range(len(others))]] if skins else _touching([[solid] for solid in others])
     for group in groups:
         whole = replace(thing, solids=[others[k] for k in group], parts=(), skins=skins)
@@ -198,7 +198,7 @@ def _add_plain(built: Built, scene: Scene, thing: SceneThing, solids: Sequence[S
 def _add_parts(
     built: Built, scene: Scene, thing: SceneThing, solids: Sequence[SceneSolid]
 ) -> tuple[list[SceneSolid], list[SceneSkin]]:
-    """Add models of what joints move on a static thing, with the solids beside it; return other solids and skins."""
+    """Add models of the parts that joints move on a static thing, with solids near them; return the rest, and skins."""
     parts, skins = thing.parts, list(thing.skins)
     shapes = [part.all_solids() for part in parts]
     beside = [solid for solid in solids if any(len(_touching([[solid], shape])) == 1 for shape in shapes)]
@@ -271,7 +271,7 @@ def _plain(solid: SceneSolid, built: Built, name: str, keys: dict[str, Any] | No
     given: dict[str, Any] = {"name": _named(built, name), "at": at, **(keys or {})}
     if low > 1e-3:
         given["elevation"] = round(low, DIGITS)
-    cut = min(low, 0.0)  # What is below the floor is not there.
+    cut = min(low, 0.0)  # Parts below the floor are cut off.
     if solid.color is not None:
         given["color"] = solid.color
     if solid.texture is not None and solid.kind != "sphere":
@@ -298,7 +298,7 @@ def _add_model(built: Built, scene: Scene, thing: SceneThing, keys: dict[str, An
     low = float(min(solid.corners()[:, 2].min() for solid in whole))
     if any(solid.texture is not None for solid in whole):
         scene.tell(
-            Fate.LEFT_OUT, "texture", thing.name, "it is on no upright box or cylinder alone; its colour is kept"
+            Fate.LEFT_OUT, "texture", thing.name, "it is not a single upright box or cylinder; its colour is kept"
         )
     text, meshes = model_files(local, moves="mass" in keys)
     digest = hashlib.sha256(b"".join([text.encode(), *meshes.values()])).hexdigest()

@@ -83,7 +83,7 @@ def _take(scene: Scene, bodies: Sequence[SceneBody], looks: Looks) -> None:
 
 
 def _parts(scene: Scene, body: SceneBody, carried: Mapping[str, Sequence[SceneBody]], looks: Looks) -> list[ScenePart]:
-    """Return what joints move on a body."""
+    """Return the parts that joints move on a body."""
     found = (_part(scene, each, carried, looks) for each in carried.get(body.name, []))
     return [part for part in found if part is not None]
 
@@ -98,7 +98,7 @@ def _all_solids(scene: Scene, body: SceneBody, looks: Looks) -> list[SceneSolid]
     if body.bare and not body.geoms:
         scene.tell(Fate.LEFT_OUT, "visible body", body.name, "it has no collision shape")
     if body.held:
-        scene.tell(Fate.GUESSED, "body on a ball joint", body.name, "it does not turn on that")
+        scene.tell(Fate.GUESSED, "body on a ball joint", body.name, "it does not turn")
     found = ((geom, solid) for geom in body.geoms for solid in _solids(scene, geom, body.name))
     return [replace(solid, texture=_texture(geom, solid, looks)) for geom, solid in found]
 
@@ -134,4 +134,4 @@ def _solids(scene: Scene, geom: SceneGeom, name: str) -> Iterator[SceneSolid]:
     elif geom.kind != "plane" or abs(geom.pose[2, 2]) < 0.99 or abs(geom.pose[2, 3]) > 0.05:
         scene.tell(Fate.LEFT_OUT, geom.kind, name, "a world has one floor, at height 0")
     elif geom.texture:
-        scene.tell(Fate.LEFT_OUT, "texture of the floor", geom.texture, "name another one by floor: in the world")
+        scene.tell(Fate.LEFT_OUT, "texture of the floor", geom.texture, "set another one with floor: in the world")

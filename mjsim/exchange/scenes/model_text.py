@@ -20,7 +20,7 @@ MIN_PART_MASS = 0.05
 
 
 class _Model:
-    """An MJCF model that is written."""
+    """An MJCF model being written."""
 
     def __init__(self) -> None:
         self.root, self.asset = Element("mujoco"), Element("asset")
@@ -49,7 +49,7 @@ class _Model:
         Args:
             body: The body.
             solids: Solids in the frame of the model.
-            skins: What is seen instead of them, in the same frame.
+            skins: Visible meshes instead of them, in the same frame.
             shell: Whether meshes may enclose no volume.
             mass: Mass of all together [kg]; None for that of their volumes.
         """

@@ -185,7 +185,7 @@ def boxed(solid: SceneSolid) -> SceneSolid:
 
 def _is_full(solid: SceneSolid, volume: float) -> bool:
     """Return whether the triangles of a mesh enclose nearly its convex hull."""
-    # About the middle each missing triangle counts; about a corner those beside it would not.
+    # Relative to the middle, every missing triangle counts; relative to a corner, those at it would not.
     a, b, c = ((solid.vertices - solid.vertices.mean(axis=0))[solid.faces[:, k]] for k in range(3))
     return abs(float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum())) / 6.0 >= MIN_BOX_SHARE * volume
 

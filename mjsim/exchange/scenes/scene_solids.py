@@ -40,7 +40,7 @@ class SceneTexture:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneSkin:
-    """A mesh that cameras see in place of the solids of its thing, and nothing touches."""
+    """A mesh that cameras see in place of the solids of its thing, and that nothing touches."""
 
     look: MeshPart
     scale: Array
@@ -126,7 +126,7 @@ class ScenePart:
     mass: float
     """Without its own parts [kg]."""
     parts: Sequence["ScenePart"] = ()
-    """What further joints move on it."""
+    """Parts that further joints move on it."""
     skins: Sequence[SceneSkin] = ()
 
     def __post_init__(self) -> None:

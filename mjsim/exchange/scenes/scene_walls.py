@@ -20,7 +20,7 @@ MAX_THICKNESS, MIN_LENGTH = 0.35, 0.4
 SLENDER, SLENDER_LOW = 1.5, 6.0
 """Minimum length of a wall as a multiple of its thickness, and of a low one."""
 SAME, SHIFT = 0.01, 0.0017
-"""Boxes in the same step of this size are in line, and equally thick; steps begin between round numbers [m]."""
+"""Step within which boxes are in line, and equally thick; and offset of the steps from round numbers [m]."""
 MIN_OPENING = 0.3
 """Minimum width of a doorway or window [m]."""
 PARALLEL = math.radians(0.2)
@@ -122,7 +122,7 @@ def _profile(heights: Sequence[tuple[float, float]]) -> Profile:
 
 
 def _runs(stretches: Sequence[Stretch]) -> list[list[Stretch]]:
-    """Return consecutive stretches of one height that are a wall together: somewhere without a hole."""
+    """Return consecutive stretches of one height that form a wall: at least one has no hole."""
     runs: list[list[Stretch]] = [[]]
     for stretch in stretches:
         profile = stretch[3]

@@ -13,7 +13,7 @@ from mjsim.models import RefusedXmlError, checked_xml, sdf_named_in
 MAX_XML = 50_000_000
 """Maximum size of a file [bytes]."""
 MAX_PARENTS = 4
-"""Folders above the file in which models are looked for."""
+"""Number of folders above the file in which models are searched."""
 MODEL_FOLDERS, MANIFESTS = ("models", "worlds", "meshes", "materials"), ("model.config", "package.xml", "manifest.xml")
 """Above the scene's folder, a file is read only in a folder of such a name, or in one that holds such a file."""
 
@@ -47,7 +47,7 @@ class Folders:
     _models: dict[Path, Element] = field(default_factory=dict)
 
     def find(self, uri: str, beside: Path) -> Path | None:
-        """Return the path of a file or folder; None if it is not there.
+        """Return the path of a file or folder; None if it is missing.
 
         Args:
             uri: URI as written.
@@ -55,10 +55,10 @@ class Folders:
         """
         kind, sign, rest = uri.strip().partition("://")
         if not sign:
-            # Gazebo takes a bare name for that of a model, too.
+            # Gazebo also accepts a bare name as that of a model.
             return self._existing(beside / kind) or self._among_models(kind)
         if kind in ("http", "https"):
-            # A model of a server, if it is here under its name.
+            # A model from a server, if there is a local copy with its name.
             kind, rest = "model", rest.rstrip("/").rpartition("/")[2]
         if kind not in ("model", "package", "file"):
             return None
@@ -86,7 +86,7 @@ class Folders:
             return None
 
     def _is_of_models(self, place: Path) -> bool:
-        """Return whether a place is below the scene, in a folder that the user named, or in one of models."""
+        """Return whether a place is below the scene, in a folder that the user named, or in a folder of models."""
         if any(place.is_relative_to(os.path.realpath(root)) for root in (self.path.absolute().parent, *self.search)):
             return True
         top = Path(os.path.realpath(self.path.absolute().parents[0]))

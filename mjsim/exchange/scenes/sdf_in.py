@@ -176,7 +176,7 @@ class _Reader:
             shown = sum(visual.find("geometry/mesh") is None or not skins for visual in link.findall("visual"))
             bare += touched == 0 and shown > 0
             if shown > touched > 0:
-                why = f"{shown - touched} more than it has collision shapes, which alone are taken"
+                why = f"{shown - touched} more than collision shapes; only the latter are used"
                 self.scene.tell(Fate.LEFT_OUT, "visible part of a link", f"{name}::{link.get('name', '')}", why)
             links.append(SdfLink(link.get("name", ""), found, _mass_of(link, name), skins))
         if bare:
@@ -211,7 +211,7 @@ class _Reader:
         return found
 
     def _beside(self, mesh: Path) -> Callable[[str], bytes]:
-        """Return how files that a mesh names are read."""
+        """Return a function that reads files that a mesh names."""
 
         def read(uri: str) -> bytes:
             place = self._folders.find(uri, mesh.parent) or self._folders.find(
@@ -229,7 +229,7 @@ class _Reader:
     def _solids(
         self, link: Element, frames: SdfFrames, world_from_model: Array, file: Path, name: str
     ) -> Iterator[SceneSolid]:
-        """Yield the collision shapes of a link, in the looks of its visible shapes."""
+        """Yield the collision shapes of a link, with the looks of its visible shapes."""
         looks = [self._looks.of_visual(visual, file, name) for visual in link.findall("visual")]
         known = [look for look in looks if look != (None, None)]
         for number, part in enumerate(link.findall("collision")):
@@ -297,7 +297,7 @@ class _Reader:
 
 
 def _mesh_name(place: Path, shape: Element) -> MeshName:
-    """Return the mesh that a `<mesh>` means."""
+    """Return the mesh to which a `<mesh>` refers."""
     named = (shape.findtext("submesh/name") or "").strip()
     return MeshName(place, named, _is_true(shape.find("submesh/center")))
 
@@ -312,7 +312,7 @@ def _is_true(element: Element | None) -> bool:
 
 
 def _why_missing(uri: str) -> str:
-    """Return why a file that a scene names is not there, and what to do."""
+    """Return why a file that a scene names is missing, and what to do."""
     if not uri:
         return "it names no file; give it a <uri>"
     if uri.startswith(("http://", "https://")):

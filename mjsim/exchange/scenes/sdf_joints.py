@@ -179,7 +179,7 @@ def _joint(
 
 
 def _limits(joint: Element) -> tuple[float, float] | None:
-    """Return the limits of a joint [rad or m]; None if it has not both, as of a continuous one."""
+    """Return the limits of a joint [rad or m]; None unless it has both; a continuous one has none."""
     low, high = (finite_number(joint.findtext(f"axis/limit/{end}")) for end in ("lower", "upper"))
     return None if low is None or high is None or joint.get("type") == "continuous" else (low, high)
 

@@ -34,7 +34,7 @@ Look = tuple[str | None, SceneTexture | None]
 
 
 class SdfLooks:
-    """Finds what visuals look like."""
+    """Finds the looks of visuals."""
 
     def __init__(self, scene: Scene, folders: Folders) -> None:
         self._scene, self._folders = scene, folders
@@ -119,7 +119,7 @@ class SdfLooks:
 
 
 def _block(text: str, material: str) -> str:
-    """Return what is between the braces of a material in a script; '' if it is not there."""
+    """Return the text between the braces of a material in a script; '' if the material is missing."""
     head = re.search(_MATERIAL.format(re.escape(material)), text, re.MULTILINE)
     if head is None:
         return ""

@@ -12,7 +12,7 @@ from mjsim.models import SdfFrames, link_named, own_pose
 
 SAVED = "the state which Gazebo saved"
 TOLERANCE = 0.01
-"""Differences of links from their places in a model that are ignored: what settled [m, or of a direction]."""
+"""Differences of links from their poses in a model that are ignored, as from settling [m, or of a direction]."""
 
 
 def restore(world: Element, scene: Scene, model_of: Callable[[Element], tuple[Element, SdfFrames] | None]) -> None:

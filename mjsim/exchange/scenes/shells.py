@@ -38,7 +38,7 @@ class Traced:
 
 
 def traced(solids: Sequence[SceneSolid]) -> Traced:
-    """Return the walls, boxes and discs of the wide meshes of a thing, if these are hollow together.
+    """Return the walls, boxes and discs of the wide meshes of a thing, if they are hollow as a whole.
 
     An outer shell and the rooms in it are separate parts of a mesh, with walls between them.
     """
@@ -128,7 +128,7 @@ def _grid(segments: Array) -> Grid:
     by_row = _inside(segments, corner, cell, (rows, columns))
     by_column = _inside(segments[:, ::-1, ::-1], corner[::-1], cell, (columns, rows)).T
     inside = np.ascontiguousarray((by_row & by_column) | ((by_row | by_column) & near & (1 - picture)))
-    # Lines count where they bound no filled cells; there they would make these larger by half a cell.
+    # Lines that bound filled cells do not count: they would enlarge these by half a cell.
     alone = picture & (1 - cv2.dilate(inside, np.ones((3, 3), dtype=np.uint8)))
     occupied = _between_faces(inside | alone, cell)
     return Grid(occupied, ~occupied, cell, Pose(float(corner[0]), float(corner[1]), 0.0))
@@ -146,7 +146,7 @@ def _inside(segments: Array, corner: Array, cell: float, shape: tuple[int, int])
         shape: Rows and columns.
     """
     places = (segments - corner) / cell
-    # A line that leads down has its left, the solid, at greater x.
+    # The left of a downward line, which is solid, has greater x.
     signs = np.where(places[:, 1, 1] < places[:, 0, 1], 1, -1).astype(np.int32)
     places = places[np.arange(len(places))[:, None], np.argsort(places[:, :, 1], axis=1)]
     low, high = np.ceil(places[:, 0, 1] - 0.5).astype(int), np.ceil(places[:, 1, 1] - 0.5).astype(int)
@@ -163,7 +163,7 @@ def _inside(segments: Array, corner: Array, cell: float, shape: tuple[int, int])
 
 
 def _between_faces(picture: Any, cell: float) -> Any:
-    """Return occupied cells with what lies between the two faces of a wall."""
+    """Return occupied cells, with those between the two faces of a wall."""
     import cv2
 
     outside = np.pad(picture == 0, 1, constant_values=True).astype(np.uint8)

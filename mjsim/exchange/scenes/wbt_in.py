@@ -30,7 +30,7 @@ GROUPS = ("Group", "Transform", "Pose", "Billboard")
 MOVING = {"HingeJoint": "hinge", "SliderJoint": "slide"}
 SEEN = ("Shape", "CadShape")
 SILENT = ("WorldInfo", "Viewpoint", "Background", "Fog", "Slot", *SEEN, "Muscle", "TexturedBackground")
-"""Nodes without a meaning in a world of mjsim, or read by other code; likewise those with these beginnings."""
+"""Nodes without a meaning in a world of mjsim, or read by other code; likewise nodes whose names begin with these."""
 ENU_YEAR = 2022
 """From this year's versions on, z points up unless a world says otherwise."""
 LAMP_REACH = 10.0
@@ -101,7 +101,7 @@ class _Reader:
             self.top(found, world_from_outer, depth + 1)
 
     def _of_proto(self, node: WbtNode, depth: int) -> WbtNode | None:
-        """Return what a PROTO node consists of; None for a robot, or an unknown node, which is reported."""
+        """Return the contents of a PROTO node; None for a robot, or an unknown node, which is reported."""
         if depth > MAX_PROTOS:
             raise UsageError(f"'{self._path}' nests PROTO nodes more than {MAX_PROTOS} deep; is it a loop?")
         name = node.text("name") or node.kind
@@ -118,7 +118,7 @@ class _Reader:
             self.scene.tell(Fate.GUESSED, "frame of a door", name, "part of the doorway")
         found = plain_node(node)
         if found is None:
-            why = "unknown to mjsim; of a PROTO, put NAME.proto beside the world, or in 'protos' there"
+            why = "unknown to mjsim; for a PROTO, put NAME.proto beside the world, or in 'protos' there"
             self.scene.tell(Fate.LEFT_OUT, "node", node.kind, why)
         return found
 
@@ -140,7 +140,7 @@ class _Reader:
         fields, body = Parser(text, str(place)).proto()
         made = filled(body, {**fields, **node.fields})
         if self._turns and "controller" not in made.fields:
-            # Values of the world are turned already, those of the file are not.
+            # Values of the world are converted to z up already, those of the file are not.
             turned(made, {id(item) for items in node.fields.values() for item in items if isinstance(item, WbtNode)})
             for key in ("translation", "rotation"):
                 if key in node.fields:
@@ -166,7 +166,7 @@ class _Reader:
         self.scene.lights.append(Light(name, at, color, node.number("radius", LAMP_REACH)))
 
     def _solid(self, node: WbtNode, world_from_outer: Array) -> None:
-        """Take a solid with all in it as one thing."""
+        """Take a solid with everything in it as one thing."""
         name, body = node.text("name") or node.kind.lower(), _Body()
         world_from_solid = world_from_outer @ _pose(node)
         moves = node.node("physics") is not None
@@ -371,7 +371,7 @@ def _is_flat(node: WbtNode) -> bool:
 
 
 def _mass(physics: WbtNode, solids: Sequence[SceneSolid]) -> float:
-    """Return the mass that physics give some solids [kg]."""
+    """Return the mass that a Physics node gives some solids [kg]."""
     mass = physics.number("mass", -1.0)
     density = physics.number("density", DENSITY)
     if mass > 0.0:

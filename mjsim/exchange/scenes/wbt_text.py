@@ -13,7 +13,7 @@ from mjsim.errors import UsageError
 
 MAX_DEPTH, MAX_NODES = 100, 200_000
 """Maximum nesting of nodes, and their maximum number."""
-# A text without an end is the rest of the file: looked for again at each quote in it, it would take hours.
+# A text without an end is the rest of the file: searching again from each quote in it would take hours.
 _TEXT = r'"(?:[^"\\]|\\.)*+"?'
 _TOKEN = re.compile(rf'{_TEXT}|[\[\]{{}}]|[^\s,\[\]{{}}"#]+', re.DOTALL)
 _COMMENT = re.compile(rf"({_TEXT})|#[^\n]*", re.DOTALL)
@@ -81,7 +81,7 @@ class _Defined:
 
     node: WbtNode
     count: int
-    """Number of nodes in it, with itself and with what it uses."""
+    """Number of nodes in it, including itself and the nodes that it uses."""
     depth: int
     """Their nesting."""
 
@@ -167,7 +167,7 @@ class Parser:
             raise UsageError(f"'{self._where}' has more than {MAX_NODES} nodes, or nests them over {MAX_DEPTH} deep")
 
     def _node(self, depth: int) -> WbtNode:
-        """Return the node at the place, which may be named by DEF or be one that was (USE)."""
+        """Return the node at the current position, which may be named by DEF, or refer to a named one by USE."""
         if self._peek() == "USE":
             return self._used(depth)
         self._enter(depth)
@@ -192,14 +192,14 @@ class Parser:
         return found.node
 
     def _body(self, depth: int) -> WbtNode:
-        """Return the node at the place by its kind and fields."""
+        """Return the kind and fields of the node at the current position."""
         kind = self._peek()
         if not _WORD.match(kind) or self._next(1) != "{":
             raise self._wrong("NODE {")
         node = WbtNode(kind)
         self._place += 1
         while self._peek() != "}":
-            # What Webots saves of the state of a simulation has the word hidden before it.
+            # Webots puts the word hidden before saved state of a simulation.
             key = self._next(1) if self._peek() == "hidden" else self._peek()
             if not _WORD.match(key):
                 raise self._wrong("a field")

@@ -1,6 +1,6 @@
 """Contents of PROTO nodes of Webots' library, as nodes that collide: walls, doors, arenas, furniture.
 
-Sizes are those of the library (x is depth, y width, z height); of furniture without sizes in its fields it is a box.
+Sizes are those of the library (x is depth, y width, z height); furniture without sizes in its fields becomes a box.
 """
 
 import math
