@@ -64,7 +64,7 @@ READ = (
     " a bag of ROS 1 or ROS 2, a CARMEN log, a rawlog of MRPT, a YAML file that describes tables (log: tables)"
 )
 MAX_LINES = 1000
-"""Number of lines of a file that is not a supported log, to detect whether it is truncated."""
+"""Number of lines read of a file that is not a supported log, to detect whether it is truncated."""
 MAX_SCHEMAS = 4
 """Maximum number of types to list of an MCAP file."""
 MAX_EXAMINED = 100

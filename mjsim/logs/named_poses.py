@@ -37,7 +37,7 @@ ORDERS = {4: ("time", "x", "y", "heading"), 8: ("time", "x", "y", "z", *TURNED)}
 """Roles of columns without names, by their count."""
 FULL_TURN = 2.0 * np.pi + 0.01
 MIN_AGREEMENT, MAX_AGREEMENT = 0.9, 0.7
-"""Agreement of headings with the direction of travel, from 0 to 1: at least in their unit, at most in the other one."""
+"""Agreement of headings with the direction of travel, from 0 to 1: minimum in their unit, maximum in the other one."""
 
 
 def named_rows(path: Path, notes: dict[str, str]) -> Array | None:
@@ -45,7 +45,7 @@ def named_rows(path: Path, notes: dict[str, str]) -> Array | None:
 
     Args:
         path: A text file.
-        notes: What was taken as what, to which this adds.
+        notes: Notes on how the file was interpreted, to which this adds.
 
     Raises:
         UsageError: Columns have names, but a role has none or several, or a value is invalid.

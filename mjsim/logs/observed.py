@@ -23,7 +23,7 @@ MILLISECOND_TOLERANCE = 1e-3
 MAX_RATE_HZ = 250.0
 """Maximum tick rate [Hz]."""
 _OF_LOGS = {"sightings", "cameras", "scans", "clouds", "imu"}
-"""Readings for which any log has a place."""
+"""Readings for which a log has fields of their own."""
 
 
 def write_log(
@@ -301,7 +301,7 @@ def _room(
 
 
 def _sensor_texts(observations: Sequence[Observation], rate: float) -> Iterator[str]:
-    """Yield the text of each sensor that a log has no other place for, with what follows from its readings."""
+    """Yield the text of each sensor that a log has no field for, with the keys that follow from its readings."""
     for kind, model in SENSOR_KINDS.items():
         if model.reading in _OF_LOGS:
             continue

@@ -24,7 +24,7 @@ TYPES = (*(kind for kind in POSES if "Transform" not in kind), ODOMETRY_TYPES, P
 VERTICES, KITTI_NUMBERS = {"VERTEX_SE2": 4, "VERTEX_SE3:QUAT": 8}, 12
 """Numbers after the names of vertices of g2o that are poses, and in a row of KITTI."""
 EUROC_COLUMNS, MIN_NANOSECONDS = (8, 17), 1e15
-"""Numbers in a row of EuRoC: time, position, quaternion with w first, and perhaps velocity and biases; and the least
+"""Numbers in a row of EuRoC: time, position, quaternion with w first, and perhaps velocity and biases; and the smallest
 time that is in nanoseconds. A comment with `[ns]` says that they are from the beginning."""
 NO_VERTICES = ("FIX", "VERTEX_XY", "VERTEX_TRACKXYZ")
 """Names of other lines of g2o; those of edges and parameters begin alike."""
@@ -46,7 +46,7 @@ def read_trajectory(
             ROS.
         topic: The topic of a bag; by default its only one with poses.
         period: Time from one pose to the next, in files without times: KITTI and g2o [s].
-        notes: What was taken as what, guessed and left out, as in the metadata of a recording; this adds to them.
+        notes: Notes on how the file was interpreted, as in the metadata of a recording; this adds to them.
 
     Raises:
         UsageError: The file cannot be read, has no poses, or several topics with poses.
@@ -86,7 +86,7 @@ def _rows_of_text(path: Path, period: float | None) -> Iterator[tuple[float, flo
     earliest_ns = MIN_NANOSECONDS
     of_kitti: list[list[float]] = []
     for number, line in enumerate(lines_of(path, {}), start=1):
-        # Where semicolons part the numbers, as in tables of half of Europe, commas are decimal.
+        # Where semicolons separate numbers, as in tables of half of Europe, commas are decimal.
         words = (line.replace(",", ".").replace(";", " ") if ";" in line else line.replace(",", " ")).split()
         if not words or line.lstrip().startswith(("#", "%")):
             earliest_ns = 0.0 if "[ns]" in line else earliest_ns
@@ -191,7 +191,7 @@ def offset_to_run(
         topic: Topic of a bag.
         period: Time between poses without times [s].
         offset: The user's offset.
-        notes: What was taken as what, and where poses are missing.
+        notes: Notes on how the file was interpreted, and where poses are missing.
 
     Raises:
         UsageError: It cannot be read, or has no pose at the beginning of the run.
@@ -267,7 +267,7 @@ class Trajectory:
         self._prior = robot.prior
 
     def update(self, seen: Observation) -> Estimate:
-        """Return the pose at the time of an observation; before the first and after the last one, these.
+        """Return the pose at the time of an observation; beyond the ends, the first or the last one.
 
         Raises:
             UsageError: As in `require_pose_at`.
@@ -279,10 +279,10 @@ class Trajectory:
         return Estimate(self._world_from_file @ self._at(seen.time), np.zeros((3, 3)))
 
     def require_pose_at(self, time: float) -> None:
-        """Check that the run, which begins at a time [s], is of the time of the trajectory.
+        """Check that the trajectory covers the time at which a run begins [s].
 
         Raises:
-            UsageError: It is not.
+            UsageError: It does not.
         """
         if problem := _misfit(self._file, self._track[:, 0] - self._offset, self._offset, time):
             raise UsageError(problem)

@@ -18,9 +18,9 @@ MIN_STEP_BACK = 0.02
 AGREEING_MESSAGES = 3
 """Number of messages before and after a jump that must agree, so that a single wrong time is not a jump."""
 MIN_OTHER_CLOCK = 1e8
-"""Minimum difference of clocks that have different starts: of a simulation, and since 1970 [s]."""
+"""Minimum difference of clocks that have different starts, such as that of a simulation and one since 1970 [s]."""
 CENTRAL = 0.1, 0.9
-"""Shares of the messages of a topic between which its span is measured [1]."""
+"""Fractions of the messages of a topic between which its span is measured [1]."""
 RECORDER = "the recorder"
 TIME_ROUNDING = 1e-6
 """Rounding of times since 1970 [s]."""
@@ -73,7 +73,8 @@ class Clocks:
     def settle(self) -> Mapping[str, str]:
         """Find the jumps in all messages seen, for the next pass, and return notes about them.
 
-        The clocks are right in the longest time without a jump: some robots get the time only after they have started.
+        Clocks are taken as right in the longest time without a jump: some robots get the time only after they have
+        started.
         """
         notes = {f"clock of {RECORDER}": _set_back_note(self._set_back)} if self._set_back else dict[str, str]()
         ends: list[float] = []
@@ -102,7 +103,7 @@ class Clocks:
             recorded, stamps = np.array(numbers).reshape(-1, 2).T
             since, offsets = self._jumps.get(topic, ([], [0.0]))
             stamps = stamps - np.array(offsets)[np.searchsorted(since, recorded, "right")]
-            # A single wrong time, such as that of a first stamp of 0, is no span.
+            # A single wrong time, such as a first stamp of 0, does not count.
             if np.ptp(np.quantile(recorded, CENTRAL)) >= MIN_SPAN_RATIO * np.ptp(np.quantile(stamps, CENTRAL)):
                 ahead[topic] = float(np.median(stamps - recorded))
         usual = max(ahead, key=lambda topic: len(self._seen[topic]), default="")

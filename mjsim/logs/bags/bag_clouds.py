@@ -29,9 +29,10 @@ TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 PERIOD = 0.1
 """Time between clouds, if there is only one [s]."""
 SCAN_PERIODS, INSTANT_PERIODS = (0.1, 1.5), 0.0015
-"""How many periods a scan lasts; below the latter it is an instant [1]."""
+"""Duration of a scan, in periods; below the second value, all points have one time [1]."""
 MAX_REACH, MIN_REACH = 500.0, 0.3
-"""Half of the points of a cloud are nearer than the former; one in millimetres has points beyond the latter [m]."""
+"""Half of the points of a cloud are nearer than the first value; a cloud in millimetres has points beyond the second
+[m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,9 +40,9 @@ class CloudUnits:
     """Units of the clouds of a sensor."""
 
     time: float | None = None
-    """Of the times of points, relative to the stamp [s]; None: nanoseconds for integers, else seconds."""
+    """Unit of the times of points, relative to the stamp [s]; None: nanoseconds for integers, else seconds."""
     length: float = 1.0
-    """Of coordinates [m]."""
+    """Unit of coordinates [m]."""
     notes: tuple[tuple[str, str], ...] = ()
     """What was guessed or left out, and why, as in the metadata of a recording."""
 
@@ -114,7 +115,7 @@ def cloud_of(message: Any, stamp: float, *, robot_from_sensor: Array, units: Clo
         message: As ROS defines it.
         stamp: When its last point was measured [s].
         robot_from_sensor: Its rotation is applied to the points, shape (4, 4).
-        units: Of coordinates and times.
+        units: Units of coordinates and times.
 
     Raises:
         ValueError: Its data do not match its fields, or it has no x, y and z.

@@ -33,11 +33,11 @@ UNSTAMPED = ("geometry_msgs/msg/Twist", *TRANSFORMS)
 MAX_SIMULATED = 1e8
 """Stamps below are of a simulation, or count from the start of a robot; those since 1970 are far above [s]."""
 MAX_UNSET = 1000
-"""Messages in which a stamp above 0, or a frame that moves, is looked for."""
+"""Maximum number of messages that are searched for a stamp above 0, or for a moving frame."""
 MAX_UNITS = 12
-"""Clouds by which their units are found."""
+"""Number of clouds from which their units are derived."""
 BEAMS_TOLERANCE = 0.2
-"""By what fraction the beams of a scan may differ from the usual number; cheap lidars vary, as their motors do."""
+"""Fraction by which the beams of a scan may differ from the usual number; cheap lidars vary with their motors."""
 
 
 @dataclass(slots=True)
@@ -55,7 +55,7 @@ class Stream:
     has_returns: bool = False
     """Whether any scan has a beam, or any cloud a point, that came back."""
     tolerance: float = 0.0
-    """By what fraction numbers in a shape may differ from the most common ones."""
+    """Fraction by which numbers in a shape may differ from the most common ones."""
 
     def usual(self) -> tuple[int, ...] | None:
         """Return the most common shape of its messages; None without messages."""
@@ -337,7 +337,7 @@ class Contents:
             self.fixes[topic] = sorted((f for f in fixes if abs(f.time - middle) <= limit), key=lambda fix: fix.time)
             self.left_out[topic] += len(fixes) - len(self.fixes[topic])
         for topic in self.left_out - before_drop:
-            self.reasons.setdefault(topic, f"its time is far from {middle:.3f} s, the middle of all messages")
+            self.reasons.setdefault(topic, f"its time is far from {middle:.3f} s, the median of all messages")
 
 
 def unread_topics(bag: Bag, robots: Sequence[RobotTopics]) -> dict[str, str]:

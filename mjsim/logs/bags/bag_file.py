@@ -99,7 +99,7 @@ class Bag(Closes):
     def messages(self, topics: Collection[str], *, start: int | None = None) -> Iterator[RosMessage]:
         """Yield the messages of some topics in the order in which they were recorded.
 
-        Of a damaged bag, the messages up to the damage; `cut` has the reason.
+        If a bag is damaged, only the messages before the damage are read; `cut` has the reason.
 
         Args:
             topics: Topics of the bag.
@@ -240,7 +240,7 @@ def _holds_ros(file: Path) -> bool:
 
 
 def schemas_of(file: Path) -> dict[str, str]:
-    """Return name -> language of the schemas in the summary of an MCAP file; of a broken file nothing is known."""
+    """Return name -> language of the schemas in the summary of an MCAP file; empty for a broken file."""
     with suppress(McapError, UnicodeDecodeError, ValueError, OSError), file.open("rb") as stream:
         summary = make_reader(stream).get_summary()
         known = () if summary is None else summary.schemas.values()

@@ -23,7 +23,7 @@ def frame_name(name: str) -> str:
 
 
 def is_odometry(outer: str, inner: str) -> bool:
-    """Return whether the pose of a frame in another may be odometry: not that of a map, in a frame of odometry."""
+    """Return whether the inner frame's pose may be odometry: the outer one is of odometry, the inner is no map."""
     frame, robot = outer.rpartition("/")[2], inner.rpartition("/")[2]
     return "odom" in frame and not any(word in robot for word in ("odom", "map", "world"))
 

@@ -101,7 +101,7 @@ def _first_echoes(values: Any, *, none: float) -> Array:
 
 
 def range_unit(message: Any) -> float:
-    """Return the unit of the ranges of a lidar's messages [m]: no lidar in metres has limits as these."""
+    """Return the unit of the ranges of a lidar's messages [m]: no lidar in metres has limits like these."""
     nearest, farthest = MILLIMETRES
     return 1e-3 if message.range_min >= nearest and message.range_max >= farthest else 1.0
 
@@ -226,7 +226,7 @@ def unread_lens(message: Any) -> str:
 def _sides(message: Any, width: int, height: int) -> tuple[tuple[int, int], tuple[int, int]]:
     """Return first pixel and number of pixels of the calibrated picture that a picture shows, across and down.
 
-    A camera may send a part of what it was calibrated with, the region of interest, and join its pixels (binning).
+    A camera may send only a region of interest of the calibrated picture, and join its pixels (binning).
 
     Args:
         message: A `sensor_msgs/CameraInfo`.

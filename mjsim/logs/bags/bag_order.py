@@ -141,7 +141,7 @@ class InFileOrder:
             reader: Reader of rosbags, or one like it.
             files: Files in order of time.
             rows: Messages before which the clock was set, counted over all files, shape (N,).
-            shifts: What is added to times before the first of these and from each on, shape (N + 1,) [ns].
+            shifts: Offsets added to times before the first of these and from each on, shape (N + 1,) [ns].
         """
         self._reader, self._files, self._rows, self._shifts = reader, files, rows, shifts
         self.connections = reader.connections
@@ -149,7 +149,7 @@ class InFileOrder:
     def messages(
         self, connections: Collection[Connection], start: int | None = None
     ) -> Generator[tuple[Connection, int, bytes], None, None]:
-        """Yield messages, decompressed if each was compressed, which the readers of single files do not do."""
+        """Yield messages, decompressed if they were compressed one by one: readers of single files do not do that."""
         chosen, row = {each.topic: each for each in connections}, 0
         for file in self._files:
             for topic, time, data in file.read():
@@ -228,12 +228,13 @@ def set_backs(topics: NDArray[np.intp], times: Array) -> list[tuple[int, float]]
     )
     found: list[tuple[int, float]] = []
     while drops:
-        # Drops of several topics are of one event if it was between their last messages before and first ones after.
+        # Drops of several topics belong to one event if it fits between their last messages before and first ones
+        # after.
         first = drops[0][0]
         together = [drop for drop in drops if drop[1] < first]
         drops = [drop for drop in drops if drop[1] >= first]
         _, back = min((period, back) for _, _, period, back, _ in together)
-        # Messages of other topics may be the first by the new clock.
+        # The first messages with the new clock may be of other topics.
         last = max(before for _, before, *_ in together)
         first = next((row for row in range(last + 1, first) if times[row] < times[last]), first)
         others = set(range(len(rows_of))) - {topic for *_, topic in together}

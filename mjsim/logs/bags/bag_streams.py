@@ -1,4 +1,4 @@
-"""The scans, clouds and pictures of one robot in a bag, each read from its message when it is asked for."""
+"""The scans, clouds and pictures of one robot in a bag, each read from its message on request."""
 
 from collections.abc import Callable
 from typing import Any
@@ -22,7 +22,7 @@ class RobotStreams:
         self.base: str | None = None
         """The robot's frame, once it is known."""
         self.notes: dict[str, str] = {}
-        """What was guessed or left out, by what it concerns."""
+        """Notes on what was guessed or left out, by subject."""
         self.damage = Damage()
 
     def place(self, name: str, frame: str) -> Array | None:

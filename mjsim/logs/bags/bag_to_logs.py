@@ -1,7 +1,7 @@
 """Converts bags of ROS 1 and ROS 2 to logs of robots.
 
 A bag is read twice: the first pass keeps everything except pictures and scans, of which it keeps the times; the second
-reads scans and pictures while their ticks are written. So the memory depends on the logged motion, not on the pictures.
+reads scans and pictures while their ticks are written. So memory use depends on the logged motion, not on the pictures.
 
 Times are those in the headers of messages; without a header, the time of recording.
 """
@@ -55,9 +55,9 @@ __all__ = ["is_bag", "read_bag"]
 MAX_TRUTH_GAP = 0.5
 """Maximum time between two poses of the truth to interpolate [s]."""
 GRAVITY, ONE_G = 9.80665, (0.8, 1.2)
-"""Standard gravity [m/s^2], and between what an accelerometer at rest measures it in g."""
+"""Standard gravity [m/s^2], and the range within which an accelerometer in g measures it at rest."""
 MAX_TURN_RATE, MAX_SPEED = 40.0, 40.0
-"""No gyroscope measures faster turns, and no robot of a building moves faster [rad/s, m/s]."""
+"""Maximum turn rate of any gyroscope, and maximum speed of any indoor robot [rad/s, m/s]."""
 MAX_BEAMS = 10_000
 """Maximum number of beams of a scan in a recording."""
 

@@ -66,11 +66,11 @@ def _open_file(path: Path, kind: str) -> tuple[Any, str]:
         part = _opened(lambda: Reader1(path) if kind == ".bag" else _NamedReader2(path, kind))
         if kind not in (".bag", ".mcap") or part.connections:
             return part, ""
-        # Its index lists no topics: they may be among the messages alone.
+        # Its index lists no topics: they may be only among the messages.
         part.close()
         return _scanned(path, kind), ""
     except BrokenBagError as error:
-        # A truncated file is tried without its index; for what is not a bag at all, the first error says more.
+        # A truncated file is tried without its index; for a file that is not a bag at all, the first error says more.
         if kind not in (".bag", ".mcap"):
             raise
         with suppress(BrokenBagError):
@@ -105,7 +105,7 @@ def decoder_of(reader: Any) -> tuple[bool, Callable[[bytes, str], Any]]:
     return not is_ros1, store.deserialize_ros1 if is_ros1 else store.deserialize_cdr
 
 
-@functools.cache  # Of the standard types, whose making takes as long as reading a small bag.
+@functools.cache  # Cached for the standard types: creating them takes as long as reading a small bag.
 def _store(is_ros1: bool) -> Any:
     """Return the standard types of a distribution of ROS."""
     store = get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.LATEST)

@@ -91,7 +91,7 @@ class ScannedBag1(Reader):
         with suppress(ReaderError):
             self._list(content, position, found, indexes)
         self.chunks[position] = chunk
-        # Those of this chunk are the last of each connection.
+        # Entries of this chunk are the last ones of each connection.
         own = (takewhile(lambda entry: entry.chunk_pos == position, reversed(index)) for index in indexes.values())
         if entries := [entry.time for each in own for entry in each]:
             self.chunk_infos.append(ChunkInfo(position, min(entries), max(entries) + 1, {}))

@@ -12,7 +12,7 @@ ZSTD = b"\x28\xb5\x2f\xfd"
 
 def unpacked(data: bytes) -> bytes:
     """Return decompressed zstd data."""
-    # Python has it from 3.14 on; before, rosbags brings it, without which there are no bags to unpack.
+    # Part of Python from 3.14 on; before, it comes with rosbags, which reading bags requires anyway.
     if sys.version_info >= (3, 14):
         from compression import zstd
     else:

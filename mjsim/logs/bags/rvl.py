@@ -54,7 +54,7 @@ def unpack_rvl(data: bytes) -> NDArray[np.uint16]:
 
 
 def _numbers(packed: bytes) -> NDArray[np.int64]:
-    """Return the numbers in groups of 3 bits, the lowest first; a fourth bit says that more of a number follow."""
+    """Return the numbers in groups of 3 bits, the lowest first; a fourth bit says that more bits of a number follow."""
     words = np.frombuffer(packed[: len(packed) // 4 * 4], dtype="<u4")
     # In a word of 32 bits the first nibble is the highest.
     nibbles = (words[:, None] >> np.arange(28, -1, -4, dtype=np.uint32) & 0xF).ravel().astype(np.int64)

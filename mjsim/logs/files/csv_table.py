@@ -20,13 +20,13 @@ DOTTED_DATE, SLASHED_DATE = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})(?!\d)"), 
 SPACED_DATE = re.compile(r"\b(\d{4}[-/]\d\d[-/]\d\d|\d{1,2}\.\d{1,2}\.\d{4})\s+(?=\d{1,2}:\d\d)")
 """A date before the time of day, in tables whose columns are separated by white space."""
 COMMENTS = ("#", "% ")
-"""What a comment begins with, as of MATLAB; `rostopic` writes %time before names."""
+"""Beginnings of comments, including those of MATLAB; `rostopic` writes %time before names."""
 BLANK_CELLS = ("", "nan", "na", "n/a", "#n/a", "null", "none", "-")
 """Texts that other programs write for missing values."""
 SEPARATOR_LINE = re.compile(r"sep=([;,\t|])", re.IGNORECASE)
 MAX_SECONDS, MIN_STEP = 1e11, 5e-5
-"""Times beyond, in the year 5138, are in a smaller unit than was given [s]; closer rows, on the mean, in a larger
-one [s]."""
+"""Times beyond, in the year 5138, are in a smaller unit than the given one [s]; rows closer than this on average are in
+a larger one [s]."""
 SEPARATORS = (";", "\t", "|", ",")
 """Column separators, tried in this order before white space. Unless it is a comma, numbers may have decimal commas."""
 
@@ -83,7 +83,7 @@ class CsvTable:
         return np.array(found)
 
     def filled(self, names: Sequence[str | int]) -> "CsvTable":
-        """Return the rows that have a value in each of some columns; NaN is none.
+        """Return the rows that have a value in each of some columns; NaN counts as none.
 
         Raises:
             UsageError: There are none.
@@ -154,7 +154,7 @@ class CsvTable:
 
 
 def instant_of(word: str) -> float | None:
-    """Return the time since 1970 of a date, UTC unless it says otherwise [s]; None if it is none.
+    """Return the time since 1970 of a date, UTC unless it says otherwise [s]; None for other texts.
 
     Dates are those of ISO 8601, also with a space or slashes, or `31.01.2026 12:00:00.5`; `01/31/2026` is not, as the
     day may come first.

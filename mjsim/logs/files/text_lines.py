@@ -21,7 +21,7 @@ MIN_UNPACKED_LIMIT, MAX_COMPRESSION = 16 << 20, 20
 MAX_NUMBER = 1e30
 """Largest number in a log; products of larger ones overflow."""
 _HEAD_BYTES = 1 << 16
-"""Bytes from the beginning of a text, by which its lines and its packing are known."""
+"""Bytes at the beginning of a text that show its line ends and its compression."""
 UNPACKERS: Mapping[str, tuple[bytes, Callable[[Path], Any]]] = {
     ".gz": (b"\x1f\x8b", gzip.open),
     ".xz": (b"\xfd7zXZ\x00", lzma.open),
@@ -104,7 +104,7 @@ def _opened(path: Path, notes: dict[str, str] | None) -> IO[bytes]:
 
 
 def _ended(file: Any) -> Any:
-    """Return a text whose lines end as here; those of old spreadsheets end with a carriage return alone."""
+    """Return a text with line feeds; lines of old spreadsheets end with a carriage return only."""
     head = file.read(_HEAD_BYTES)
     file.seek(0)
     if b"\r" not in head or b"\n" in head:

@@ -13,7 +13,7 @@ the laser in FLASER may have been corrected by SLAM; it is not read. Other messa
 
 References:
     Montemerlo, Roy, Thrun, Perspectives on standardization in mobile robot programming: the Carnegie Mellon navigation
-    (CARMEN) toolkit, IROS 2003; the formats as the heads of the logs state them.
+    (CARMEN) toolkit, IROS 2003; the formats as in the headers of the logs.
 """
 
 import math
@@ -46,7 +46,7 @@ MIN_RANGE = 0.02
 """Smaller ranges were not measured [m]."""
 MAX_NOISE = 10.0
 MIN_BEAMS, TOO_FEW = 2, "scans of less than 2 beams"
-"""Smallest number of beams of a scan, and what scans with fewer are called."""
+"""Minimum number of beams of a scan, and name of scans with fewer."""
 MIN_NO_RETURNS = 50
 """Minimum number of beams with the largest value of a log for it to mean no return."""
 RANGE_RESOLUTION = 0.005

@@ -76,7 +76,7 @@ class Poses(AngledColumns):
     heading_deg: Column | None = None
     """The same in degrees."""
     quaternion: Quaternion | None = None
-    """In place of these, the orientation in space."""
+    """Orientation in space, in place of a heading."""
 
 
 class Twists(AngledColumns):

@@ -124,7 +124,7 @@ def _imu(folder: Path, notes: dict[str, str]) -> tuple[Mount, list[ImuReading]]:
     if wild := int(np.count_nonzero(np.abs(values[:, :6]) > MAX_NUMBER)):
         notes[f"infinite or huge numbers of {folder.name}/data.csv left out"] = str(wild)
         values = np.where(np.abs(values) > MAX_NUMBER, np.nan, values)
-    # Quantities that only a gyroscope could measure are NaN.
+    # Quantities that were not measured are NaN.
     turns, forces = values[:, :3], values[:, 3:6]
     rows = zip((times * NANOSECOND).tolist(), forces @ place[:3, :3].T, turns @ place[:3, :3].T, strict=True)
     x, y, z = place[:3, 3].tolist()

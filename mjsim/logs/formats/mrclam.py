@@ -55,7 +55,7 @@ RANGE, BEARING = 0.15, math.radians(2.0)
 DEFAULT_RATE_HZ = 10.0
 """Default tick rate [Hz]."""
 MAX_TRUTH_GAP = 0.1
-"""The motion capture had lost the robot if poses are farther apart than this [s]."""
+"""If poses are farther apart than this, motion capture had lost the robot [s]."""
 MAX_ROBOT_SUBJECT = 5
 """Subjects up to this number are robots."""
 UNKNOWN_START_SPACING = 1.0

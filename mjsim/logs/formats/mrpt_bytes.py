@@ -37,7 +37,7 @@ class MrptBytes:
         """Return an array of numbers, shape (count,)."""
         size = np.dtype(kind).itemsize * count
         if self.place + size > len(self.data):
-            raise struct.error("the array is cut")
+            raise struct.error("the array is truncated")
         found = np.frombuffer(self.data, dtype=kind, count=count, offset=self.place)
         self.place += size
         return found

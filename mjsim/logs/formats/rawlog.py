@@ -67,7 +67,7 @@ class _Found:
     mounts: dict[str, Mount] = field(default_factory=dict)
     left_out: Counter[str] = field(default_factory=Counter)
     moved: list[Array] = field(default_factory=list)
-    """Movements before the observations to come, each shape (4, 4)."""
+    """Movements since the last observations, each shape (4, 4)."""
     pose: Array = field(default_factory=lambda: np.eye(4))
     """The sum of all movements."""
     pairs: int = 0
@@ -137,7 +137,7 @@ def read_rawlog(path: Path) -> Log:
 
 
 def _unpacked(path: Path, notes: dict[str, str]) -> bytes:
-    """Return the contents of a file; of a truncated one all that there is, which is noted."""
+    """Return the contents of a file; a truncated one is read as far as possible, which is noted."""
     limit = max(MIN_UNPACKED, MAX_COMPRESSION * path.stat().st_size)
     parts, size = [], 0
     with path.open("rb") as plain:
@@ -145,14 +145,14 @@ def _unpacked(path: Path, notes: dict[str, str]) -> bytes:
         plain.seek(0)
         file = gzip.GzipFile(fileobj=plain) if packed else plain
         try:
-            # Not more at once than is there, since what was read before the end of a cut file would be lost.
+            # In small parts: at the end of a truncated file, the part being read is lost.
             while part := file.read1(1 << 16):
                 parts.append(part)
                 size += len(part)
                 if size > limit:
                     raise UsageError(f"'{path}' unpacks to more than {limit >> 20} MB; unpack it yourself")
         except (EOFError, zlib.error, gzip.BadGzipFile):
-            notes["file"] = told(Fate.LEFT_OUT, "it was cut or is damaged; read as far as it could be unpacked")
+            notes["file"] = told(Fate.LEFT_OUT, "it is truncated or damaged; read as far as it could be unpacked")
     return b"".join(parts)
 
 
@@ -237,7 +237,7 @@ def _landmark(reader: MrptBytes, robot_from_sensor: Array, *, has_covariance: bo
 
 
 def _stamp(found: _Found, ticks: float) -> float:
-    """Return the time of an observation, and note where the robot is then, if it is one of a frame [s]."""
+    """Return the time of an observation, and note the pose of the robot then, if it belongs to a frame [s]."""
     if not ticks and not found.pairs:
         raise struct.error("it has no time")
     found.timeless += not ticks

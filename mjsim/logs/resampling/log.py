@@ -120,7 +120,7 @@ def record_logs(
     ]
     firsts, lasts = zip(*(log.times() for log in logs), strict=True)
     rate = wishes.rate_hz or max(_rate_of(log) for log in logs)
-    # Data after the last tick is given at the next tick.
+    # One more tick, for data after the last one.
     last = max(lasts) if wishes.seconds is not None else max(lasts) + 1.0 / rate - 1e-6
     if max(lasts) <= min(firsts):
         raise UsageError(f"all readings in '{source}' have the same time; a recording needs at least two ticks")

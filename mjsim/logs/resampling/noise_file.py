@@ -3,7 +3,7 @@
     noise: {distance: 0.05, turn: 0.1, range: 0.03, bearing_deg: 1.5}
     bias: {scale: 1.08, turn_deg: 0.2, delay: 0.16, range: 0.09, bearing_deg: -0.2}
 
-All keys are optional: missing noise is the default of the log's format, missing bias is none.
+All keys are optional: missing noise is the default of the log's format, and a missing bias is not corrected.
 """
 
 import math

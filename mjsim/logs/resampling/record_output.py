@@ -17,7 +17,7 @@ Piece = tuple[int, bytes]
 
 
 class SentFile(Destination):
-    """A recording whose pieces are taken by another thread, which hands them on."""
+    """A recording whose pieces another thread takes and passes on."""
 
     is_whole = False
 
@@ -25,7 +25,7 @@ class SentFile(Destination):
         """Begin an empty file, with a name for messages."""
         self.path = path
         self.waiting = 0
-        """Length of the pieces that were not taken yet, about [bytes]."""
+        """Approximate length of the pieces not taken yet [bytes]."""
         self._pieces = deque[Piece]()
         self._at = self._end = 0
 
@@ -42,7 +42,7 @@ class SentFile(Destination):
         return len(data)
 
     def seek(self, offset: int, whence: int) -> int:
-        """Move to a position given from the beginning, from here or from the end; return it."""
+        """Move to a position given from the beginning, from the current position or from the end; return it."""
         self._at = offset + (0, self._at, self._end)[whence]
         return self._at
 
@@ -58,7 +58,7 @@ class SentFile(Destination):
         return [(place, b"".join(parts)) for place, parts in pieces]
 
     def publish(self) -> None:
-        """Do nothing: whoever joins the pieces publishes."""
+        """Do nothing: the process that joins the pieces publishes."""
 
     def close(self) -> None:
         """Do nothing: pieces not taken yet stay."""

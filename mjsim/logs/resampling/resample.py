@@ -156,7 +156,8 @@ def restarts_of(track: Array) -> NDArray[np.intp]:
     amounts = np.hypot(steps[:, 1], steps[:, 2]), np.abs(wrap_angles(steps[:, 3]))
     for amount, least, fastest in zip(amounts, MIN_JUMP, FASTEST, strict=True):
         rates = amount / lasting
-        # Most robots are seldom fast: what is usual is taken from the steps in which they move at all.
+        # Most robots stand or drive slowly most of the time: the usual speed is that of the steps in which they move at
+        # all.
         usual = float(np.quantile(rates[rates > 0.0], 0.9)) if rates.any() else 0.0
         jumped |= (amount > least) & (rates > fastest) & (rates > TIMES_USUAL * usual)
     begins = np.zeros(len(steps), dtype=bool)

@@ -63,7 +63,7 @@ class RobotLog:
     """Readings that could not be loaded; filled while they are recorded."""
 
     def has_odometry(self) -> bool:
-        """Return whether it has odometry or commands; poses that are the same all the time are none."""
+        """Return whether it has odometry or commands; constant poses do not count."""
         if self.track is None:
             return bool(len(self.twists))
         return bool(len(self.twists) or np.ptp(self.track[:, 1:], axis=0).any())

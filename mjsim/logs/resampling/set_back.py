@@ -9,7 +9,7 @@ from mjsim.geometry import Array, wrap_angles
 from mjsim.logs.resampling.resample import MIN_JUMP, joined
 
 MAX_MESSAGE_DELAY, MAX_PAUSE = 2.0, 3600.0
-"""Times of one log may go back by up to this, as its messages are delayed by different amounts, and on by this [s]."""
+"""Times of one log may go back by up to the first, as delays of messages differ, and ahead by up to the second [s]."""
 AGREEING_MESSAGES = 5
 """Number of messages before and after, whose median decides."""
 MAX_LATE_MESSAGES, MIN_LATE_SECONDS = 200, 1.0
@@ -19,7 +19,7 @@ ASSUMED_GAP = 0.1
 
 
 class ForwardClock:
-    """A clock that continues where that of a log was set back, or far ahead."""
+    """A clock that runs on where that of a log was set back, or far ahead."""
 
     def __init__(self, stamps: Sequence[float]) -> None:
         """Find where it was set.

@@ -11,7 +11,7 @@ MAX_SCAN_SECONDS, MAX_SCAN_INTERVALS = 1.0, 1.2
 
 
 def last_beam(message: Any, stamps: Array) -> float:
-    """Return when the last beam of a scan was measured, relative to its stamp [s]; 0 if that cannot be.
+    """Return when the last beam of a scan was measured, relative to its stamp [s]; 0 if that is impossible.
 
     Args:
         message: The first `sensor_msgs/LaserScan` of a lidar.
