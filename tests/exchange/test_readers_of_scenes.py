@@ -239,7 +239,7 @@ def test_what_is_visible_but_not_touched_has_a_line(tmp_path):
     )
     (item,) = sdf(tmp_path, f"<model name='m'><static>1</static>{links}</model>").items
     assert (item.fate.name, item.name) == ("LEFT_OUT", "m::b")
-    assert item.why.startswith("2 more than it has collision shapes")
+    assert item.why.startswith("2 more than collision shapes")
 
 
 def test_limits_of_a_scene_grow_with_the_files_that_it_names(tmp_path):

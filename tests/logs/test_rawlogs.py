@@ -241,7 +241,7 @@ def test_a_rawlog_that_was_cut_is_read_as_far_as_it_goes(tmp_path):
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
     log = read_rawlog(path)
     assert 5 < len(log.robot.track) < 15
-    assert "cut or is damaged" in log.notes["file"]
+    assert "truncated or damaged" in log.notes["file"]
     assert not is_rawlog(Path(__file__))
 
 
