@@ -46,7 +46,7 @@ def watched(label: str, *, total: float, unit: str) -> Iterator[Callable[[float]
 
 
 def _in_notebook() -> bool:
-    """Return whether IPython shows what is displayed, rather than a terminal."""
+    """Return whether this code runs in a notebook, not in a terminal."""
     python = sys.modules.get("IPython")
     shell = None if python is None else python.get_ipython()
     return shell is not None and type(shell).__name__ != "TerminalInteractiveShell"

@@ -12,8 +12,8 @@ _AFTER_NOUN = (" of ", " called ", " without ", " beside ", " outside ", " drawn
 class Sentence(str):
     """A sentence with values: `Sentence("no robot '{robot}'{meant}", name, meant)`.
 
-    It is the English text as a string. The template is the code of the sentence, as the msgid of gettext: tables of
-    other languages are looked up by it. Values may be sentences too. A sentence without values is a plain string,
+    It is the English text as a string. The template is the code of the sentence, like the msgid of gettext: it is the
+    key in the tables of other languages. Values may be sentences too. A sentence without values is a plain string,
     which is its own code.
     """
 
@@ -65,13 +65,13 @@ def _text(value: Any, form: str | None, as_: Any) -> str:
 
 
 def with_sentences(answer: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return an answer in JSON that also has template and values of each sentence in it, by their English text."""
+    """Return a JSON answer, extended by template and values of each sentence in it, keyed by English text."""
     found = {each: [each.template, each.values] for each in sentences_in(answer)}
     return {**answer, "sentences": found} if found else answer
 
 
 def sentences_in(value: Any) -> Iterator[Sentence]:
-    """Yield the sentences in a value of JSON, at any depth, and those in their values."""
+    """Yield the sentences in a JSON value, at any depth, and those in their values."""
     if isinstance(value, Sentence):
         yield value
         yield from sentences_in(value.values)

@@ -1,4 +1,4 @@
-"""Spells names of things in ASCII, for formats that carry no other letters: ROS, fields of Octave and MATLAB."""
+"""Spells names of things in ASCII, for formats limited to it: ROS, fields of Octave and MATLAB."""
 
 
 def ascii_name(name: str) -> str:

@@ -275,7 +275,7 @@ def _own_error(answer: Mapping[str, Any]) -> MjsimError | None:
     if "problems" in answer:
         return WorldError([Problem(str(a), int(b), int(c), str(d)) for a, b, c, d in answer["problems"]])
     if "error" in answer:
-        # The words of a file may be in it.
+        # It may quote the file.
         message = str(answer["message"])
         safe = message if message.isprintable() else "\n".join(map(printable, message.split("\n")))
         return OWN_ERRORS[answer["error"]](safe)

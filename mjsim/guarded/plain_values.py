@@ -69,7 +69,7 @@ def receive(file: IO[bytes], *, limit: int) -> Any:
 
 
 def _written(value: Any, buffers: list[memoryview | bytes]) -> Any:
-    """Return a value as JSON has it; the bytes of arrays are added to the buffers."""
+    """Return a value in its JSON form; the bytes of arrays are added to the buffers."""
     if isinstance(value, Sentence):
         return {"sentence": [value.template, _written(dict(value.values), buffers)]}
     if value is None or isinstance(value, (bool, int, float, str)):

@@ -89,7 +89,7 @@ class Expander:
         try:
             with _placed(root):
                 self._expand(root, into, self._scope, Macros())
-        except RecursionError:  # The caller has used up more of what Python allows than usual.
+        except RecursionError:  # The caller has used up more of Python's recursion limit than usual.
             raise UsageError(Sentence("{file}: it is nested too deeply; make it flatter", root.file)) from None
         return into
 
