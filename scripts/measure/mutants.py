@@ -15,6 +15,7 @@ import functools
 import gc
 import itertools
 import json
+import math
 import os
 import shutil
 import signal
@@ -193,7 +194,10 @@ class Warm:
                 code = 0
             finally:
                 os._exit(code)
-        ended = _waited(child, limit)
+        signal.signal(signal.SIGALRM, lambda *_: os.killpg(child, signal.SIGKILL))
+        signal.alarm(math.ceil(limit))
+        ended = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        signal.alarm(0)
         with suppress(ProcessLookupError):
             os.killpg(child, signal.SIGKILL)
         shutil.rmtree(folder, ignore_errors=True)
@@ -254,19 +258,6 @@ def _file(test: str) -> str:
     return test.partition("::")[0]
 
 
-def _waited(child: int, limit: float) -> int:
-    end = time.monotonic() + limit
-    while time.monotonic() < end:
-        found, status = os.waitpid(child, os.WNOHANG)
-        if found:
-            return os.waitstatus_to_exitcode(status)
-        time.sleep(0.02)
-    with suppress(ProcessLookupError):
-        os.killpg(child, signal.SIGKILL)
-    os.waitpid(child, 0)
-    return -signal.SIGKILL
-
-
 def _functions() -> dict[str, list[tuple[tuple[str, int], types.FunctionType]]]:
     """Return the functions of each file of ours, each with its qualified name and first line."""
     found: dict[str, Any] = defaultdict(list)
@@ -303,16 +294,14 @@ def _alone(files: Sequence[str], words: Sequence[str]) -> str | None:
     if not files:
         return None
     command = [sys.executable, "-m", "pytest", "-x", "-rfE", "--tb=no", "-p", "no:cacheprovider", *words, *files]
-    program = subprocess.Popen(command, cwd=ROOT, text=True, stdout=subprocess.PIPE, start_new_session=True)
-    try:
-        out, _ = program.communicate(timeout=5 * MOST)
-    except subprocess.TimeoutExpired:
-        return None
-    finally:
-        with suppress(ProcessLookupError):
-            os.killpg(program.pid, signal.SIGKILL)
+    with subprocess.Popen(command, cwd=ROOT, text=True, stdout=subprocess.PIPE, start_new_session=True) as program:
+        signal.signal(signal.SIGALRM, lambda *_: os.killpg(program.pid, signal.SIGKILL))
+        signal.alarm(math.ceil(5 * MOST))
+        out, _ = program.communicate()
+        signal.alarm(0)
     failed = [line.split()[1] for line in out.splitlines() if line.startswith(("FAILED", "ERROR"))]
-    return failed[0] if failed else None if program.returncode in (0, 5) else f"pytest ended: {program.returncode}"
+    ended = program.returncode
+    return failed[0] if failed else None if ended in (0, 5, -signal.SIGKILL) else f"pytest ended: {ended}"
 
 
 def run(faults: Sequence[Fault], folder: Path, *, tests: Sequence[str] = ("tests",), slow: bool = False) -> None:

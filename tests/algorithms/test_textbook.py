@@ -130,3 +130,22 @@ def test_the_likelihood_of_a_scan_is_the_product_of_those_of_its_ends():
         near, far = (np.maximum(distances + side * math.sqrt(2) * CELL, 0.0) for side in (1, -1))
         bounds = [np.log((1 - Z_RAND) * np.exp(-0.5 * (d / SIGMA_HIT) ** 2) + Z_RAND).sum() for d in (near, far)]
         assert bounds[0] <= value <= bounds[1]
+
+
+@pytest.mark.parametrize("kind", [TextbookMonteCarlo, TextbookFastSlam])
+def test_particles_are_drawn_as_the_loop_of_the_book_draws_them(kind):
+    # Table 4.4: one r of uniform distribution in [0, 1 / M), then the weights are passed in steps of 1 / M.
+    for seed in range(20):
+        estimator, rng = kind(particles=40), np.random.default_rng(seed)
+        weights = rng.dirichlet(np.full(40, 0.5))
+        estimator.rng, estimator.weights, estimator.poses = np.random.default_rng(seed), weights, np.eye(40)
+        estimator.mu, estimator.Sigma = {}, {}
+        drawn, r, total, index = [], np.random.default_rng(seed).uniform() / 40, weights[0], 0
+        for m in range(40):
+            while r + m / 40 > total:
+                index += 1
+                total += weights[index]
+            drawn.append(index)
+        estimator.resample()
+        assert np.argmax(estimator.poses, axis=1).tolist() == drawn
+        assert estimator.weights == pytest.approx(np.full(40, 1 / 40))

@@ -233,13 +233,15 @@ def test_shapes_without_a_size_or_a_file_are_told(geometry, line, tmp_path):
 
 def test_what_is_visible_but_not_touched_has_a_line(tmp_path):
     seen = "<visual name='v'><geometry><sphere><radius>1</radius></sphere></geometry></visual>"
+    gone = "<visual name='v'><geometry><mesh><uri>gone.dae</uri></mesh></geometry></visual>"
     solid = SHAPE.format("<box><size>1 1 1</size></box>")
     links = "".join(
-        f"<link name='{name}'>{parts}</link>" for name, parts in (("a", seen + solid), ("b", 3 * seen + solid))
+        f"<link name='{name}'>{parts}</link>"
+        for name, parts in (("a", seen + solid), ("b", 3 * seen + solid), ("c", 2 * gone + solid))
     )
-    (item,) = sdf(tmp_path, f"<model name='m'><static>1</static>{links}</model>").items
-    assert (item.fate.name, item.name) == ("LEFT_OUT", "m::b")
-    assert item.why.startswith("2 more than collision shapes")
+    items = sdf(tmp_path, f"<model name='m'><static>1</static>{links}</model>").items
+    assert [(item.fate.name, item.name) for item in items] == [("LEFT_OUT", "m::b"), ("LEFT_OUT", "m::c")]
+    assert [item.why.partition(" more than collision shapes")[0] for item in items] == ["2", "1"]
 
 
 def test_limits_of_a_scene_grow_with_the_files_that_it_names(tmp_path):

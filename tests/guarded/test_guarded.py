@@ -15,8 +15,10 @@ from mjsim.errors import RecordingError, UsageError, WorldError
 from mjsim.guarded import Reader, guarded, guarded_parts
 from mjsim.guarded.limits import Allowance, limits_for
 from mjsim.guarded.plain_values import HEAD_DIVISOR, WireError, receive
+from mjsim.light.crew import _worker
 from tests.children import child
 from tests.guarded import decoders
+from tests.watchdog import offspring
 
 HERE = "tests.guarded.decoders"
 linux = pytest.mark.skipif(sys.platform != "linux", reason="other systems have no such limits")
@@ -58,6 +60,15 @@ def test_arrays_come_back_with_type_shape_and_values(reader, kind):
 
 def test_one_child_serves_many_calls(reader):
     assert reader.call(f"{HERE}:process", about="x") == reader.call(f"{HERE}:process", about="y") != os.getpid()
+
+
+@linux
+def test_the_ctrl_c_of_a_terminal_reaches_no_child(reader):
+    assert os.getsid(reader.call(f"{HERE}:process", about="x")) != os.getsid(0)
+    before = {*offspring(os.getpid())}
+    with _worker():  # of those that bake light
+        (worker,) = {*offspring(os.getpid())} - before
+        assert os.getsid(worker) != os.getsid(0)
 
 
 def test_parts_come_as_they_are_made_and_an_error_where_it_is():

@@ -294,6 +294,17 @@ def test_a_trail_forgets_the_oldest_places():
     assert trail.worn(0.5, 0.0, behind) == 0.0
 
 
+@pytest.mark.parametrize("heading", [0.4, 1.2, 2.5, -0.9])
+def test_an_escape_leads_where_the_robot_has_not_been(heading):
+    guard = avoidance()
+    guard.adjust(AHEAD, seen(move=(0.0, 0.0, heading)))
+    for step in range(10):
+        guard.adjust(AHEAD, seen(0.04 * step, move=(0.3, 0.0, 0.0)))
+    guard.adjust(AHEAD, seen(0.5, move=(0.0, 0.0, math.pi), ring=ring_with(r8=0.6)))
+    # It faces its own way, which is as wide as 0.4 rad to each side; what else counts is far less.
+    assert all(0.4 < abs(guard._escape_angle(AHEAD)) < 1.3 for _ in range(10))
+
+
 def turned_over(command):
     return Command(command.forward, -command.left, -command.turn)
 
