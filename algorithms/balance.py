@@ -57,7 +57,7 @@ class Lqr:
         design."""
 
     def start(self, robot: RobotInfo, part: str, rng: Generator) -> None:
-        """Take the data sheet; the feedback is designed at the first call, which gives the rate."""
+        """Store the data sheet; the feedback is designed at the first call, which gives the rate."""
         if robot.balancing is None:
             raise ValueError(f"robot '{robot.name}' does not balance; this controller is for balancing bases")
         self._robot, self._masses = robot, robot.balancing
@@ -138,7 +138,7 @@ class Lean:
         self._before, self.known = (since, 0.0, 0.0), True
 
     def add(self, reading: ImuReading, spin: float) -> None:
-        """Take a reading; those of other sensors are ignored.
+        """Process a reading; those of other sensors are ignored.
 
         Args:
             reading: Reading of an inertial sensor.

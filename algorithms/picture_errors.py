@@ -52,7 +52,7 @@ class PictureErrors:
         self._repeat, self._distance, self._since = repeat, math.inf, math.inf
 
     def move(self, step: Odometry, sightings: Sequence[Sighting]) -> None:
-        """Take the motion of a tick: the acceleration determines the pitch, the distance the independence of sightings.
+        """Add the motion of a tick: the acceleration determines the pitch, the distance the independence of sightings.
 
         A turn of one radian counts as one metre.
         """

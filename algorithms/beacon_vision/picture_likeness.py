@@ -1,6 +1,6 @@
 """Finds pictures that can be mistaken for others that look like them, or for shifted copies of themselves.
 
-This takes the pictures alone, before any image is seen. In an image, a picture that was found is then compared only
+This needs only the pictures, before any image is seen. In an image, a picture that was found is then compared only
 with the few that look like it.
 """
 

@@ -46,7 +46,7 @@ class LargeErrors:
         self._usual[OFFSET : OFFSET + RANGE_ERRORS] = variances
 
     def compare(self, likelihood: float, usual: float) -> None:
-        """Take the log-likelihoods of an update by this filter and by one with usual errors."""
+        """Update the evidence with the log-likelihoods of an update by this filter and by one with usual errors."""
         self._likelihood += likelihood - usual
         _, ratios = self._conditions()
         explained = self._likelihood + ratios

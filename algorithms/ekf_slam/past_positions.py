@@ -44,7 +44,7 @@ class PastPositions:
         slam.change(lambda each: each.mark(self._marks[0]))
 
     def move(self, distance: float) -> None:
-        """Take how far the robot has driven in a tick [m]."""
+        """Add the distance that the robot has driven in a tick [m]."""
         self._distance += distance
 
     def hold(self, slam: EkfSlamFilter) -> None:

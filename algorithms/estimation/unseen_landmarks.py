@@ -49,7 +49,7 @@ class UnseenLandmarks:
         return (1 + as_long) / (1 + len(self._innocent))
 
     def agree(self) -> None:
-        """Take a sighting that agrees with the map: that time had another reason."""
+        """Record a sighting that agrees with the map: that time had another reason."""
         if self._blank:
             bisect.insort(self._innocent, self._blank)
         self._blank, self._agreed = 0.0, self._agreed + 1

@@ -103,7 +103,7 @@ class GoToGoal:
         self._tolerance_turn, self._show_all = math.radians(tolerance_deg), show_all
 
     def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
-        """Take the map; the first path is planned later."""
+        """Store the map; the first path is planned later."""
         self._robot = robot
         self._views = Views(robot)
         self._memory, self._touched = (ObstacleMemory(FINE, seconds=FORGET) for _ in range(2))

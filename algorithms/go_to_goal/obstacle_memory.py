@@ -10,7 +10,7 @@ from mjsim.geometry import Array, Pose
 from .range_views import RangeView
 
 SURE = 4
-"""Number of hits in excess of contradictions that a cell can have."""
+"""Maximum excess of hits over contradictions in a cell."""
 HALF = 1 << 23
 """Cells are counted from minus this to this along x and y."""
 JUMP, JUMP_TURN = 0.05, math.radians(2.0)

@@ -41,7 +41,7 @@ class Toward:
     """Time to a place in a straight line, with the back of the robot first."""
 
     def __init__(self, place: Array) -> None:
-        """Take the place, shape (2,) [m]."""
+        """Store the place, shape (2,) [m]."""
         self._place = place
 
     def at(self, points: Array) -> Array:
@@ -57,7 +57,7 @@ class Around:
     """A turn: all places are equally good, and the robot should face elsewhere."""
 
     def __init__(self, heading: float) -> None:
-        """Take the current heading of the robot [rad]."""
+        """Store the current heading of the robot [rad]."""
         self._heading = heading + 2.0
 
     def at(self, points: Array) -> Array:

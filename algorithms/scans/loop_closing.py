@@ -25,7 +25,7 @@ SURE = np.array([0.6, 0.6, 0.15])
 """If three standard deviations of the shift by a loop are below this, the loop needs no confirmation [m, m, rad]."""
 APART, NEIGHBOURS = 6.0, 12
 """Two loops confirm each other if their places are at least this far apart [m], and at most this many parts: a place
-that is mistaken for another one is so a step further on, too."""
+that is mistaken for another one is still mistaken a step further on."""
 TELLING = 0.25
 """Maximum standard deviation of the position of loops that confirm each other [m]."""
 TOLERANCE, GROWTH = np.array([0.05, 0.05, 0.02]), np.array([0.01, 0.01, 0.0])

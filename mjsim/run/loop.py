@@ -35,7 +35,7 @@ def ticks(sim: "Simulation", drivers: Mapping[str, Driver], *, steer: Steer | No
     """Yield one Tick per period, for as long as the caller asks for more.
 
     Args:
-        sim: Where the robots are.
+        sim: The simulation of the robots.
         drivers: The modules of each robot that is driven.
         steer: Called for each of them at each tick; a command that it returns replaces the navigator's.
 
@@ -164,7 +164,7 @@ def run(
     """Run a simulation from now on and return its recording.
 
     Args:
-        sim: Where the robots are: a simulation, a world, its file, or the name of a shipped world.
+        sim: A simulation, a world, its file, or the name of a shipped world.
         seed: Seed of all random numbers, for a world; by default its own.
         drivers: The modules of each robot; by default those of the world file.
         seconds: Simulated duration [s]; by default that of the world file.

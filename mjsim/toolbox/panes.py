@@ -26,7 +26,7 @@ class AxesPane:
     first: int = 0
     """Number of the colour of the first line."""
     lines: int = 0
-    """Lines drawn, which choose the colour of the next."""
+    """Number of lines drawn, which determines the colour of the next."""
     labelled: list[Any] = field(default_factory=list)
     """Artists that a legend names, in order."""
     settings: list[FigureCall] = field(default_factory=list)

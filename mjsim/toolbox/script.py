@@ -120,7 +120,7 @@ def _run(script: Path, recorders: Path, record: Path) -> tuple[str | None, list[
 
 
 def _code(script: Path, made: Translation, recorders: Path, record: Path) -> str:
-    """Return what Octave evaluates: the script in the base workspace, so that `clear all` is its own."""
+    """Return the code that Octave runs: the script in the base workspace, as at the prompt."""
     quiet = "".join(f"warning('off','Octave:{name}');" for name in SILENCED_WARNINGS)
     old = [TOOLBOX / "old"] if made.is_old else []
     folders = (recorders / "own", recorders, HERE / "recorder", *old, TOOLBOX, script.parent)

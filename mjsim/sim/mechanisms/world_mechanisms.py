@@ -1,4 +1,4 @@
-"""All mechanisms of a world during a run; a world without any loads none of their code."""
+"""All mechanisms of a world during a run; worlds without mechanisms do not load their code."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING

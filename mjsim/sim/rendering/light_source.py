@@ -15,7 +15,7 @@ LightSource = Callable[[], BakedLight | None]
 def light_source(world: World, model: mujoco.MjModel) -> LightSource | None:
     """Return the source of a world's light, None for a world with plain shading.
 
-    The light is that of the compiled world at its start, whatever events have changed when it is asked for.
+    The light is that of the compiled world at its start, even if events have changed it since.
 
     Args:
         world: The world.

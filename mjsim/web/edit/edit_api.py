@@ -86,7 +86,7 @@ class ChangeAsk(Ask):
 
     op: Literal["set", "unset", "add", "remove", "rename", "single", "apart"]
     path: Annotated[tuple[Step, ...], Field(max_length=50)]
-    """Values are nested as deep at most."""
+    """No values are nested deeper."""
     value: Any = None
 
 

@@ -90,14 +90,14 @@ class JointGrip(TypedDict):
     grip: tuple[float, float, float]
     """The point to drag."""
     ball: NotRequired[BallFrame]
-    """Whether it is of a ball joint, which has no axis."""
+    """Frame of a ball joint, which has no axis; omitted for others."""
     curve: NotRequired[CurveFrame]
-    """Whether it is of a point on a curve, whose axis is its tangent."""
+    """Curve of a point that slides along it, whose axis is its tangent; omitted for others."""
     toward: NotRequired[tuple[float, float, float]]
     """In a mechanism with one degree of freedom and loops: how the point moves with the value, as its axis moves too
     [m, m/rad]."""
     loop: NotRequired[bool]
-    """Whether it is of a joint in a mechanism with loops: its axis may move with its value."""
+    """Whether the joint is in a mechanism with loops: its axis may move with its value."""
 
 
 @_DOCUMENTED

@@ -129,13 +129,13 @@ export interface JointGrip {
   axis: [number, number, number];
   /** The point to drag. */
   grip: [number, number, number];
-  /** Whether it is of a ball joint, which has no axis. */
+  /** Frame of a ball joint, which has no axis; omitted for others. */
   ball?: BallFrame;
-  /** Whether it is of a point on a curve, whose axis is its tangent. */
+  /** Curve of a point that slides along it, whose axis is its tangent; omitted for others. */
   curve?: CurveFrame;
   /** In a mechanism with one degree of freedom and loops: how the point moves with the value, as its axis moves too [m, m/rad]. */
   toward?: [number, number, number];
-  /** Whether it is of a joint in a mechanism with loops: its axis may move with its value. */
+  /** Whether the joint is in a mechanism with loops: its axis may move with its value. */
   loop?: boolean;
 }
 
