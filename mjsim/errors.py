@@ -9,10 +9,12 @@ MjsimError
 └── OpenGLError       no OpenGL backend works on this machine (exit 1)
 """
 
+import contextlib
 import difflib
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
 
 from mjsim.sentences import Sentence
@@ -152,3 +154,20 @@ def how_to_install(*packages: str) -> str:
         uv = shutil.which("uv") or shutil.which("uv", path=os.path.dirname(sys.executable)) or "uv"
         words = [uv, "pip", "install", "--python", sys.executable]
     return shlex.join([*words, *packages])
+
+
+def file_meant(path: Path, endings: Sequence[str], *, otherwise: str) -> str:
+    """Return '; did you mean ...?' if a file beside a missing one has a similar name and ends as those that are read.
+
+    Args:
+        path: The missing file.
+        endings: Endings of files that are read, in lower case.
+        otherwise: What to name, if there is none.
+    """
+    found = []
+    with contextlib.suppress(OSError):
+        found = [item.name for item in path.parent.iterdir() if item.name.lower().endswith(tuple(endings))]
+    # The ending alone must not make two names alike.
+    stems = {name.partition(".")[0]: name for name in sorted(found)[:MAX_WORDS] if name.isprintable()}
+    alike = difflib.get_close_matches(path.name.partition(".")[0], stems, n=1)
+    return Sentence("; did you mean '{word}'?", stems[alike[0]]) if alike else f"; name {otherwise}"

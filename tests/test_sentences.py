@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import mjsim
-from mjsim.errors import UsageError, WorldError, did_you_mean
+from mjsim.errors import UsageError, WorldError, did_you_mean, file_meant
 from mjsim.sentences import Sentence, number_of, sentences_in, with_sentences
 
 ROOT = Path(mjsim.__file__).parent
@@ -38,6 +38,21 @@ def test_a_name_that_is_written_in_part_is_meant_before_one_that_differs_in_a_le
     presets = ("turtlebot3_burger", "turtlebot3_waffle", "turtlebot4")
     assert did_you_mean("turtlebot3", presets) == "; did you mean 'turtlebot3_waffle'?"
     assert did_you_mean("turtlebot5", presets) == "; did you mean 'turtlebot4'?"
+
+
+@pytest.mark.parametrize(
+    ("missing", "said"),
+    [
+        ("nothere.urdf", "; name a robot"),
+        ("rovr.urdf", "; did you mean 'rover.urdf.xacro'?"),
+        ("gone/rover.urdf", "; name a robot"),
+        ("scout.xacro", "; did you mean 'Scout2.XACRO'?"),
+    ],
+)
+def test_a_missing_file_is_likened_to_files_of_the_kinds_that_are_read(tmp_path, missing, said):
+    for name in ("note.md", "rover.txt", "rover.urdf.xacro", "Scout2.XACRO"):
+        (tmp_path / name).touch()
+    assert file_meant(tmp_path / missing, (".urdf", ".xacro"), otherwise="a robot") == said
 
 
 def test_copies_and_errors_keep_template_and_values():

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from mjsim.errors import UsageError
+from mjsim.errors import UsageError, file_meant
 from mjsim.world import read_regular
 
 
@@ -15,6 +15,6 @@ def read_bounded(path: Path, *, limit: int, kind: str) -> bytes:
     try:
         return read_regular(path, limit=limit)
     except (FileNotFoundError, IsADirectoryError, ValueError):
-        raise UsageError(f"no file '{path}'; name {kind}") from None
+        raise UsageError(f"no file '{path}'{file_meant(path, (path.suffix.lower(),), otherwise=kind)}") from None
     except OSError as error:
         raise UsageError(f"'{path}' cannot be read: {error.strerror}; name {kind}") from None

@@ -1,6 +1,8 @@
 """What a robot from a file stands on, casters of the file and those that it lacks, and where its lidar looks."""
 
+import itertools
 import re
+from collections.abc import Sequence
 
 import pytest
 
@@ -11,6 +13,7 @@ from mjsim.exchange.robots.import_robot import moved_sideways
 from mjsim.exchange.robots.mounts import find_mounts
 from mjsim.exchange.robots.preset import Plan, first_plan, speed_source
 from mjsim.exchange.robots.robot_frame import find_stand
+from mjsim.exchange.robots.steering import steering_limit
 from mjsim.models import anatomy_of, drives_in_parameters, gather_robot
 from tests.exchange.odd_robots import box, joint, robot, tyre
 
@@ -146,3 +149,61 @@ def four_wheels(plugin, drive, said=()):
     anatomy, options = anatomy_of(files), RobotOptions(drive=drive)
     gear = find_gear(anatomy, options, file="r.urdf", urdf=True, said=[*files.drives, *said])
     return moved_sideways(gear, anatomy, files, options, file="r.urdf")
+
+
+def along_y(names: Sequence[str], *, steered: float | None = None) -> str:
+    """Return a URDF whose axles are along x, with wheels at y = 0.3 and -0.3; one axle may be steered."""
+    links, joints = {"base": box("0.5 0.9 0.2", mass=30.0)}, []
+    limit = '<limit lower="-0.5" upper="0.5" effort="1" velocity="1"/>'
+    for name, (x, y) in zip(names, itertools.product((0.2, -0.2), (0.3, -0.3)), strict=True):
+        links[name], parent, at = tyre(0.1, 0.05, rpy="0 1.5707963 0"), "base", f'xyz="{x} {y} 0"'
+        if y == steered:
+            links[f"held_{x}"], parent = "", f"held_{x}"
+            joints.append(joint(f"turn_{x}", "base", parent, at, kind="revolute", axis="0 0 1", more=limit))
+            at = ""
+        joints.append(joint(f"on_{x}_{y}", parent, name, at, axis="1 0 0"))
+    return robot(links, joints)
+
+
+@pytest.mark.parametrize(
+    ("text", "way"),
+    [
+        (along_y(["wheel_fr", "wheel_br", "wheel_fl", "wheel_bl"]), 1.0),
+        (along_y(["rr_1", "fr_1", "rl_1", "fl_1"]), -1.0),
+        (along_y(["a", "b", "c", "d"], steered=0.3), 1.0),
+        (along_y(["a", "b", "c", "d"], steered=-0.3), -1.0),
+    ],
+)
+def test_a_robot_across_its_file_has_its_front_by_short_names_and_where_it_steers(text, way):
+    anatomy = anatomy_of(gather_robot("r.urdf", lambda _: text.encode()))
+    gear = find_gear(anatomy, RobotOptions(), file="r.urdf", urdf=True)
+    assert gear.forward == pytest.approx([0.0, way], abs=1e-6)
+    assert gear.notes[0].startswith(f"its front is [0, {way:.0f}] in its file")
+
+
+SEEN = '<visual><origin rpy="1.5707963 0 0"/><geometry><cylinder radius="0.1" length="0.01"/></geometry></visual>'
+
+
+@pytest.mark.parametrize("lies", [True, False])
+def test_front_wheels_that_only_steer_are_given_joints_to_roll_on(lies):
+    links, joints = {"base": BASE, "front_wheel": SEEN}, []
+    limit = '<limit lower="-0.4" upper="0.4" effort="1" velocity="1"/>'
+    for side, y in (("l", 0.25), ("r", -0.25)):
+        # Exporters turn the frames of wheels: here either the cylinder lies in its link, or its link is turned.
+        links |= {f"wheel_f{side}": tyre(0.1, 0.03) if lies else tyre(0.1, 0.03, rpy="0 0 0")}
+        links |= {f"wheel_r{side}": tyre(0.1, 0.03)}
+        at = f'xyz="0.3 {y} 0.1"' + ("" if lies else ' rpy="1.5707963 0 0"')
+        axis = "0 0 1" if lies else "0 1 0"
+        joints.append(joint(f"turn_{side}", "base", f"wheel_f{side}", at, kind="revolute", axis=axis, more=limit))
+        joints.append(joint(f"drive_{side}", "base", f"wheel_r{side}", f'xyz="-0.3 {y} 0.1"'))
+    joints.append(joint("middle", "base", "front_wheel", 'xyz="0.3 0 0.1"', kind="revolute", axis="0 0 1", more=limit))
+    text = robot(links, joints).encode()
+    files = gather_robot("r.urdf", lambda _: text)
+    gear = find_gear(anatomy_of(files), RobotOptions(), file="r.urdf", urdf=True)
+    assert gear.drive == "ackermann"
+    assert [wheel.name for side in gear.rows[0] for wheel in side] == ["turn_l_rolling", "turn_r_rolling"]
+    assert steering_limit([wheel.steer for side in gear.rows[0] for wheel in side]) == pytest.approx(0.4)
+    assert [note for note in files.notes if "only steers its wheel" in note] == [
+        f"r.urdf: joint 'turn_{side}' only steers its wheel; joint 'turn_{side}_rolling' added, on which it turns"
+        for side in "lr"
+    ]

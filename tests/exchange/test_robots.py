@@ -287,6 +287,24 @@ def test_meshes_in_text_and_of_too_many_triangles_are_read(tmp_path, count, text
     np.testing.assert_allclose(np.linalg.norm(corners.reshape(-1, 3), axis=1), 40.0, atol=0.1)
 
 
+def test_files_that_a_build_moves_within_a_package_are_found_where_its_source_has_them(tmp_path):
+    for name in ("description/urdf/r.urdf", "description/ros2_control/r.xacro", "bringup/config/c.yaml"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    (tmp_path / "package.xml").write_text("<package><name>robot_demo</name></package>")
+    folders = Folders(tmp_path / "description" / "urdf" / "r.urdf", {})
+    named = "package://robot_demo/ros2_control/{}.xacro"
+    assert folders.locate(named.format("r"), tmp_path) == [tmp_path / "description" / "ros2_control" / "r.xacro"]
+    assert folders.installed == {"ros2_control/r.xacro": "description/ros2_control/r.xacro"}
+    assert list(folders.parameters()) == [tmp_path / "bringup" / "config" / "c.yaml"]
+    # Of two neither is more likely, and nothing outside is looked at.
+    (tmp_path / "other" / "ros2_control").mkdir(parents=True)
+    (tmp_path / "other" / "ros2_control" / "r.xacro").touch()
+    assert folders.locate(named.format("r"), tmp_path) == [tmp_path / "ros2_control" / "r.xacro"]
+    with pytest.raises(XacroError, match="outside"):
+        folders.locate(named.format("../../r"), tmp_path)
+
+
 def test_a_file_whose_name_differs_by_capitals_alone_is_found_if_it_is_the_only_one(tmp_path):
     inside = tmp_path / "robot"
     (inside / "meshes").mkdir(parents=True)

@@ -16,7 +16,7 @@ from mjsim.exchange.robots.steering import steering_limit
 from mjsim.inventory import FileItem, inventory
 from mjsim.models import RobotFiles, anatomy_of, drives_in_parameters, gather_robot
 from mjsim.models.xacro import Given
-from tests.exchange.odd_robots import box, joint, robot, tyre
+from tests.exchange.odd_robots import box, joint, robot, rover, tyre
 
 BASE = box("0.5 0.4 0.2", mass=40.0, at="0 0 0.16")
 FAN = """<gazebo reference="{link}"><sensor name="{name}" type="ray"><pose>{pose}</pose><update_rate>5</update_rate>
@@ -155,6 +155,11 @@ PLUGIN = """<gazebo><plugin name="drive" filename="libdrive.so"><left_joint>left
   <wheel_separation>0.5</wheel_separation><wheel_diameter>0.24</wheel_diameter>{}</plugin></gazebo>"""
 
 
+SKID = """<gazebo><plugin name="skid" filename="libskid.so"><leftFrontJoint>l0_hinge</leftFrontJoint>
+  <rightFrontJoint>r0_hinge</rightFrontJoint><leftRearJoint>l1_hinge</leftRearJoint>
+  <rightRearJoint>r1_hinge</rightRearJoint><wheelSeparation>4</wheelSeparation></plugin></gazebo>"""
+
+
 def test_speeds_come_from_plugins_and_sizes_that_differ_are_told():
     plan, _ = planned(cart(PLUGIN.format("<max_linear_velocity>0.9</max_linear_velocity>")))
     assert (max_speed(plan), plan.wheel_radius) == (0.9, pytest.approx(0.1))
@@ -162,6 +167,15 @@ def test_speeds_come_from_plugins_and_sizes_that_differ_are_told():
     assert "kept: max_speed 0.9 m/s: by plug-in 'libdrive.so'" in lines
     assert "kept: wheel radius of 0.1000 m, from the shapes: plug-in 'libdrive.so' has 0.1200 m" in lines
     assert not any("track of" in line and "from the shapes" in line for line in lines)
+
+
+def test_the_track_of_a_skid_steered_robot_is_told_as_its_file_and_its_plugin_have_it():
+    files = gather_robot("r.urdf", lambda _: rover([0.25, -0.25]).replace("</robot>", f"{SKID}</robot>").encode())
+    plan, _ = planned(files)
+    assert plan.track == pytest.approx((0.4**2 + 0.5**2) / 0.4)
+    lines = inventory(kept(anatomy_of(files), plan))
+    assert any(line.endswith("of radius 0.1000 m, a track of 0.4000 m") for line in lines)
+    assert "kept: track of 0.4000 m, of the shapes: plug-in 'libskid.so' has 4.0000 m" in lines
 
 
 def test_wheels_without_a_shape_have_the_radius_of_the_plugin():

@@ -2,22 +2,25 @@
 
 import math
 import re
+from collections.abc import Sequence
 
 import numpy as np
 
 from mjsim.errors import UsageError
+from mjsim.exchange.robots.found_wheels import FoundWheel
 from mjsim.exchange.robots.omni import PARALLEL
 from mjsim.exchange.robots.robot_import import RobotOptions
 from mjsim.geometry import Array
 from mjsim.models import Anatomy
 
-FRONT, BACK = re.compile(r"front|nose|forward"), re.compile(r"rear|back|tail|behind")
+FRONT = re.compile(r"front|nose|forward|(?<![a-z])(?:f[lr]|[lr]f)(?![a-z])")
+BACK = re.compile(r"rear|back|tail|behind|(?<![a-z])(?:[rb][lr]|[lr]b)(?![a-z])")
 ALONG = {"+x": (1.0, 0.0), "-x": (-1.0, 0.0), "+y": (0.0, 1.0), "-y": (0.0, -1.0)}
 """Directions in the file frame."""
 
 
 def forward_of(
-    anatomy: Anatomy, axis: Array, options: RobotOptions, *, file: str, urdf: bool
+    anatomy: Anatomy, wheels: Sequence[FoundWheel], axis: Array, options: RobotOptions, *, file: str, urdf: bool
 ) -> tuple[Array, tuple[str, ...]]:
     """Return the forward direction of the robot, horizontal unit vector in the file frame, and notes about it."""
     ahead = np.array([axis[1], -axis[0]])
@@ -37,8 +40,21 @@ def forward_of(
     if abs(ahead[0]) > PARALLEL:
         ahead = ahead * np.sign(ahead[0])
         return ahead, ("its front is +x in its file, as usual",)
+    steered = _steered_end(wheels, ahead)
+    if steered != 0.0:
+        ahead = ahead * np.sign(steered)
+        return ahead, (f"its front is {shown(ahead)} in its file, where its wheels steer",)
     signs = [key for key, direction in ALONG.items() if abs(float(np.array(direction) @ ahead)) > 0.7]
     raise UsageError(f"{file} does not define its front; give --forward {signs[0]} or --forward {signs[1]}")
+
+
+def _steered_end(wheels: Sequence[FoundWheel], ahead: Array) -> float:
+    """Return how far the steered wheels of a car are ahead of its others [m]; 0 if it is no car."""
+    ends = {True: [w for w in wheels if w.steer is not None], False: [w for w in wheels if w.steer is None]}
+    if min(map(len, ends.values())) < 2:
+        return 0.0
+    middles = {steers: np.mean([wheel.middle[:2] for wheel in those], axis=0) for steers, those in ends.items()}
+    return float((middles[True] - middles[False]) @ ahead)
 
 
 def _hint(anatomy: Anatomy, ahead: Array) -> float:

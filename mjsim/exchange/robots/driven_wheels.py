@@ -105,7 +105,7 @@ def find_gear(
         gear = _omnidirectional(anatomy, chosen, others, options, about, file=file, urdf=urdf)
         return replace(gear, said=about)
     axis = _common_axis(chosen, file)
-    forward, notes = forward_of(anatomy, axis, options, file=file, urdf=urdf)
+    forward, notes = forward_of(anatomy, chosen, axis, options, file=file, urdf=urdf)
     chosen, floor, sizes = _on_floor(anatomy, chosen, file, about)
     bearing = [wheel for wheel in others if wheel.radius > 0.0 and wheel.bottom < floor + FLOOR_MARGIN * wheel.radius]
     gear = _sorted_out(anatomy, chosen, bearing, floor, forward, options, file=file, notes=(*notes, *sizes))
@@ -211,7 +211,7 @@ def _omnidirectional(
         forward = ring_forward(chosen, requested)
         note = f"its front is {shown(forward)} in its file, with one wheel at the rear"
         return Gear(kind, (), bearing, floor, forward, (note, *sizes), in_the_ring(chosen, forward))
-    forward, notes = forward_of(anatomy, _common_axis(chosen, file), options, file=file, urdf=urdf)
+    forward, notes = forward_of(anatomy, chosen, _common_axis(chosen, file), options, file=file, urdf=urdf)
     left = np.array([-forward[1], forward[0]])
     rows = tuple(tuple(tuple(side) for side in by_side(row, left, options)) for row in axles_of(chosen, forward))
     if len(rows) != 2 or any(len(side) != 1 for row in rows for side in row):

@@ -55,6 +55,8 @@ class Folders:
         """Packages that the description names."""
         self.missing: set[str] = set()
         """Packages that were named but not found."""
+        self.installed: dict[str, str] = {}
+        """Paths that files have in a package that is installed, and in its source."""
 
     def package(self, name: str) -> Path | None:
         """Return the folder of a ROS package; None if it was not found."""
@@ -79,7 +81,8 @@ class Folders:
                     known[other] = self._packages[other] = place.resolve()
         for package in known.values():
             for folder in PARAMETER_FOLDERS:
-                files = sorted((package / folder).glob("*.y*ml"))[:MAX_PARAMETERS]
+                places = [package / folder, *(place / folder for place in _folders_in(package))]
+                files = [path for place in places for path in sorted(place.glob("*.y*ml"))[:MAX_PARAMETERS]]
                 yield from (path for path in files if path.is_file() and path.stat().st_size < MAX_YAML)
 
     def _likely(self, name: str) -> list[Path]:
@@ -111,7 +114,7 @@ class Folders:
             beside, name = folder, rest
         match = _PATTERN.search(name)
         if match is None:
-            return [self._inside(beside / name)]
+            return [self.unbuilt(beside, name) or self._inside(beside / name)]
         start = name[: match.start()].rfind("/") + 1
         folder, pattern = self._inside(beside / name[:start]), name[start:]
         if "/" in pattern:
@@ -144,6 +147,19 @@ class Folders:
                 if len(tail.parts) > 1 and place.is_file():
                     return place
         return None
+
+    def unbuilt(self, package: Path, name: str) -> Path | None:
+        """Return the only file of a package with this path below one of its folders, as CMake installs their contents.
+
+        None if the package has a file of this path itself, or not one such.
+        """
+        if (package / name).is_file() or package not in self._packages.values():
+            return None
+        found = [place for folder in _folders_in(package) if (place := folder / name).is_file()]
+        if len(found) != 1:
+            return None
+        self.installed[name] = os.path.relpath(found[0], package)
+        return self._inside(found[0])
 
     def in_other_case(self, base: Path, name: str) -> Path | None:
         """Return the file below a folder whose name differs only in case, as Windows opens it; None if there is none.
@@ -179,6 +195,15 @@ class Folders:
             except (OSError, RuntimeError, ValueError):
                 raise XacroError(f"no file '{str(path)!r:.100}'; correct its name") from None
         return place
+
+
+def _folders_in(package: Path) -> list[Path]:
+    """Return the folders of a package, the first of them, except other packages."""
+    try:
+        folders = [place for place in sorted(package.iterdir())[:MAX_BESIDE] if place.is_dir()]
+        return [folder for folder in folders if not _has(folder, MANIFEST_FILES)]
+    except OSError:
+        return []
 
 
 def _alike(folder: Path, name: str) -> list[Path]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from mjsim.exchange.robots.driven_wheels import Gear
 from mjsim.exchange.robots.mounts import SensorMount
-from mjsim.exchange.robots.preset import Plan, max_speed, preset_turn, speed_source, stated_speed
+from mjsim.exchange.robots.preset import Plan, max_speed, preset_turn, speed_source, stated_speed, track_of
 from mjsim.exchange.robots.robot_frame import Stand
 from mjsim.exchange.robots.robot_source import RobotSource
 from mjsim.inventory import Fate, FileItem
@@ -44,7 +44,7 @@ def kept(anatomy: Anatomy, plan: Plan) -> Iterator[FileItem]:
     gear, stand = plan.gear, plan.stand
     rows = [f"'{pair[0][0].name}' and '{pair[1][0].name}'" for pair in gear.rows]
     rows += [f"'{wheel.name}'" for wheel in gear.single]
-    sizes = f"of radius {plan.wheel_radius:.4f} m, {SIZES.get(gear.drive, 'a track')} of {plan.track:.4f} m"
+    sizes = f"of radius {plan.wheel_radius:.4f} m, {SIZES.get(gear.drive, 'a track')} of {_own_track(plan):.4f} m"
     yield FileItem(Fate.KEPT, f"{KINDS[gear.drive]}: wheels {', '.join(rows)}, {sizes}")
     own = stand.casters[: len(stand.casters) - len(stand.notes)]  # those that are added come last
     if own:
@@ -80,12 +80,17 @@ def _differing(plan: Plan) -> Iterator[FileItem]:
     said = plan.gear.said
     for name, stated, shown in (
         ("wheel radius", said.wheel_radius, plan.wheel_radius),
-        ("track", said.separation if plan.gear.drive == "differential" else None, plan.track),
+        ("track", said.separation if plan.gear.drive in ("differential", "skid_steer") else None, _own_track(plan)),
     ):
         if stated is not None and abs(stated - shown) > SIZE_TOLERANCE * shown:
             yield FileItem(
                 Fate.KEPT, f"{name} of {shown:.4f} m, from the shapes", why=f"{said.source} has {stated:.4f} m"
             )
+
+
+def _own_track(plan: Plan) -> float:
+    """Return the track of the file, which that of the equivalent differential drive exceeds in skid steering [m]."""
+    return track_of(plan.gear) if plan.gear.drive == "skid_steer" else plan.track
 
 
 def _counted(assets: Mapping[str, bytes]) -> str:
@@ -114,6 +119,7 @@ def amiss(source: RobotSource, robot: RobotFiles, anatomy: Anatomy, plan: Plan) 
         fate = Fate.MENDED if left_out == note else Fate.LEFT_OUT
         yield FileItem(fate, source.shown(left_out))
     yield from source.changed
+    yield from source.installed
     yield from sluggish(robot)
     yield from robot.items
     for place, why in source.absent:

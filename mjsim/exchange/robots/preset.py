@@ -89,10 +89,15 @@ def _turning(gear: Gear, stand: Stand) -> float:
     """Return the dimension that determines how far a robot turns, defined as `Plan.track` [m]."""
     if gear.drive == "omni3":
         return 2.0 * float(np.mean([np.hypot(*stand.point(wheel.middle)[:2]) for wheel in gear.single]))
-    track = _track(gear.rows[-1])
+    track = track_of(gear)
     if gear.drive == "mecanum":
         return track + wheelbase_of(gear)
     return track if gear.drive != "skid_steer" else (track**2 + wheelbase_of(gear) ** 2) / track
+
+
+def track_of(gear: Gear) -> float:
+    """Return the distance between the left and the right wheels of the last axle [m]."""
+    return _track(gear.rows[-1])
 
 
 def _track(row: tuple[tuple[FoundWheel, ...], tuple[FoundWheel, ...]]) -> float:
@@ -194,7 +199,7 @@ def _sizes(plan: Plan) -> dict[str, object]:
         return {"track": round(plan.track, 6)}
     if gear.drive == "omni3":
         return {"wheel_circle": round(plan.track / 2, 6), **_slips(plan)}
-    base, track = round(wheelbase_of(gear), 5), round(_track(gear.rows[-1]), 5)
+    base, track = round(wheelbase_of(gear), 5), round(track_of(gear), 5)
     if gear.drive == "ackermann":
         return {"track": round(plan.track, 6), "wheelbase": base}
     if gear.drive == "mecanum":

@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
-from mjsim.errors import UsageError, did_you_mean
+from mjsim.errors import UsageError, did_you_mean, file_meant
 from mjsim.exchange.robots.folders import Folders
 from mjsim.exchange.robots.sdf_robot import urdf_of_sdf
 from mjsim.inventory import Fate, FileItem
@@ -29,6 +29,7 @@ from mjsim.models import (
     sdf_named_in,
 )
 
+ROBOT_ENDINGS = (".urdf", ".xacro", ".sdf", ".xml", ".mjcf")
 _URI = re.compile(rb"(?:package|model)://([A-Za-z0-9_.-]+)/?([^\"'<>\s]*)")
 _FILE = re.compile(rb"file://(/[^\"'<>]*)")
 _NO_NUMBER = re.compile(rb"""=\s*["'](?:[^"'<>]*\s)?[+-]?nan[\s"']""", re.IGNORECASE)
@@ -56,12 +57,8 @@ class RobotSource:
         if path.is_dir():
             raise UsageError(f"'{path}' is a folder; name a URDF, SDF or MJCF file in it")
         if not path.is_file():
-            suggestion = (
-                did_you_mean(path.name, (item.name for item in path.parent.iterdir())) if path.parent.is_dir() else ""
-            )
-            raise UsageError(
-                f"no file '{path}'{suggestion if suggestion.startswith('; did') else '; name a URDF, SDF or MJCF file'}"
-            )
+            meant = file_meant(path, ROBOT_ENDINGS, otherwise="a URDF, SDF or MJCF file")
+            raise UsageError(f"no file '{path}'{meant}")
         self._given, self._path = path, path.resolve()
         self._folders, self._xacro = Folders(self._path, packages, search=search), given
         self._root = self._folders.root
@@ -83,6 +80,12 @@ class RobotSource:
     def missing(self) -> set[str]:
         """Packages that were named but not found."""
         return self._folders.missing
+
+    @property
+    def installed(self) -> list[FileItem]:
+        """Files that are elsewhere in a package once it is installed."""
+        found = sorted(self._folders.installed.items())
+        return [FileItem(Fate.MENDED, "file", name, f"it is '{place}' before a build") for name, place in found]
 
     def unused(self) -> list[FileItem]:
         """Return options of the user that the file does not use."""
@@ -222,6 +225,8 @@ class RobotSource:
             note = FileItem(Fate.MENDED, "file", Path(rest).name, f"it is '{os.path.relpath(other, base)}' on the disk")
             self.changed += [note] if note not in self.changed else []
             place = other
+        elif (source := self._folders.unbuilt(base, rest)) is not None:
+            place = source
         return self._folders.read(place)
 
 

@@ -22,7 +22,7 @@ from mjsim.models.robot_meshes import without_shapes
 from mjsim.models.robots.drive_tags import SaidDrive, drives_in_tags
 from mjsim.models.robots.mjcf_scenes import without_mjcf_rails, without_scenery
 from mjsim.models.robots.said_sensors import SaidSensor, said_sensors
-from mjsim.models.robots.urdf_joints import freed_wheels, joint_speeds, without_limits, without_rails
+from mjsim.models.robots.urdf_joints import freed_wheels, joint_speeds, rolling_wheels, without_limits, without_rails
 from mjsim.models.robots.xml_positions import ElementOrigin, PlacedError, element_of, numbered, plainly, starts
 from mjsim.models.urdf_repair import firsts, mend_scales, mend_sizes
 from mjsim.sentences import Sentence
@@ -77,7 +77,7 @@ def gather_robot(path: str, read: Read, *, up_axis: bool = True) -> RobotFiles:
     sensors = said_sensors(root)
     driven, sideways, drives = frozenset(_driven(root)), _sideways(root), tuple(drives_in_tags(root))
     speeds, unlimited = dict(joint_speeds(root)), without_limits(root)
-    mended = [*mend_scales(root), *mend_sizes(root, path), *mend_weightless(root, path)]
+    mended = [*mend_scales(root), *mend_sizes(root, path), *rolling_wheels(root, path), *mend_weightless(root, path)]
     mended += [*without_rails(root, path), *freed_wheels(root, path), *mend_inertias(root, path)]
     gatherer.keep(root, ROBOT)
     _allow_light_links(root)

@@ -1,12 +1,19 @@
 """URDF joints: their speed limits, placeholders of limits, and joints that simulators use instead of wheels."""
 
 from collections.abc import Iterator
+from xml.etree import ElementTree
 
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from mjsim.geometry import Array
 from mjsim.models.inertia_repair import finite_number
 from mjsim.models.model_sources import Element
 
 MIN_WHEELS = 2
 """Minimum number of wheels of a robot."""
+MAX_ALONG = 0.3
+"""A joint steers a wheel if its axis is across the wheel's: maximum cosine between them."""
 
 
 def without_rails(root: Element, path: str) -> Iterator[str]:
@@ -31,15 +38,61 @@ def _end(joint: Element, which: str) -> str:
     return "" if found is None else found.get("link", "")
 
 
+def _is_wheel(joint: Element) -> bool:
+    """Return whether names say that a joint carries a wheel, other than a caster."""
+    names = f"{joint.get('name', '')} {_end(joint, 'child')}".lower()
+    return "wheel" in names and not any(word in names for word in ("caster", "castor"))
+
+
+def rolling_wheels(root: Element, path: str) -> Iterator[str]:
+    """Let the wheels of a URDF roll that a joint only steers, as of cars made to be looked at, and yield notes."""
+    joints = root.findall("joint")
+    if not any(joint.get("type") == "continuous" and _is_wheel(joint) for joint in joints):
+        return
+    # Wheels that only show how a car with two wheels would stand touch nothing.
+    kind = "collision" if root.find("link/collision/geometry") is not None else "visual"
+    links = {link.get("name", ""): link for link in root.findall("link")}
+    carrying = {_end(joint, "parent") for joint in joints}
+    for joint in joints:
+        wheel, name = _end(joint, "child"), joint.get("name", "?")
+        if joint.get("type") != "revolute" or not _is_wheel(joint) or wheel in carrying or wheel not in links:
+            continue
+        axle, steers = _axle(links[wheel], kind), _three(joint.find("axis"), "xyz", "1 0 0")
+        if axle is not None and abs(float(axle @ steers)) < MAX_ALONG * float(np.linalg.norm(steers)):
+            _put_between(root, joint, f"{name}_rolling", axle)
+            yield f"{path}: joint '{name}' only steers its wheel; joint '{name}_rolling' added, on which it turns"
+
+
+def _put_between(root: Element, joint: Element, name: str, axle: Array) -> None:
+    """Put a link and a joint between a joint and the wheel that it carries."""
+    for parent, wheel in [(f"{name}_from", end.get("link", "")) for end in joint.findall("child")]:
+        rolling = ElementTree.SubElement(root, "joint", name=name, type="continuous")
+        for tag, link in (("parent", parent), ("child", wheel)):
+            ElementTree.SubElement(rolling, tag, link=link)
+        ElementTree.SubElement(rolling, "axis", xyz=" ".join(f"{value:.6g}" for value in axle))
+        ElementTree.SubElement(root, "link", name=parent)
+    for end in joint.findall("child"):
+        end.set("link", f"{name}_from")
+
+
+def _axle(link: Element, kind: str) -> Array | None:
+    """Return the axis of the only cylinder of a link, in its frame, shape (3,); None if it has not one."""
+    found = [shape for shape in link.findall(kind) if shape.find("geometry/cylinder") is not None]
+    if len(found) != 1:
+        return None
+    angles = _three(found[0].find("origin"), "rpy", "0 0 0")
+    return np.asarray(Rotation.from_euler("xyz", angles).as_matrix()[:, 2])
+
+
+def _three(element: Element | None, key: str, default: str) -> Array:
+    """Return three numbers of an element, those that are missing or not finite as 0, shape (3,)."""
+    words = (element.get(key, default) if element is not None else default).split()
+    return np.array([finite_number(word) or 0.0 for word in [*words, "0", "0", "0"][:3]])
+
+
 def freed_wheels(root: Element, path: str) -> Iterator[str]:
     """If all wheels of a URDF are on fixed joints, let them turn, and yield notes on what was done."""
-    joints = root.findall("joint")
-
-    def is_wheel(joint: Element) -> bool:
-        names = f"{joint.get('name', '')} {_end(joint, 'child')}".lower()
-        return "wheel" in names and not any(word in names for word in ("caster", "castor"))
-
-    wheels = [joint for joint in joints if is_wheel(joint)]
+    wheels = [joint for joint in root.findall("joint") if _is_wheel(joint)]
     if len(wheels) < MIN_WHEELS or any(joint.get("type") != "fixed" for joint in wheels):
         return
     for joint in wheels:
