@@ -44,11 +44,11 @@ STYLES_OF_ARMS = (
         "joints",
     ),
 )
-"""Options of pictures of arms that change nothing here."""
+"""Options of pictures of arms that have no effect here."""
 
 
 def _drive(drawn: ScriptFigures, call: FigureCall) -> None:
-    """Keep the arm of the sliders, and draw it into a figure of its own."""
+    """Store the arm of the sliders, and draw it into a figure of its own."""
     drawn.driven, drawn.start = call.arguments[0], np.ravel(call.arguments[1])
     is_free = call.figure in drawn.figures and not drawn.figures[call.figure].axes
     _robot(drawn, call if is_free else replace(call, figure=max(drawn.figures, default=0) + 1))
@@ -74,7 +74,7 @@ def _robot(drawn: ScriptFigures, call: FigureCall) -> None:
 
 
 def _options(drawn: ScriptFigures, call: FigureCall, pane: AxesPane) -> None:
-    """Keep the workspace and the view that a picture of an arm shall have; name options that are unknown."""
+    """Store the workspace and the view for pictures of an arm; report unknown options."""
     options = list(call.arguments)
     while options:
         word = options.pop(0)

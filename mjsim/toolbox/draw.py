@@ -22,7 +22,7 @@ AXES = ("axes", "gca", "subplot", "nexttile", "newplot")
 """Functions that return handles of axes; the fraction of such a handle is HANDLE."""
 HANDLE = 2.0**-13
 ALL = 2.0**-12
-"""Part of 1 of a handle that names all that its call made."""
+"""Fraction of a handle that stands for everything that its call drew."""
 LINE = 2.0**-20
 """Lines of one call have handles that differ by this."""
 DEVICES = {"eps": "eps", "ps": "eps", "svg": "svg", "jpg": "jpg", "jpeg": "jpg", "tif": "tiff", "tiff": "tiff"}
@@ -35,7 +35,7 @@ DEFAULTS: Mapping[str, tuple[Literal["lines", "font"], str]] = {
 }
 """Properties of all figures that a script may choose, in lower case, and the parameters of matplotlib."""
 SETTINGS = ("view", "axis", "xlim", "ylim", "zlim", "xlabel", "ylabel", "zlabel", "daspect")
-"""Functions that tell limits, scales and labels of axes."""
+"""Functions that set limits, scales and labels of axes."""
 
 Drawing = Callable[["ScriptFigures", FigureCall], Any]
 """Draws a call; returns the artists to which its handle refers, if any."""
@@ -99,7 +99,7 @@ class ScriptFigures:
             change(pane.axes)
 
     def settle(self, figure: int, pane: AxesPane, functions: Mapping[str, Drawing]) -> None:
-        """Repeat what a script said about axes in space: arms choose limits too, and equal scales depend on them."""
+        """Repeat a script's settings of 3-D axes: arms set limits too, and equal scales depend on them."""
         if pane.axes.name == "3d" and pane.settings:
             self._current[figure] = pane
             for call in pane.settings:
@@ -177,7 +177,7 @@ class ScriptFigures:
         self._current[call.figure] = panes[call.figure][key]
 
     def _remove(self, number: int, key: Any) -> None:
-        """Remove axes on which others are put; the film of an arm that moved there stays."""
+        """Remove axes that others cover; the film of an arm that moved there stays."""
         pane = self._panes[number].pop(key)
         for other in (side for pair in self._sides if pane in pair for side in pair):
             if other.axes.figure is not None:
@@ -199,7 +199,7 @@ class ScriptFigures:
         self._grids = {key: grid for key, grid in self._grids.items() if key[0] != call.figure}
 
     def save(self, call: FigureCall) -> None:
-        """Keep the name that the script saves the figure under."""
+        """Store the name under which the script saves the figure."""
         words = [word for word in call.arguments if isinstance(word, str)]
         names, device = [word for word in words if not word.startswith("-")], ""
         for word in (*words, *names[1:2]):
@@ -283,7 +283,7 @@ class ScriptFigures:
                 set_on(artist, pairs)
 
     def _set_defaults(self, words: Sequence[Any]) -> None:
-        """Choose widths of lines, and sizes of letters, of what is drawn from now on; other defaults are named."""
+        """Set line widths and font sizes for everything drawn from now on; report other defaults."""
         for name, value in zip(words[::2], words[1::2], strict=False):
             if str(name).lower() in DEFAULTS:
                 group, key = DEFAULTS[str(name).lower()]

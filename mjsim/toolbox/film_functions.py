@@ -72,7 +72,7 @@ def film_files(
 
 
 def _at_rate(frames: Sequence[Picture], wanted: float, rate: float) -> Iterator[Picture]:
-    """Yield each frame as often as its rate asks for, with an even number of rows and columns."""
+    """Yield each frame as often as its rate requires, with an even number of rows and columns."""
     for k in range(max(1, round(len(frames) * rate / wanted))):
         frame = frames[min(int(k * wanted / rate), len(frames) - 1)]
         yield np.ascontiguousarray(frame[: len(frame) // 2 * 2, : frame.shape[1] // 2 * 2])

@@ -48,7 +48,7 @@ class ArmMotion:
 
 
 def overlap(one: tuple[int, ...], other: tuple[int, ...]) -> bool:
-    """Return whether places of grids, (rows, columns, places ...), differ and have a part of the figure in common."""
+    """Return whether two different places of grids, (rows, columns, places ...), overlap in the figure."""
     if one == other or not all(isinstance(each, tuple) for each in (one, other)):
         return False
     (a, b, c, d), (e, f, g, h) = _sides_of(one), _sides_of(other)
