@@ -37,7 +37,7 @@ class Sentence(str):
         """Return the sentence of a plain template and its values, which come from another process.
 
         Raises:
-            ValueError: Braces of the template hold anything else than names of the values.
+            ValueError: Braces of the template hold something other than names of the values.
         """
         fields = [(name, form, as_) for _, name, form, as_ in _FORMATTER.parse(template) if name is not None]
         if any(form or as_ or not name.isidentifier() or name not in values for name, form, as_ in fields):

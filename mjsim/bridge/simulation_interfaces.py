@@ -156,11 +156,11 @@ class SimulationInterfaces:
     def _list(self, request: Any) -> tuple[Any, ...]:
         filters = request.filters
         if len(filters.categories) or len(filters.tags.tags) or filters.bounds.type:
-            return _result((UNSUPPORTED, "entities are filtered by name alone; leave categories, tags and bounds")), []
+            return _result((UNSUPPORTED, "entities are filtered only by name; leave categories, tags and bounds")), []
         try:
             wanted = re.compile(filters.filter)
         except re.error as error:
-            return _result((FAILED, f"filter '{filters.filter[:60]}' is no regular expression: {error}")), []
+            return _result((FAILED, f"filter '{filters.filter[:60]}' is not a regular expression: {error}")), []
         return _result(FINE), [name for name in self._entities.names() if wanted.search(name)]
 
     def _state_of(self, request: Any) -> tuple[Any, ...]:

@@ -97,8 +97,7 @@ def compile_world(world: World) -> mujoco.MjSpec:
 
 
 SHADOWED = 1.7
-"""Half side of the shadow map, relative to the extent. The floor is speckled where it ends, so no view may show
-that."""
+"""Half side of the shadow map, relative to the extent. Beyond it the floor is speckled, which no view may show."""
 
 
 def _set_visual(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -> None:

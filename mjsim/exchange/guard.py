@@ -215,7 +215,7 @@ def _require_ezdxf() -> None:
 
 
 def _beside(path: Path) -> list[Path]:
-    """Return the folder of a file, and what the file and the links beside it refer to."""
+    """Return the folder of a file, and the targets of links: of the file itself, and beside it."""
     folder = path.absolute().parent
     links = []
     if folder.is_dir():

@@ -251,7 +251,7 @@ def _is_outside(
 
 
 def _away(shape: "BaseGeometry", grid: Grid, within: "BaseGeometry") -> Array:
-    """Return the distance of each cell's centre from what is solid, unknown or outside an area [m]."""
+    """Return the distance of each cell's centre from the nearest solid, unknown or outer place [m]."""
     import cv2
 
     taken = cells_of(shape, grid) | cells_of(thickened(shape, grid.resolution), grid)

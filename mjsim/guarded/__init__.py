@@ -18,7 +18,7 @@ A `Reader` keeps the child for many calls, as importing the libraries costs more
 
 Arguments may be any values that can be pickled. The functions may read what is below `folders` (by default the folder
 of the file), write nothing unless `scratch` gives them a private folder for temporary files, and start no programs.
-They import what they need themselves; what their module imports at its top is loaded before the limits hold.
+They import what they need themselves; imports at the top of their module are loaded before the limits hold.
 """
 
 from mjsim.faces import face

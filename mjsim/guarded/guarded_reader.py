@@ -37,7 +37,7 @@ def guarded(
         function: The function, as 'module:name'.
         arguments: Its arguments; they are pickled.
         about: Path of the file, or another name for it, for messages.
-        size: Size of what is decoded, with which the limits grow [bytes]; by default that of the file.
+        size: Size of the data to decode, with which the limits grow [bytes]; by default that of the file.
         folders: Folders and files that may be read; by default the folder of the file.
         advice: End of the message if the file cannot be read: what may be wrong, or what to do.
         keywords: Further arguments of the function.
@@ -65,14 +65,14 @@ def guarded_parts(
 ) -> Iterator[Any]:
     """Yield the values of a generator function as they are made, in a child process of its own; see `guarded`.
 
-    The child runs ahead by what the pipe holds, about 64 kB. One message costs about 50 microseconds: yield batches.
-    The time limit covers the waits of the caller, for all parts together.
+    The child runs ahead by the capacity of the pipe, about 64 kB. One message costs about 50 microseconds: yield
+    batches. The time limit covers the waits of the caller, for all parts together.
 
     Args:
         function: The generator function, as 'module:name'.
         arguments: Its arguments; they are pickled.
         about: Path of the file, or another name for it, for messages.
-        size: Size of what is decoded [bytes]; by default that of the file.
+        size: Size of the data to decode [bytes]; by default that of the file.
         folders: Folders and files that may be read; by default the folder of the file.
         scratch: Whether it may make temporary files, in a private folder that is deleted afterwards.
         advice: End of the message if the file cannot be read.
@@ -238,7 +238,7 @@ def _call(function: str, arguments: tuple[Any, ...], keywords: Mapping[str, Any]
 
 
 def _around(about: str | Path) -> Sequence[Path]:
-    """Return the folder of a file, and that of what it links to."""
+    """Return the folder of a file, and that of its target if it is a link."""
     return [about.absolute().parent, Path(os.path.realpath(about)).parent] if isinstance(about, Path) else []
 
 

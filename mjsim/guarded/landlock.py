@@ -28,7 +28,7 @@ def read_only(folders: Iterable[Path], *, scratch: Path | None = None) -> bool:
 
     Args:
         folders: Folders and files; those that do not exist are left out.
-        scratch: A folder in which files may be made, changed and deleted.
+        scratch: A folder in which files may be created, changed and deleted.
     """
     if sys.platform != "linux":
         return False

@@ -28,7 +28,7 @@ class Permission:
     folders: tuple[Path, ...]
     """Folders and files that may be read."""
     scratch: Path | None
-    """Folder in which files may be made."""
+    """Folder in which files may be created."""
     parent: int
     """Number of the process that started the child."""
 

@@ -98,7 +98,7 @@ def figures_of(experiment: Experiment) -> dict[str, Any]:
 
 
 def _locus_figures(locus: RootLocus) -> dict[str, Any]:
-    """Return what the root locus draws; branches for each pole, a point for each gain, as [re, im]."""
+    """Return the data of the root locus plot; branches for each pole, a point for each gain, as [re, im]."""
     marks = {"crossings": locus.crossings, "breakaways": locus.breakaways}
     return {
         "gains": locus.gains.tolist(),

@@ -61,7 +61,7 @@ def lit(around: Surroundings, at: Points, rectangles: Sequence[Rectangle], color
         around: The room.
         at: Points on its surfaces.
         rectangles: Lamps and windows.
-        colors: How much each adds to each of some sums, shape (rectangles, k).
+        colors: Weight of each in each of k sums, shape (rectangles, k).
 
     Returns:
         The sums, shape (n, k).

@@ -252,7 +252,7 @@ def _poses(truth: ArrayLike | None, count: int) -> Array:
     try:
         poses = np.asarray(truth, dtype=float)
     except (TypeError, ValueError) as error:
-        raise UsageError(f"the truth is no table of numbers: {error}"[:MAX_MESSAGE_LENGTH]) from None
+        raise UsageError(f"the truth is not a table of numbers: {error}"[:MAX_MESSAGE_LENGTH]) from None
     if poses.shape != (count, 3):
         raise UsageError(f"the truth has shape {poses.shape}; with {count} observations it must be ({count}, 3)")
     return poses

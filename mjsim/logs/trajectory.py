@@ -181,7 +181,7 @@ def offset_to_run(
     offset: float | None = None,
     notes: dict[str, str],
 ) -> float:
-    """Return what is added to the times of a trajectory to get those of a run [s].
+    """Return the offset from the times of a trajectory to those of a run [s].
 
     Trajectories made from a log of a real robot have its clock, while the recording of the log begins at 0.
 

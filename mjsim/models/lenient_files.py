@@ -15,7 +15,7 @@ INSTEAD = {"mesh": "collision shapes are used instead", "texture": "plain colour
 
 
 class LenientGatherer(Gatherer):
-    """Reads the files of a description; leaves out what is faulty, and converts meshes to forms that MuJoCo reads."""
+    """Reads the files of a description; leaves out faulty ones, and converts meshes to forms that MuJoCo reads."""
 
     def __init__(self, path: str, read: Read, *, up_axis: bool = True, guarded: bool = False) -> None:
         """Store functions; the arguments are those of `Gatherer` and of `PlainMeshes`."""

@@ -126,7 +126,7 @@ def gazebo_triangles(path: str, data: bytes, *, named: str = "") -> tuple[Array,
 
 
 def alone(name: str) -> bytes:
-    """Refuse every file: files that a mesh names are left out."""
+    """Refuse every file: for meshes whose further files are left out."""
     raise ValueError(Sentence("files that a mesh names are not read, such as '{name}'", name))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from mjsim.models.mesh_files import FLAT, SPECK_FACES, speck_tips
 
 SAMPLE = 1000
-"""Number of corners that are looked at first."""
+"""Number of corners that are examined first."""
 _CORNER = re.compile(rb"^[ \t]*v[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)", re.MULTILINE)
 _PICTURED = re.compile(rb"^[ \t]*vt[ \t]", re.MULTILINE)
 _FACE = re.compile(rb"^[ \t]*f[ \t].*", re.MULTILINE)

@@ -18,7 +18,7 @@ class Rigid:
     """Bodies of a model that move as one, in the file frame, with joints at rest."""
 
     root: int
-    """Id of the body that carries the others; 0 for what no joint moves."""
+    """Id of the body that carries the others; 0 for the base, which no joint moves."""
     parent: int
     """Root of the rigid part that carries this one; -1 for the base."""
     bodies: tuple[int, ...]
@@ -45,7 +45,7 @@ class AtRest:
     rest: Array
     """Rest position of each joint, within its limits, shape (njnt,) [m] or [rad]."""
     parts: tuple[Rigid, ...]
-    """All parts, the base first, carriers before what they carry."""
+    """All parts, the base first, each after its carrier."""
 
     def axis(self, joint: int) -> tuple[Array, Array]:
         """Return a point on the axis of a joint and the axis' unit vector, file frame, shape (3,) each."""

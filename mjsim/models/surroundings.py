@@ -183,7 +183,7 @@ def _size_of(texture: Any, home: Path, folder: str) -> tuple[int, str]:
         width, height = picture_size(data)
     except ValueError as error:
         return 0, str(error)
-    return width * height, "" if data.startswith(PNG) else "it is no PNG"
+    return width * height, "" if data.startswith(PNG) else "it is not a PNG"
 
 
 def _pixels(model: Any, number: int) -> Picture:

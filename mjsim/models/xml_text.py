@@ -37,7 +37,7 @@ def xml_text(data: bytes) -> str:
     """Return the text of an XML file, with blanks in place of its declaration.
 
     Raises:
-        RefusedXmlError: It is in another encoding than it says, or in a rare one.
+        RefusedXmlError: It is not in the encoding that it declares, or in a rare one.
     """
     encoding, mark = _encoding(data)
     try:

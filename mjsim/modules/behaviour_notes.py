@@ -48,7 +48,7 @@ def _unfed(world: World) -> Iterator[tuple[str, tuple[str | int, ...]]]:
 
 
 def _lacking(named: NamedModule, robot: Robot, world: World) -> str | None:
-    """Return what a module uses and does not get; None if it gets one of the readings that it needs."""
+    """Return which readings a module uses and does not get; None if it gets one of the readings that it needs."""
     host, given = host_of(named.use.use), _given(robot, world)
     who, used = f"{named.role} {named.use.use.rpartition(':')[2]}", set[str]()
     for reading in host.readings(named.use, named.role, world.source):

@@ -98,6 +98,6 @@ def _suspicions(model: mujoco.MjModel) -> Iterator[tuple[float, str]]:
             name, inertia = model.joint(joint).name, float(model.dof_M0[dof])
             yield (
                 1.0,
-                f"joint '{name}' has no armature and moves an inertia of {inertia:.2g} kg m^2; give what it moves more"
-                " mass, or, in a file, the joint an armature",
+                f"joint '{name}' has no armature and moves an inertia of {inertia:.2g} kg m^2; give the part that"
+                " it moves more mass, or, in a file, the joint an armature",
             )

@@ -17,7 +17,7 @@ from mjsim.world import THICKNESS, World, item_names, leaves
 ATLAS, LAMPS = "style/atlas", "style/lamps"
 """Materials of small things, and of lamps."""
 WALL_DETAILS = "wall/style:"
-"""First part of the names of meshes of what is on walls."""
+"""Prefix of the names of meshes of details on walls."""
 LAMP_EMISSION = 1.0
 """Light that a lamp emits, added to what falls on it."""
 
@@ -32,7 +32,7 @@ class Decor:
         add_material(spec, ATLAS, self._atlas.picture)
 
     def add_to_things(self) -> None:
-        """Add what is on furniture, before this is merged by room."""
+        """Add details on furniture, before furniture is merged by room."""
         names = item_names(self._world.obstacles)
         found = thing_faces(self._world, self._style, self._atlas)
         for obstacle, name, faces in zip(self._world.obstacles, names, found, strict=True):
@@ -46,7 +46,7 @@ class Decor:
                 geom.quat = [math.cos(turn), 0.0, 0.0, math.sin(turn)]
 
     def add_to_rooms(self, ceiling: float | None) -> None:
-        """Add what is on walls and doors, and lamps under a ceiling of a height [m]."""
+        """Add details on walls and doors, and lamps under a ceiling of a given height [m]."""
         for room, faces in wall_faces(self._world, self._style, self._atlas).items():
             if faces:
                 self._add(self._spec.worldbody, f"{WALL_DETAILS}{room + 1}", faces)

@@ -1,4 +1,4 @@
-"""Furniture: what cameras see of many small shapes is merged into few meshes, as walls are.
+"""Furniture: many small visible shapes are merged into few meshes, like walls.
 
 A picture costs about 20 microseconds for each geom in view, and a table has nine. The geoms of static objects are
 merged by room and look, those of a moving body by look. (One texture with a block of texels for each colour would make
@@ -118,7 +118,7 @@ class _Part:
 
 
 def merge_furniture(spec: mujoco.MjSpec, world: World) -> None:
-    """Merge what cameras see of the objects in a scene that has no other bodies yet."""
+    """Merge the visible shapes of the objects in a scene that has no other bodies yet."""
     finishes = None if world.style == "plain" else Finishes(spec, world)
     # A copy, as finishes add materials.
     parts = [part for geom in list(spec.geoms) if (part := _part(spec, geom, finishes)) is not None]

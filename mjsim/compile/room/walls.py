@@ -33,7 +33,7 @@ ON_FLOOR = 1e-6
 """Largest height at which the lower edge of a wall counts as on the floor [m]."""
 
 PROBE_DISTANCE = 0.01
-"""Distance before a face at which the room that it belongs to is looked for [m]."""
+"""Distance in front of a face at which a point shows to which room the face belongs [m]."""
 MAX_LONE_BOXES = 2000
 """Number of boxes added one by one to a scene."""
 END_OVERLAP = 1e-5

@@ -374,7 +374,7 @@ def _things(lines: SortedLines, walls: Sequence[Wall], furniture: bool, counts: 
 def _furniture(lines: SortedLines, walls: Sequence[Wall], counts: Counter[str]) -> list[Outline]:
     """Return the furniture: what names mark as such, and closed shapes and blocks of that size outside walls.
 
-    A shape along walls all around is the floor of a room.
+    A shape with walls all around it is the floor of a room.
     """
     import shapely
 

@@ -14,7 +14,7 @@ MARGIN = 0.6
 MIN_BUILDING_SHARE = 0.35
 """Minimum size of the building, as a fraction of the frame's."""
 MIN_WHOLE_SHARE = 0.5
-"""Minimum size of the largest part of the building that hangs together, as a fraction of the building's."""
+"""Minimum size of the largest part of the building that is connected, as a fraction of the building's."""
 MAX_LINE_DISTANCE = 0.6
 """Lines within this distance of the building belong to it [m]."""
 SMALL, SLIM = 0.2, 0.35
@@ -45,7 +45,7 @@ def _separated(lines: Sequence[Line], frames: Sequence[Line]) -> list[Line]:
 
 
 def _is_building(inner: Sequence[Line], lines: Sequence[Line], low: Array, high: Array) -> bool:
-    """Return whether lines keep clear of all sides of a frame, are most of its contents, and hang together.
+    """Return whether lines keep clear of all sides of a frame, are most of its contents, and are connected.
 
     In a room, by contrast, things stand apart, and walls extend inwards from its outline.
     """

@@ -158,7 +158,7 @@ def _darkened(line: Line, inked: bool) -> Line:
 
 
 def _between(light: Sequence[Line], filled: Sequence[Line]) -> list[Line]:
-    """Return light slender rectangles that connect filled shapes: other kinds of walls, windows."""
+    """Return light slender rectangles that connect filled shapes: windows, or walls of another kind."""
     import shapely
 
     if not light or not filled:

@@ -116,7 +116,7 @@ ALONE = {
     ),
     **dict.fromkeys(("maxrange", "sigmar", "sigmab"), "sensor"),
 }
-"""Variables whose names alone show to what they belong, as in Bailey's configurations."""
+"""Variables whose owner is clear from their names, as in Bailey's configurations."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

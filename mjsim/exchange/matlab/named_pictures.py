@@ -12,7 +12,7 @@ MAX_NAMED = 8
 """Maximum number of missing pictures that a report names."""
 PICTURES = (".jpg", ".jpeg", ".png")
 POSTERS = "posters/"
-"""Folder in assets where a picture of a beacon is looked for, if it is not beside the file."""
+"""Folder in assets that is searched for a beacon's picture, if it is not beside the file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,7 @@ class NamedPictures:
     names: tuple[str, ...] = ()
     """Its names, for the beacons in order, or by their numbers from 1."""
     absent: list[str] = field(default_factory=list)
-    """Entries that are no pictures, so that their beacons are reflectors."""
+    """Entries that are not pictures, so that their beacons are reflectors."""
     taken: set[str] = field(default_factory=set)
     """The variable, once a name was taken from it."""
 

@@ -26,7 +26,7 @@ PARAMETER_FOLDERS = ("config", "param", "params")
 MAX_PARAMETERS, MAX_YAML = 100, 100_000
 """Maximum number of such files in a folder, and their maximum size [bytes]."""
 MAX_BESIDE = 200
-"""Maximum number of folders in a folder that are looked at."""
+"""Maximum number of folders in a folder that are examined."""
 MAX_LISTED = 10_000
 """Maximum number of files in a folder that are searched for a name."""
 _DECLARED = re.compile(rb"<name>\s*([A-Za-z][A-Za-z0-9_.-]{0,99})\s*</name>")

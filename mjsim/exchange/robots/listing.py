@@ -40,7 +40,7 @@ def summary(path: Path, robot: RobotFiles, anatomy: Anatomy, stand: Stand, *, sd
 
 
 def kept(anatomy: Anatomy, plan: Plan) -> Iterator[FileItem]:
-    """Yield what a preset has from its file, and what it guesses."""
+    """Yield the contents of a preset that come from its file, and those that are guessed."""
     gear, stand = plan.gear, plan.stand
     rows = [f"'{pair[0][0].name}' and '{pair[1][0].name}'" for pair in gear.rows]
     rows += [f"'{wheel.name}'" for wheel in gear.single]

@@ -13,7 +13,7 @@ from mjsim.models import Anatomy, Shape
 MAX_SUPPORT_HEIGHT = 0.3
 """A fixed part this close to the floor supports the robot, as a fraction of the wheel radius."""
 MIN_SLACK = 0.006
-"""Minimum of that distance [m]."""
+"""Minimum value of this distance [m]."""
 MIN_POINTS = 0.003
 """Points of a shape within this height above its lowest point touch the floor [m]."""
 MIN_SUPPORT = 0.004

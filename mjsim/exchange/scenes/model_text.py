@@ -96,7 +96,7 @@ class _Model:
         geom.set("material", name)
 
     def add_part(self, outer: Element, part: ScenePart) -> None:
-        """Add what joints move as a body whose frame is that of the model."""
+        """Add a part that joints move as a body with the frame of the model."""
         body = SubElement(outer, "body", name=self.name(part.name))
         for joint in part.joints:
             made = SubElement(body, "joint", name=self.name(f"{part.name}_joint"), type=joint.kind)

@@ -60,7 +60,7 @@ class MeshFiles:
         """Yield the parts of a mesh.
 
         Args:
-            mesh: The file, and what of it is meant.
+            mesh: The file, and the mesh in it.
             scale: Factors along x, y and z.
             pose: Pose of the mesh in the world, shape (4, 4) [m].
             color: '#rrggbb'.
@@ -78,10 +78,10 @@ class MeshFiles:
             yield boxed(part)
 
     def skins(self, mesh: MeshName, scale: Array, pose: Array, read: Callable[[str], bytes]) -> list[SceneSkin]:
-        """Return what cameras see of a mesh: its parts in their colours and textures; none if it has neither.
+        """Return the visible parts of a mesh, in their colours and textures; none if it has neither.
 
         Args:
-            mesh: The file, and what of it is meant.
+            mesh: The file, and the mesh in it.
             scale: Factors along x, y and z.
             pose: Pose of the mesh in the world, shape (4, 4) [m].
             read: Returns a file that the mesh names.

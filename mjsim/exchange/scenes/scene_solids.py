@@ -49,7 +49,7 @@ class SceneSkin:
     """Pose in the frame of its thing or of the world, shape (4, 4) [m]."""
 
     def moved(self, outer_from_inner: Array) -> "SceneSkin":
-        """Return it in an outer frame."""
+        """Return the same in an outer frame."""
         return replace(self, pose=outer_from_inner @ self.pose)
 
 
@@ -111,7 +111,7 @@ class SceneSolid:
         return np.asarray(local @ self.pose[:3, :3].T + self.pose[:3, 3])
 
     def moved(self, outer_from_inner: Array) -> "SceneSolid":
-        """Return it in an outer frame."""
+        """Return the same in an outer frame."""
         return replace(self, pose=outer_from_inner @ self.pose)
 
 
@@ -146,7 +146,7 @@ class ScenePart:
         return [*self.solids, *(solid for part in self.parts for solid in part.all_solids())]
 
     def moved(self, outer_from_inner: Array) -> "ScenePart":
-        """Return it in an outer frame."""
+        """Return the same in an outer frame."""
         return replace(
             self,
             joints=[joint.moved(outer_from_inner) for joint in self.joints],
@@ -172,7 +172,7 @@ class SceneThing:
     skins: Sequence[SceneSkin] = ()
 
     def moved(self, outer_from_inner: Array) -> "SceneThing":
-        """Return it in an outer frame."""
+        """Return the same in an outer frame."""
         return replace(
             self,
             solids=[solid.moved(outer_from_inner) for solid in self.solids],

@@ -196,7 +196,7 @@ class _Reader:
     def _skins(
         self, link: Element, frames: SdfFrames, world_from_model: Array, file: Path, name: str
     ) -> list[SceneSkin]:
-        """Return what cameras see of the meshes of a link that have no material of their own."""
+        """Return the visible parts of the meshes of a link that have no material in SDF."""
         found = []
         for visual in link.findall("visual"):
             shape = visual.find("geometry/mesh")

@@ -30,7 +30,7 @@ class SdfLink:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SdfTree:
-    """Links that move as one, and what joints move on them."""
+    """Links that move as one, and the parts that joints move on them."""
 
     links: Sequence[SdfLink]
     parts: Sequence[ScenePart]
@@ -54,7 +54,7 @@ def trees_of(
         links: Its links.
         frames: Its frames.
         world_from_model: Shape (4, 4) [m].
-        scene: Notes what is lost.
+        scene: Takes notes on what is lost.
         in_joint: Whether axes are in the frames of their joints unless they say otherwise.
     """
     forest = _Forest(model, links, frames, world_from_model, scene, in_joint)

@@ -39,7 +39,7 @@ LAMP_REACH = 10.0
 
 @dataclass(slots=True, eq=False)
 class _Body:
-    """Solids that move together, and what joints move on them."""
+    """Solids that move together, and the parts that joints move on them."""
 
     solids: list[SceneSolid] = field(default_factory=list)
     mass: float = 0.0
@@ -211,7 +211,7 @@ class _Reader:
                     self._children(body, wrapped, world_from_node, name, depth + 1)
 
     def _joint(self, body: _Body, node: WbtNode, world_from_node: Array, name: str, depth: int) -> None:
-        """Add what a hinge or a slide moves."""
+        """Add the part that a hinge or a slide moves."""
         end, given = node.node("endPoint"), node.node("jointParameters") or WbtNode("JointParameters")
         if end is not None and end.kind not in ("Solid", "SolidReference"):
             end = self._of_proto(end, depth)

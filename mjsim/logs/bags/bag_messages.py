@@ -20,7 +20,7 @@ BROWNS, FISHEYES = ("plumb_bob", "rational_polynomial", "radtan", ""), ("equidis
 MILLIMETRES = 2.0, 500.0
 """A lidar whose minimum and maximum range are at least these gives them in millimetres."""
 UNMEASURED = -1.0
-"""First element of a covariance of what an inertial sensor does not measure."""
+"""First element of the covariance of a quantity that an inertial sensor does not measure."""
 NOTHING = (math.nan,) * 3
 IMU_SIZE = 37 * 8
 """Orientation, turn rate and acceleration, each with its covariance [bytes]."""
@@ -115,7 +115,7 @@ def limits_of(message: Any) -> tuple[float, float]:
 
 
 def imu_of(data: bytes, *, is_ros2: bool) -> tuple[float, ...]:
-    """Return the reading of a `sensor_msgs/Imu` in its own frame; NaN for what it declares as not measured.
+    """Return the reading of a `sensor_msgs/Imu` in its own frame; NaN for quantities that it declares as not measured.
 
     Decoded by hand: a bag may have hundreds of these for each scan.
 

@@ -172,7 +172,7 @@ def going_on(reader: Any, files: Sequence[Any]) -> tuple[Any, list[tuple[float, 
 
     Returns:
         reader: As given, if the clock was never set back.
-        set_back: When that was by the corrected clock, and by how much [s].
+        set_back: Times at which it was set back, by the corrected clock, and by how much [s].
     """
     try:
         with parsing():

@@ -1,4 +1,4 @@
-"""SQLite files of bags, whatever characters are in their paths, and with what a killed recorder had not yet merged."""
+"""SQLite files of bags, with any characters in their paths, and with changes that a killed recorder had not merged."""
 
 import shutil
 import sqlite3

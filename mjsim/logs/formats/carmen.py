@@ -289,7 +289,7 @@ def _step(count: int, given: str | None) -> float:
 
     Args:
         count: Number of its beams.
-        given: Angle stated by a parameter of the log, used if the number of beams is that of no usual laser [deg].
+        given: Angle stated by a parameter of the log, used if no usual laser has this number of beams [deg].
 
     References:
         The resolutions of the SICK LMS of 1, 0.5 and 0.25 degrees, with and without the last beam, over 180, 100 and

@@ -94,7 +94,7 @@ class FileArm:
     """Frame of the flange in that of this link, shape (4, 4) [m]."""
     shapes: tuple[FileShape, ...]
     base: tuple[float, Array, Array]
-    """Mass [kg], centre (3,) [m] and inertia about it (3, 3) [kg m^2] of what no joint moves."""
+    """Mass [kg], centre (3,) [m] and inertia about it (3, 3) [kg m^2] of the parts that no joint moves."""
     apart: frozenset[tuple[int, int]]
     """Pairs of links that may pass through each other."""
     couplings: tuple[tuple[int, int, float, float], ...]

@@ -18,7 +18,7 @@ class ArmTree:
     model: mujoco.MjModel
     data: mujoco.MjData
     root_of: tuple[int, ...]
-    """For each body the moving body to which it is rigidly attached; 0 for what no joint moves."""
+    """For each body the moving body to which it is rigidly attached; 0 for the fixed base."""
 
     @property
     def moving(self) -> tuple[int, ...]:

@@ -14,7 +14,7 @@ Value: TypeAlias = bool | int | float | str | list[Any] | tuple[Any, ...] | dict
 STEPS = 1_000_000
 """Maximum number of steps in which a file is expanded; a value costs its size."""
 MAX_VALUE_SIZE = 100_000
-"""Maximum size of a value: characters, or entries including those of what it holds."""
+"""Maximum size of a value: characters, or entries including nested ones."""
 MAX_BITS = 256
 """Maximum size of a whole number [bits]."""
 MAX_CALLS = 750

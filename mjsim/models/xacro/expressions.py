@@ -157,7 +157,7 @@ class _Evaluation:
         return self._apply(function, list(values), {})
 
     def binary(self, node: ast.BinOp) -> Any:
-        """Return what an operator gives."""
+        """Return the result of an operator."""
         operation = BINARY.get(type(node.op).__name__)
         if operation is None:
             raise XacroError(
@@ -166,7 +166,7 @@ class _Evaluation:
         return self._budget.keep(operation(self.value(node.left), self.value(node.right)))
 
     def unary(self, node: ast.UnaryOp) -> Any:
-        """Return what an operator gives."""
+        """Return the result of an operator."""
         operation = UNARY.get(type(node.op).__name__)
         if operation is None:
             raise XacroError(

@@ -58,7 +58,7 @@ class Scope:
         (self._texts.add if lazy and isinstance(value, str) else self._texts.discard)(name)
 
     def remove(self, name: str) -> None:
-        """Remove a property wherever it is."""
+        """Remove a property from the scope that has it."""
         for scope in self._outwards():
             scope._values.pop(name, None)
             scope._texts.discard(name)

@@ -26,7 +26,7 @@ MERGE = f"{_PREFIX}merge"
 
 
 def plain_yaml(data: bytes, file: str, budget: XacroBudget, evaluate: Callable[[str], Value]) -> Value:
-    """Return what a YAML file holds.
+    """Return the contents of a YAML file.
 
     Args:
         data: Contents of the file, YAML 1.1 as xacro reads it.

@@ -198,7 +198,7 @@ class _Taker:
         except OverflowError:
             raise Unfit(Sentence("returned {label} that holds a number beyond 1e308", label)) from None
         if made.dtype.kind in "US":
-            # NumPy reads numbers in texts; the schema of programs does not know them.
+            # NumPy reads numbers in texts; the schema of programs does not allow them.
             raise Unfit(Sentence("returned {label} that holds text; write numbers without quotes", label))
         return numbers
 

@@ -1,6 +1,6 @@
 """The host of Python modules: they run in the simulator's process.
 
-Which readings a class uses is found in its source and in that of what it calls, without running any of it.
+Which readings a class uses is found in its source and that of the code it calls, without running any of it.
 """
 
 import ast
