@@ -68,7 +68,7 @@ class VectorEnvironment(VectorEnv[Any, Any, Any]):
         self.action_space = batch_space(self.single_action_space, count)
         self.observation_space = batch_space(self.single_observation_space, count)
         context = multiprocessing.get_context("spawn")
-        # Kept, because its locks would be deleted with it. A context has all that is used here of the module.
+        # Kept, because its locks would be deleted with it. A context has everything used here of the module.
         memory = create_shared_memory(self.single_observation_space, count, context)  # type: ignore[arg-type]
         self._memory = memory
         self._seen = read_from_shared_memory(self.single_observation_space, memory, count)

@@ -134,7 +134,7 @@ def bring_landmarks(path: Path, *, robot: Newcomer | None, reading: Reading) -> 
 
 
 def bring_file(path: Path, *, robot: Newcomer | None, reading: Reading | None = None) -> Brought:
-    """Return the world of a map's YAML file, a drawing, a MATLAB landmark map, or a scene of Gazebo or MuJoCo.
+    """Return the world of a map's YAML file, a drawing, a MATLAB landmark map, or a scene of Gazebo, MuJoCo or Webots.
 
     Raises:
         UsageError: The file is none of these, or cannot be read.

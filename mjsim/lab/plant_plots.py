@@ -26,7 +26,7 @@ GRID = "#8a8a8a"
 OTHERS = ((ODOMETRY, "--"), (MAP, ":"))
 """Colours and line styles of nonlinear responses."""
 MAX_TURN, MAX_POINTS = 0.05, 100
-"""Turn of Nyquist's curve from point to point [rad], and the maximum number of points between two frequencies."""
+"""Maximum turn of Nyquist's curve between points [rad], and maximum number of points between two frequencies."""
 MAX_PHASE = 1080.0
 """Bode and Nichols plots show this much of the phase of a delay, which has no end [deg]."""
 MIN_GAIN_DB = -40.0

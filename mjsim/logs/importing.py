@@ -18,7 +18,7 @@ from mjsim.record import Recording
 from mjsim.world import Run, step_misfit
 
 PART_TIMEOUT = 30.0
-"""Time from one part of a recording to the next [s]."""
+"""Time limit from one part of a recording to the next [s]."""
 MIN_RECORDING_LIMIT, MAX_GROWTH = 256 << 20, 100
 """Maximum size of a recording, and of a temporary file: absolute [bytes], and as a multiple of the size of the log."""
 PART_BYTES, PART_SECONDS = 1 << 20, 0.2

@@ -19,7 +19,7 @@ FEWEST, MAX_SIDE = 3, 50
 MIN_CELL_SIDE, MAX_CELL_SIDE = 0.9, 10.0
 """Minimum and maximum side of a cell [m]."""
 WALL_HEIGHT = 1.2
-"""Low enough for a video from above to show the robot [m]."""
+"""Height of walls, low enough for a video from above to show the robot [m]."""
 THICKNESS = 0.1
 """[m]"""
 MAX_BEACONS = 50

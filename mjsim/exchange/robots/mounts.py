@@ -46,7 +46,7 @@ MAX_PITCH = 85.0
 ALL_AROUND = 355.0
 """A lidar with a larger field of view sees all around [deg]."""
 BEAM_FOV = 0.1
-"""Field of view of a range finder with a single beam, for which mjsim has two [deg]."""
+"""Field of view of a range finder with a single beam, which becomes two beams [deg]."""
 RATES = (25.0, 12.5, 5.0, 2.5, 1.0)
 """Rates that divide the tick rate of 25 Hz [Hz]."""
 
@@ -184,7 +184,7 @@ def _unlike(sensor: SaidSensor, place: FileFrame | None) -> str:
 
 
 def _changed(sensor: SaidSensor) -> Iterator[str]:
-    """Yield how properties of a sensor are changed that a world cannot have."""
+    """Yield how properties of a sensor that a world cannot have are changed."""
     rate, keys = sensor.keys.get("rate_hz", 0.0), sensor.keys
     if sensor.kind != "imu" and rate > 0 and _rate(rate) != rate:
         yield f"{_rate(rate):g} Hz for {rate:g} Hz, as its rate divides that of the loop"

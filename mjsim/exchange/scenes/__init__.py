@@ -1,4 +1,4 @@
-"""Worlds from scenes of other simulators: SDF of Gazebo and MJCF of MuJoCo."""
+"""Worlds from scenes of other simulators: SDF of Gazebo, MJCF of MuJoCo and worlds of Webots."""
 
 from mjsim.faces import face
 

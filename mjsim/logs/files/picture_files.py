@@ -139,7 +139,7 @@ def bytes_in(file: Path) -> bytes:
 
 
 def usual_size(files: Sequence[Path]) -> tuple[int, int]:
-    """Return the most common width and height of pictures in files, by some of them [px].
+    """Return the most common width and height of pictures in files, from a sample [px].
 
     Raises:
         UsageError: None is a picture.

@@ -1,7 +1,7 @@
 """Rawlogs of MRPT: objects in binary form (see `mrpt_bytes`), compressed by gzip or not.
 
 There are two forms: pairs of actions (`CActionCollection`) and observations (`CSensoryFrame`), or observations with
-times one after the other. Read are 2-D scans, landmarks and odometry of both forms; others are counted and left out.
+times one after the other. 2-D scans, landmarks and odometry of both forms are read; others are counted and left out.
 
 References:
     The Mobile Robot Programming Toolkit, https://docs.mrpt.org/reference/latest/, "Rawlog format" and the classes

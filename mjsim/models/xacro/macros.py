@@ -23,7 +23,7 @@ class Default:
     """Value of a parameter that a call does not name."""
 
     forward: bool
-    """Whether it is the property of this name where the macro is called, if there is one."""
+    """Whether it takes the property of this name where the macro is called, if there is one."""
     text: str | None
     """Its value otherwise."""
 

@@ -75,7 +75,7 @@ class PythonHost(Host):
 SHARED = frozenset({"ranges", "joints", "imu", "encoders", "proximity", "bump"})
 """Fields that other values have too, as a scan has ranges: they count only on observations named as in roles."""
 PLAIN = frozenset(model.reading for model in SENSOR_KINDS.values()) - SHARED
-"""Fields that few other values have: they count on any variable."""
+"""Fields that few other values have, so they count on any variable."""
 _OBSERVATIONS = {"observe": 1, "update": 1, "command": 1, "adjust": 2}
 """Method of a role -> position of its argument that is an observation."""
 
