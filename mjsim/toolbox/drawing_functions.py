@@ -146,7 +146,7 @@ def _fill(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
 
 def _scatter(dimensions: int) -> Drawing:
     def drawing(drawn: ScriptFigures, call: FigureCall) -> list[Any]:
-        """Draw points, with their areas in square points, and their colours, after the coordinates."""
+        """Draw points; after their coordinates come their areas in square points, and their colours."""
         data = [np.ravel(each) if each.shape[-1] != 3 else each for each in data_of(call)]
         pane, words = drawn.cleared(call.figure, solid=dimensions == 3), call.arguments[len(data) :]
         sizes, colors = (data[k] if len(data) > k and data[k].size else None for k in (dimensions, dimensions + 1))

@@ -23,7 +23,8 @@ SAME_LEVER = 1e-6
 NO_LEVER = 0.02
 """Points closer to an axis than this do not show the direction of rotation [m]."""
 LOOP_SHARE, CUT_SHARE = 0.5, 0.25
-"""Distance from a joint of a loop to its handle, of that to the farthest point; and of the joint where it is cut."""
+"""Distance from a loop's joint to its handle, as a fraction of that to the farthest point; the second where it is
+cut."""
 STILL_RATIO = 1e-6
 """Relative motion of a value below which it stands still while others move."""
 DERIVATIVE_STEP = 1e-5
