@@ -16,9 +16,9 @@ ROUGH = 9.0
 """Ratio of the variance of rough odometry to that of its data sheet."""
 ROUGH_ODDS = 0.1
 """Prior odds of rough odometry against odometry as stated."""
-MOST = 5.0
+MAX_GAIN = 5.0
 """Maximum evidence from one sighting, which may be wrong."""
-LEAST = -5.0
+MIN_EVIDENCE = -5.0
 """Minimum evidence: wheels that begin to spin after a long drive are noticed."""
 
 
@@ -62,4 +62,4 @@ class RoughOdometry:
             K = np.linalg.solve(S, H @ P).T
             likelihoods[row] = -0.5 * (nu @ np.linalg.solve(S, nu) + np.linalg.slogdet(S)[1])
             self._offsets[row], self._covariances[row] = offset + K @ nu, P - K @ H @ P
-        self.evidence = max(self.evidence + min(float(likelihoods[1] - likelihoods[0]), MOST), LEAST)
+        self.evidence = max(self.evidence + min(float(likelihoods[1] - likelihoods[0]), MAX_GAIN), MIN_EVIDENCE)

@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from mjsim.algorithms.estimation.ekf_models import range_bearing
-from mjsim.algorithms.estimation.rough_odometry import MOST, ROUGH, RoughOdometry
+from mjsim.algorithms.estimation.rough_odometry import MAX_GAIN, ROUGH, RoughOdometry
 from mjsim.interface import Sighting
 
 R = np.diag([0.02, 0.01]) ** 2
@@ -33,7 +33,7 @@ def test_one_wrong_sighting_decides_nothing():
     rough, pose = RoughOdometry(), np.zeros(3)
     rough.move(np.eye(3), Q)
     rough.see(pose, LANDMARKS[0], sighting_of(LANDMARKS[0], pose, noise=(3.0, 0.0)))
-    assert rough.evidence == MOST
+    assert rough.evidence == MAX_GAIN
 
 
 @pytest.mark.parametrize(("scale", "is_rough"), [(1.0, False), (ROUGH, True)])
