@@ -56,4 +56,4 @@ def test_a_camera_runs_where_there_is_nothing_of_unix_and_says_once_that_readers
     words = [Path(sys.executable).with_name("mjsim"), "run", "room.yaml", "--seconds", "0.4", "-o", "run.mcap"]
     done = completed(words, env=environment, cwd=tmp_path)
     assert (tmp_path / "run.mcap").stat().st_size > 10_000
-    assert done.stderr.count("files are read without all limits here: none on memory, other files, network") == 1
+    assert done.stderr.count("files are read with fewer limits here: none on memory, other files, network") == 1

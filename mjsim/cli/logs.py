@@ -114,7 +114,7 @@ def _lines(name: str, found: "Calibration") -> Iterator[str]:
     """Yield the lines printed about a robot."""
     if (m := found.motion) is not None:
         yield (
-            f"{name} odometry: way {100 * (m.scale - 1):+.1f} %, noise {m.distance:.3f} m/sqrt(m);"
+            f"{name} odometry: distance {100 * (m.scale - 1):+.1f} %, noise {m.distance:.3f} m/sqrt(m);"
             f" turn {math.degrees(m.turn_bias):+.3f} deg/s, noise {m.turn:.3f} rad/sqrt(rad);"
             f" delay {m.delay:+.2f} s; {m.windows} windows"
         )

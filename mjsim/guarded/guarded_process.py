@@ -242,7 +242,7 @@ def _limit(process: int, allowance: Allowance) -> None:
 def _say_missing(missing: str) -> None:
     """Log, once in a process, which limits this system does not have."""
     if missing:
-        _LOG.warning("files are read without all limits here: none on %s; Linux 5.13 and later have them", missing)
+        _LOG.warning("files are read with fewer limits here: none on %s; Linux 5.13 and later have them", missing)
 
 
 def _raise_error(answer: Mapping[str, Any], about: About, allowance: Allowance) -> None:

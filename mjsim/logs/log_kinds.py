@@ -137,7 +137,7 @@ def _unknown(path: Path, inside: Sequence[str]) -> str:
             " recording of mjsim is replayed as it is"
         )
     if path.is_file() and (path.suffix.lower() in TRAJECTORY_SUFFIXES or _begins_with_pose(path)):
-        return f"'{path}' is a trajectory, not a log; evaluate it by mjsim replay RUN.mcap --trajectory '{path}'"
+        return f"'{path}' is a trajectory, not a log; evaluate it with mjsim replay RUN.mcap --trajectory '{path}'"
     if path.is_file() and path.suffix.lower() in TABLE_SUFFIXES:
         return f"'{path}' is a table of numbers; describe its columns in a YAML file (log: tables) and name that"
     return f"'{path}' is not a supported log; give {READ}"[:MAX_MESSAGE_LENGTH]

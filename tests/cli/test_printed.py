@@ -51,7 +51,7 @@ def test_a_calibration_is_told_in_percent_degrees_and_metres():
     sightings = SightingCalibration(range_bias=-0.02, range=0.1, bearing_bias=0.02, bearing=0.01, count=300, outliers=7)
     odometry, seen = logs._lines("r", Calibration(motion=motion, sightings=sightings))
     assert odometry == (
-        "r odometry: way -1.3 %, noise 0.012 m/sqrt(m); turn +0.573 deg/s, noise 0.050 rad/sqrt(rad);"
+        "r odometry: distance -1.3 %, noise 0.012 m/sqrt(m); turn +0.573 deg/s, noise 0.050 rad/sqrt(rad);"
         " delay -0.12 s; 40 windows"
     )
     assert seen == (

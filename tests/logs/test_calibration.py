@@ -57,7 +57,7 @@ def test_noise_and_bias_of_a_log_come_back(log):
 @pytest.mark.slow
 def test_the_command_says_it_and_writes_it_once(log, tmp_path, capsys):
     assert run_command("calibrate", log.path, "-o", tmp_path / "noise.yaml") == 0
-    assert "robot odometry: way +" in capsys.readouterr().out
+    assert "robot odometry: distance +" in capsys.readouterr().out
     assert "  range: 0.03" in (tmp_path / "noise.yaml").read_text()
     assert run_command("calibrate", log.path, "-o", tmp_path / "noise.yaml") == 2
     assert run_command("calibrate", log.path, "-o", tmp_path / "noise.yaml", "--overwrite") == 0

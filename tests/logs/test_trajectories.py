@@ -305,7 +305,7 @@ def test_a_trajectory_is_told_from_a_log_by_its_rows(tmp_path):
     tum = f"# poses\n1.5 0 0 0 {quaternion(0.3)}\n"
     for text in (tum, "1 0 0 0 0 1 0 0 0 0 1 0\n", "1403715524907143168,0.5,1.9,0.9,1,0,0,0\n"):
         (tmp_path / "theirs.txt").write_text(text)
-        with pytest.raises(UsageError, match=r"is a trajectory, not a log; evaluate it by mjsim replay RUN\.mcap"):
+        with pytest.raises(UsageError, match=r"is a trajectory, not a log; evaluate it with mjsim replay RUN\.mcap"):
             import_log(tmp_path / "theirs.txt", record=tmp_path / "out.mcap")
     (tmp_path / "theirs.txt").write_text("1 2 3 4 5 6 7 8\n")
     with pytest.raises(UsageError, match="is not a supported log"):
@@ -318,7 +318,7 @@ def test_a_bag_of_poses_alone_is_told_to_be_a_trajectory(tmp_path):
         pose = bag.pose(Pose3(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
         for time in (1.0, 2.0):
             bag.put("/slam", time, bag.make("geometry_msgs/PoseStamped", header=bag.header(time, "map"), pose=pose))
-    with pytest.raises(UsageError, match=r"evaluate its poses by mjsim replay RUN\.mcap --trajectory"):
+    with pytest.raises(UsageError, match=r"evaluate its poses with mjsim replay RUN\.mcap --trajectory"):
         import_log(tmp_path / "theirs", record=tmp_path / "out.mcap")
 
 

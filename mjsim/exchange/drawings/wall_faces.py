@@ -23,7 +23,7 @@ TOUCHING, LEVEL = 0.02, 0.005
 MIN_LENGTH_RATIO = 0.8
 """Minimum ratio of length to thickness of a wall."""
 MAX_OUTER_RATIO = 2.5
-"""The outer two of some parallel lines form a wall: at a corner, its inner face is shorter by twice the thickness."""
+"""Pairs with the largest length plus this many thicknesses are walls: so the outer two of parallel lines form one."""
 MAX_COVERED_SHARE = 0.3
 """A pair is dropped if longer parallel walls cover more than this fraction of it."""
 COMMON, SIMILAR_WIDTH = 0.08, 0.015

@@ -92,7 +92,7 @@ class _Forest:
         for joint in moving:
             parent, child = map(self.root, self._ends(joint))
             if child == self.root(WORLD):
-                # A joint has the world as its child in some files; it works the other way round.
+                # In some files the child of a joint is the world; the joint is then reversed.
                 parent, child = child, parent
             if parent == child or child in self.moved:
                 self._tell(Fate.LEFT_OUT, "joint", joint, "it closes a loop of links")

@@ -50,5 +50,5 @@ def require_motion(log: Log, source: Path) -> None:
 def instead_of_log(source: str | Path, types: str) -> str:
     """Return what to do with a bag that holds messages of these types, but nothing to record."""
     if "geometry_msgs/msg/Pose" in types or "nav_msgs/msg/Path" in types:
-        return f"evaluate its poses by mjsim replay RUN.mcap --trajectory '{source}'"
+        return f"evaluate its poses with mjsim replay RUN.mcap --trajectory '{source}'"
     return "there is nothing to record"
