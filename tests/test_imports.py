@@ -61,7 +61,7 @@ MAY_IMPORT = {
     # A log is told in ticks to a pilot, and stands in the world that the simulation would have.
     "logs": RUN,
     "bridge": RUN | {"exchange", "ros", "session"},
-    "sweep": SWEEP,
+    "sweep": SWEEP | {"toolbox"},
     # What notebooks show of all of them; they do not import it.
     "notebook": {*SWEEP, "lab"},
     "video": VIDEO,
@@ -70,7 +70,7 @@ MAY_IMPORT = {
     "lab": RUN | REPORT | {"algorithms"},
     "ergonomics": SIM | REPORT,
     "experiments": RUN | REPORT | {"algorithms"},
-    "web": SWEEP | VIDEO | {"exchange", "session"},
+    "web": SWEEP | VIDEO | {"exchange", "session", "toolbox"},
 }
 """Part of mjsim -> the other parts that it may import; some are still to come."""
 MAY_IMPORT_ALL = {"__init__", "bench", "cli", "doctor"}

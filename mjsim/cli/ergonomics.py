@@ -7,12 +7,13 @@ from typing import Annotated, Any
 
 import typer
 
-from mjsim.cli.arguments import Overwrite, Settings, WorldFile
+from mjsim.cli.arguments import Formats, Overwrite, Settings, WorldFile
 
 
 def ergonomics(
     world: WorldFile,
     output: Annotated[Path, typer.Option("-o", metavar="DIR", help="Folder for the pages.")] = Path("out/ergonomics"),
+    formats: Formats = "png",
     settings: Settings = None,
     overwrite: Overwrite = False,
 ) -> None:
@@ -21,12 +22,14 @@ def ergonomics(
     Each page has contacts, reach, sight, clearances and the travel of the seat.
     """
     from mjsim.ergonomics import write_ergonomics
+    from mjsim.report import parse_formats
     from mjsim.world import load_checked, with_settings
 
+    kinds = parse_formats(formats)
     found = load_checked(world)
     if settings:
         found = with_settings(found, settings)
-    for name, figures in write_ergonomics(found, output, overwrite=overwrite).items():
+    for name, figures in write_ergonomics(found, output, formats=kinds, overwrite=overwrite).items():
         print(*_lines(name, figures), sep="\n")
         print(output / f"{name}.html")
 

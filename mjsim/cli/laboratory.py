@@ -6,10 +6,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mjsim.cli.arguments import Overwrite, Settings, WorldFile, recorded
+from mjsim.cli.arguments import Formats, Overwrite, Settings, WorldFile, recorded
 from mjsim.errors import UsageError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from mjsim.lab import Designer
 
 
@@ -21,8 +23,10 @@ def lab(
         Path | None, typer.Option(metavar="RUN.mcap", help="Identify the plant from this recording.")
     ] = None,
     pid: Annotated[
-        str | None,
-        typer.Option(metavar="RULE", help="PID tuning rule: ziegler-nichols, tyreus-luyben, cohen-coon or simc."),
+        list[str] | None,
+        typer.Option(
+            metavar="RULE", help="PID tuning rule, or several: ziegler-nichols, tyreus-luyben, cohen-coon or simc."
+        ),
     ] = None,
     place: Annotated[
         str | None,
@@ -37,6 +41,7 @@ def lab(
             metavar="DEG@RAD/S[:LAG]", help="Lead compensator with this phase margin at this crossover frequency."
         ),
     ] = None,
+    formats: Formats = "png",
     settings: Settings = None,
     overwrite: Overwrite = False,
 ) -> None:
@@ -45,26 +50,29 @@ def lab(
     Each page has matrices, poles, responses, margins, identification and controllers.
     """
     from mjsim.lab import write_lab
+    from mjsim.report import parse_formats
     from mjsim.world import load_checked, with_settings
 
-    designers = list(_designers(pid=pid, place=place, lqr=lqr, lead=lead))
+    kinds = parse_formats(formats)
+    designers = list(_designers(pid=pid or (), place=place, lqr=lqr, lead=lead))
     found = load_checked(world)
     if settings:
         found = with_settings(found, settings)
     recording = None if run is None else recorded(run)
-    figures = write_lab(found, output, plant=plant, designers=designers, recording=recording, overwrite=overwrite)
+    figures = write_lab(
+        found, output, plant=plant, designers=designers, recording=recording, formats=kinds, overwrite=overwrite
+    )
     for name, each in figures.items():
         print(*_lines(name, each), sep="\n")
         print(output / f"{name}.html")
 
 
-def _designers(*, pid: str | None, place: str | None, lqr: str | None, lead: str | None) -> "list[Designer]":
+def _designers(*, pid: "Iterable[str]", place: str | None, lqr: str | None, lead: str | None) -> "list[Designer]":
     """Return the design functions of the requested controllers."""
     from mjsim.lab import lqr_design, pid_design, placed_design
 
     found: list[Designer] = []
-    if pid is not None:
-        found.append(partial(pid_design, rule=pid))
+    found += [partial(pid_design, rule=rule) for rule in pid]
     if place is not None:
         found.append(partial(placed_design, poles=_numbers(place, "--place", complex)))
     if lqr is not None:

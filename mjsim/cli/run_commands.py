@@ -1,8 +1,5 @@
 """The commands that write recordings: `run` and `replay`."""
 
-import re
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -41,6 +38,7 @@ def run(
     from mjsim.run import drivers_of
     from mjsim.run import run as run_loop
     from mjsim.sim import Simulation
+    from mjsim.toolbox import figures_told
     from mjsim.world import with_settings
 
     _check_outputs(output, video, overwrite=overwrite)
@@ -51,7 +49,7 @@ def run(
     with (
         hosting(),
         _recording_of(checked, output, overwrite=overwrite) as place,
-        _figures_of(repr(checked.run), place.path, overwrite=overwrite),
+        figures_told(checked.run, place.path, overwrite=overwrite, tell=print),
     ):
         if live:
             recording = _run_live(checked, place, seed=seed, seconds=duration, speed=1.0 if realtime else None)
@@ -72,23 +70,6 @@ def run(
     print(place.path)
     if video is not None:
         film(recording, video, overwrite=overwrite)
-
-
-@contextmanager
-def _figures_of(modules: str, recording: Path, *, overwrite: bool) -> Iterator[None]:
-    """Let modules in .m files draw; name their figures at the end, after a fault, too."""
-    if not re.search(r"\.m['\"]", modules):
-        yield
-        return
-    from mjsim.toolbox import module_figures
-
-    figures: list[str] = []
-    try:
-        with module_figures(recording, overwrite=overwrite) as figures:
-            yield
-    finally:
-        for line in figures:
-            print(line)
 
 
 def _bake_first(world: "World", model: Any) -> None:
@@ -129,6 +110,7 @@ def replay(
     from mjsim.record import require_recording_name
     from mjsim.run import observed_robot
     from mjsim.run import replay as replay_run
+    from mjsim.toolbox import figures_told
 
     require_recording_name(output)
     require_free(output, overwrite=overwrite, source=recording)
@@ -141,10 +123,9 @@ def replay(
     observing, uses = None, {"estimator": use}
     if observer is not None:
         observing, uses["observer"] = module_of(observer, role="observer", robot=robot)
-    named = repr((estimator, observer))
     with (
         hosting(),
-        _figures_of(named, output, overwrite=overwrite),
+        figures_told((estimator, observer), output, overwrite=overwrite, tell=print),
         tracked(f"replay {recording.name}", total=float(run.time[-1]), unit="s") as advance,
     ):
         replay_run(

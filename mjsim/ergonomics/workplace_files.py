@@ -1,5 +1,6 @@
 """The files of `mjsim ergonomics`: a page for each seated person."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -8,12 +9,15 @@ from mjsim.output import free_paths, write_set
 from mjsim.world import World
 
 
-def write_ergonomics(world: World, folder: Path, *, overwrite: bool = False) -> dict[str, dict[str, Any]]:
+def write_ergonomics(
+    world: World, folder: Path, *, formats: Sequence[str] = ("png",), overwrite: bool = False
+) -> dict[str, dict[str, Any]]:
     """Write the page of each seated person of a world; return their results by name.
 
     Args:
         world: The world.
         folder: Output folder; created if necessary.
+        formats: Formats of the plots beside PNG, which the page has: 'pdf', 'svg'.
         overwrite: Whether files may be replaced.
 
     Raises:
@@ -29,6 +33,6 @@ def write_ergonomics(world: World, folder: Path, *, overwrite: bool = False) -> 
     figures = {}
     for study in studies(world):
         name = study.person.name
-        write_set(folder, page_files(study), of=f"person {name}", overwrite=overwrite)
+        write_set(folder, page_files(study, formats=formats), of=f"person {name}", overwrite=overwrite)
         figures[name] = figures_of(study)
     return figures

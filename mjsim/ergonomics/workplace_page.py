@@ -6,7 +6,7 @@ surfaces, and the visual fields as angles.
 
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import cv2
@@ -20,7 +20,7 @@ from mjsim.geometry import Array
 from mjsim.people import SIDES
 from mjsim.posture import ANGLES, comfort_of
 from mjsim.progress import say
-from mjsim.report import Block, Heading, HtmlTable, Paragraph, html_page, picture, png_of
+from mjsim.report import Block, Heading, HtmlTable, Paragraph, drawing_files, html_page, picture, png_of
 from mjsim.sim import SEEN_FROM_OUTSIDE, Renderer
 from mjsim.world import DisplayTarget, PlacedTarget
 
@@ -29,17 +29,24 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def page_files(study: PersonStudy) -> dict[str, bytes]:
-    """Return the files of a person by name: page, results as JSON, plots, and pictures if OpenGL is available."""
+def page_files(study: PersonStudy, *, formats: Sequence[str] = ("png",)) -> dict[str, bytes]:
+    """Return the files of a person by name: page, results as JSON, plots, and pictures if OpenGL is available.
+
+    Args:
+        study: The person.
+        formats: Formats of the plots beside PNG, which the page has: 'pdf', 'svg'.
+    """
     name = study.person.name
-    plots = {"posture": posture_plot, "reach": reach_plot, "sight": sight_plot}
-    drawn = {kind: png_of(plot(study)) for kind, plot in plots.items()}
+    plots = {"posture": posture_plot(study), "reach": reach_plot(study), "sight": sight_plot(study)}
+    drawn = {kind: png_of(plot) for kind, plot in plots.items()}
+    others = drawing_files({f"{name}_{kind}": plot for kind, plot in plots.items()}, [*({*formats} - {"png"})])
     drawn |= pictures_of(study.model, name, study.eyes)
     figures = json.dumps(figures_of(study), indent=1, allow_nan=False) + "\n"
     return {
         f"{name}.html": _page(study, drawn).encode(),
         f"{name}.json": figures.encode(),
         **{f"{name}_{kind}.png": data for kind, data in drawn.items()},
+        **others,
     }
 
 

@@ -17,6 +17,7 @@ def write_lab(
     plant: str | None = None,
     designers: Sequence[Designer] = (),
     recording: Recording | None = None,
+    formats: Sequence[str] = ("png",),
     overwrite: bool = False,
 ) -> dict[str, dict[str, Any]]:
     """Write the page of one plant or of all plants of a world; return their results by name.
@@ -28,6 +29,7 @@ def write_lab(
         designers: Functions that return a controller for each, such as `lambda plant: lqr_design(plant, weights,
             effort)`.
         recording: Recording of a run for identification.
+        formats: Formats of the plots beside PNG, which the page has: 'pdf', 'svg'.
         overwrite: Whether files may be replaced.
 
     Raises:
@@ -40,6 +42,6 @@ def write_lab(
     figures = {}
     for each in chosen:
         found = experiment(world, each, designers=designers, recording=recording)
-        write_set(folder, page_files(found), of=f"plant {each.name}", overwrite=overwrite)
+        write_set(folder, page_files(found, formats=formats), of=f"plant {each.name}", overwrite=overwrite)
         figures[each.name] = figures_of(found)
     return figures

@@ -17,7 +17,7 @@ from mjsim.lab.experiment import Experiment
 from mjsim.lab.formula import PADE_ORDER, pade_limit
 from mjsim.lab.linear import LinearPlant
 from mjsim.lab.locus import RootLocus
-from mjsim.report import Block, Code, Heading, HtmlTable, Paragraph, html_page, picture, png_of
+from mjsim.report import Block, Code, Heading, HtmlTable, Paragraph, drawing_files, html_page, picture, png_of
 
 MATRIX_STYLE = """
 pre { background: rgba(128, 128, 128, 0.12); padding: 0.7rem 1rem; border-radius: 6px; overflow-x: auto; }
@@ -25,12 +25,19 @@ table.matrix { width: auto; } table.matrix td, table.matrix th { font-size: 0.9r
 """
 
 
-def page_files(experiment: Experiment) -> dict[str, bytes]:
-    """Return the files of a plant by name: page, results as JSON, plots, and their data as CSV."""
+def page_files(experiment: Experiment, *, formats: Sequence[str] = ("png",)) -> dict[str, bytes]:
+    """Return the files of a plant by name: page, results as JSON, plots, and their data as CSV.
+
+    Args:
+        experiment: The plant.
+        formats: Formats of the plots beside PNG, which the page has: 'pdf', 'svg'.
+    """
     from mjsim.lab.plant_plots import tables
 
-    name, pictures = experiment.name, {key: png_of(figure) for key, figure in _figures(experiment).items()}
+    name, plots = experiment.name, _figures(experiment)
+    pictures = {key: png_of(figure) for key, figure in plots.items()}
     files = {f"{name}_{key}.png": data for key, data in pictures.items()}
+    files |= drawing_files({f"{name}_{key}": plot for key, plot in plots.items()}, [*({*formats} - {"png"})])
     for key, (head, columns) in tables(experiment).items():
         text = io.StringIO()
         np.savetxt(text, columns, fmt="%.17g", delimiter=",", header=",".join(head), comments="")

@@ -2,7 +2,7 @@
 
 import threading
 from collections.abc import Callable, Mapping
-from contextlib import closing, nullcontext
+from contextlib import AbstractContextManager, closing, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, get_args
 
@@ -57,6 +57,7 @@ class Session(ByHand, Closes):
         speed: float | None = None,
         on_tick: "Callable[[Tick], None] | None" = None,
         on_change: Callable[[], None] | None = None,
+        around: Callable[[Path], AbstractContextManager[object]] | None = None,
     ) -> None:
         """Prepare the session; `start` starts the run.
 
@@ -71,6 +72,7 @@ class Session(ByHand, Closes):
             speed: Simulated seconds per second; by default as fast as possible.
             on_tick: Called in the session's thread with each tick; the run waits for it.
             on_change: Called from any thread when state, speed or noise have changed.
+            around: Entered around each run that is recorded, with the path of its recording.
 
         Raises:
             UsageError: The speed is not above 0, or `record` exists, is being written, or cannot be written.
@@ -86,7 +88,7 @@ class Session(ByHand, Closes):
         self._named, self._overwrite = None if self._place is None else self._place.whole_path, overwrite
         self.record = self._named
         """The file being written, or written last."""
-        self._drivers, self._on_tick, self._on_change = drivers, on_tick, on_change
+        self._drivers, self._on_tick, self._on_change, self._around = drivers, on_tick, on_change, around
         self._helm = Helm(robot.name for robot in world.robots)
         self._gate = Gate(speed, self._notify)
         self._driven: Mapping[str, Driver] = {}
@@ -303,7 +305,8 @@ class Session(ByHand, Closes):
         count = sim.world.run.ticks(self.seconds)
         place = self._next_place()
         recording = nullcontext() if place is None else recorder_of(sim, drivers, count, place)
-        with one_blas_thread(), recording as recorder:
+        around = nullcontext() if place is None or self._around is None else self._around(place.whole_path)
+        with one_blas_thread(), around, recording as recorder:
             self._gate.pace.forget()
             try:
                 with closing(ticks(sim, drivers, steer=self._helm.command)) as loop:

@@ -50,17 +50,17 @@ def run_on_cluster(
         for future in as_completed(futures, loop=client.loop):
             job = futures[future]
             try:
-                outcome, recording = future.result()
+                outcome, made = future.result()
             except KilledWorker as error:
-                outcome, recording = died(job, int(error.allowed_failures) + 1), None
+                outcome, made = died(job, int(error.allowed_failures) + 1), {}
             except CancelledError as error:
                 raise MjsimError(
                     f"the Dask cluster at {address} is no longer reachable; repeat the command to resume"
                 ) from error
             finally:
                 future.release()
-            if recording is not None:
-                store.write(f"runs/{job.name}.mcap", recording)
+            for name, content in made.items():
+                store.write(f"runs/{name}", content)
             yield job, outcome
 
 
@@ -94,8 +94,8 @@ def _hand_on(bundle: Bundle) -> Bundle:
     return bundle
 
 
-def _work(bundle: Bundle, job: Job, keep: bool, expected: dict[str, str]) -> tuple[Outcome, bytes | None]:
-    """Run a job on a worker; return its outcome, and its recording if requested."""
+def _work(bundle: Bundle, job: Job, keep: bool, expected: dict[str, str]) -> tuple[Outcome, dict[str, bytes]]:
+    """Run a job on a worker; return its outcome, and by name its figures and, if requested, its recording."""
     from distributed import get_worker
 
     worker = get_worker()
@@ -109,7 +109,8 @@ def _work(bundle: Bundle, job: Job, keep: bool, expected: dict[str, str]) -> tup
     with tempfile.TemporaryDirectory(dir=worker.local_directory) as folder:
         record = Path(folder) / "run.mcap"
         outcome = run_job(world_file, job, record=record, pictures=keep)
-        return outcome, record.read_bytes() if keep and record.is_file() else None
+        made = {f"{job.name}-figures/{file.name}": file.read_bytes() for file in Path(folder).glob("*-figures/*")}
+        return outcome, made | ({f"{job.name}.mcap": record.read_bytes()} if keep and record.is_file() else {})
 
 
 @lru_cache(maxsize=1)  # A worker keeps the bundle of one sweep, and runs of another sweep rarely come in between.

@@ -8,6 +8,7 @@ import numpy as np
 
 from mjsim.errors import ModuleFault, PhysicsFault, UsageError
 from mjsim.geometry import Array
+from mjsim.progress import say
 from mjsim.record import Recording, Track
 from mjsim.report import metrics, statistics_file
 from mjsim.run import run
@@ -34,18 +35,30 @@ def run_job(world_file: Path, job: Job, *, record: Path, pictures: bool) -> Outc
     Raises:
         MjsimError: A problem would fail every run on this machine: no OpenGL, no space for the recording.
     """
+    from mjsim.toolbox import figures_told
+
     settle()
     began = time.perf_counter()
     outcome = empty_outcome(job)
     seed_the_rest(job.seed)
     try:
-        with own_modules(world_file.parent), bench().simulation(world_file, job) as sim:
+        with (
+            own_modules(world_file.parent),
+            bench().simulation(world_file, job) as sim,
+            figures_told(sim.world.run, record.with_name(f"{job.name}.mcap"), overwrite=True, tell=_tell),
+        ):
             recording = run(sim, seconds=job.seconds, record=record, pictures=pictures, progress=False)
         outcome |= _figures(recording)
     except (ModuleFault, PhysicsFault, UsageError) as error:
         outcome["error"] = str(error)
     outcome["clock"]["total_seconds"] = time.perf_counter() - began
     return outcome
+
+
+def _tell(line: str) -> None:
+    """Show what of a figure of a module could not be drawn; names of files are known."""
+    if not Path(line).is_file():
+        say(line)
 
 
 def empty_outcome(job: Job, *, error: str | None = None) -> Outcome:

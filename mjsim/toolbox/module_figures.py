@@ -2,8 +2,9 @@
 
 import itertools
 import os
+import re
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -13,6 +14,11 @@ from mjsim.toolbox.calls import read_calls, write_recorders
 from mjsim.toolbox.script import HERE, drawn_files
 
 VARIABLE = "MJSIM_FIGURES"
+
+
+def _draws(modules: object) -> bool:
+    """Return whether a world's `run`, or the specification of a module, names a module in an .m file."""
+    return re.search(r"\.m['\"]", repr(modules)) is not None
 
 
 @contextmanager
@@ -41,6 +47,28 @@ def module_figures(recording: Path, *, overwrite: bool) -> Iterator[list[str]]:
                 told += _written(Path(place), recording, overwrite=overwrite)
             except (OSError, MjsimError) as error:  # the line of a fault of the run is more important
                 told.append(f"the figures of its modules are not written: {error}")
+
+
+@contextmanager
+def figures_told(modules: object, recording: Path, *, overwrite: bool, tell: Callable[[str], object]) -> Iterator[None]:
+    """Let modules in .m files draw figures, and tell at the end, after a fault, too, what came of them.
+
+    Args:
+        modules: A world's `run`, or the specification of modules.
+        recording: As for `module_figures`.
+        overwrite: As for `module_figures`.
+        tell: Gets each line: the name of a file, or what could not be drawn.
+    """
+    if not _draws(modules):
+        yield
+        return
+    figures: list[str] = []
+    try:
+        with module_figures(recording, overwrite=overwrite) as figures:
+            yield
+    finally:
+        for line in figures:
+            tell(line)
 
 
 def _written(records: Path, recording: Path, *, overwrite: bool) -> list[str]:

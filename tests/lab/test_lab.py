@@ -41,7 +41,19 @@ def written(tmp_path_factory):
     folder, printed = tmp_path_factory.mktemp("lab"), io.StringIO()
     (folder / "lab.yaml").write_text(WORLD)
     with contextlib.redirect_stdout(printed), pytest.raises(SystemExit) as end:
-        main(["lab", str(folder / "lab.yaml"), "third", "-o", str(folder / "out"), "--lqr", "1,0,0:1"])
+        main(
+            [
+                "lab",
+                str(folder / "lab.yaml"),
+                "third",
+                "-o",
+                str(folder / "out"),
+                "--lqr",
+                "1,0,0:1",
+                "--formats",
+                "svg",
+            ]
+        )
     assert end.value.code == 0
     return folder / "out", printed.getvalue()
 
@@ -56,6 +68,18 @@ def test_the_command_writes_a_page_and_prints_poles(written):
         assert word in page
     for plot in ("step", "impulse", "bode", "nyquist", "poles", "design_1"):
         assert (folder / f"third_{plot}.png").stat().st_size > 5000
+        assert (folder / f"third_{plot}.svg").read_bytes().startswith(b"<?xml")
+
+
+@pytest.mark.slow
+def test_several_tuning_rules_are_compared_on_one_page(tmp_path, capsys):
+    (tmp_path / "lab.yaml").write_text("mjsim: 1\nplants: [{name: late, tf: {num: [1], den: [1, 1], delay: 2}}]\n")
+    with pytest.raises(SystemExit):
+        main(["lab", str(tmp_path / "lab.yaml"), "-o", str(tmp_path), "--pid", "cohen-coon", "--pid", "simc"])
+    printed = capsys.readouterr().out
+    # Cohen and Coon's table and Skogestad's formulas by hand, for T = 1 and theta = 2.
+    assert "PID by cohen-coon: gain 0.9167, Ti 3.034 s, Td 0.5333 s" in printed
+    assert "PID by simc: gain 0.25, Ti 1 s, Td 0 s" in printed
 
 
 @pytest.mark.slow

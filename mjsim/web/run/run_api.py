@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import math
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 from starlette.requests import Request
 from starlette.responses import Response
@@ -14,6 +15,7 @@ from mjsim.errors import MjsimError, OutOfReachError, UsageError, WorldError, di
 from mjsim.interface import Command
 from mjsim.modules import missing_modules
 from mjsim.output import NewFile
+from mjsim.progress import say
 from mjsim.record import is_mcap, reserve_next
 from mjsim.sentences import Sentence
 from mjsim.session import Session
@@ -136,6 +138,8 @@ class RunApi:
         if self._folder is None:
             raise UsageError("this page shows only one run; start others with 'mjsim studio'")
         world = self._world(request, self._folder)
+        from mjsim.toolbox import figures_told
+
         code = self._trust.check(world)
         record = None if request.record is None else _reserved(self._folder, request.record)
         if self.stage.session is not None:
@@ -148,6 +152,7 @@ class RunApi:
             record=record,
             on_tick=self.stage.take,
             on_change=self.stage.changed,
+            around=partial(figures_told, world.run, overwrite=False, tell=say),
         )
         self._code = code
         self.stage.put_on(world, session, path=request.path, root=self._folder.root)
