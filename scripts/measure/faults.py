@@ -4,7 +4,7 @@ import ast
 import functools
 import itertools
 import random
-from collections.abc import Container, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -47,22 +47,18 @@ class Fault:
     """Qualified name of the outermost function around it; None outside of functions."""
 
 
-def draw(paths: Sequence[Path], *, number: int, seed: int, kinds: Container[str] | None = None) -> list[Fault]:
-    """Return random faults, each in a different statement, among all that can have one (of these kinds)."""
+def draw(paths: Sequence[Path], *, number: int, seed: int) -> list[Fault]:
+    """Return random faults, each in a different statement, among all that can have one."""
     rng = random.Random(seed)
     sites = [(_Text(path), *found) for path in sorted(paths) for found in _sites(path)]
     rng.shuffle(sites)
-    drawn = (_one(rng, *site, kinds) for site in sites)
+    drawn = (_one(rng, *site) for site in sites)
     return list(itertools.islice(filter(None, drawn), number))
 
 
-def _one(
-    rng: random.Random, text: "_Text", statement: ast.stmt, function: str | None, kinds: Container[str] | None
-) -> Fault | None:
+def _one(rng: random.Random, text: "_Text", statement: ast.stmt, function: str | None) -> Fault | None:
     """Return one fault of a statement, of a random kind; None where it can have none."""
-    edits = [
-        edit for edit in _edits(statement, text, inside=function is not None) if kinds is None or edit.kind in kinds
-    ]
+    edits = list(_edits(statement, text, inside=function is not None))
     if not edits:
         return None
     kind = rng.choice(sorted({edit.kind for edit in edits}))

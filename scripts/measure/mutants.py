@@ -1,6 +1,6 @@
 """Report which random faults in mjsim and algorithms the tests detect: a table in Markdown and in JSON.
 
-nice .venv/bin/python scripts/measure/mutants.py -o DIR [--number 200] [--seed 1] [--under mjsim/sim] [--kinds sign]
+nice .venv/bin/python scripts/measure/mutants.py -o DIR [--number 200] [--seed 1] [--under mjsim/sim] [--slow]
 
 One process collects the quick tests once. A first child runs all of them, and notes which call a function that is to
 have a fault, also in programs and readers of files. Then for each fault a child gives the functions of its file their
@@ -324,12 +324,11 @@ def main() -> None:
     parser.add_argument("--number", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--under", nargs="*", default=["mjsim", "algorithms"])
-    parser.add_argument("--kinds", nargs="*", help="only faults of these kinds, such as 'guard removed'")
     parser.add_argument("--tests", nargs="*", default=["tests"])
     parser.add_argument("--slow", action="store_true")
     options = parser.parse_args()
     paths = [path for name in options.under for path in sorted((ROOT / name).rglob("*.py")) or [ROOT / name]]
-    faults = draw(paths, number=options.number, seed=options.seed, kinds=options.kinds)
+    faults = draw(paths, number=options.number, seed=options.seed)
     run(faults, options.folder, tests=options.tests, slow=options.slow)
     print((options.folder / "mutants.md").read_text())
 

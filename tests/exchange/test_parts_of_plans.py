@@ -184,6 +184,10 @@ def test_door_symbols_are_known_by_their_swing_and_windows_by_their_panes():
     door = [Line(swing(0, 0), part=1), line([[0, 0], [0, 0.9]], part=1)]
     large = [Line(swing(5, 0), part=2), line([[5, 0], [9, 0]], part=2)]
     assert [each.role for each in with_symbols([*door, *large])] == ["door", "door", None, None]
+    # Two leaves and a frame are at most 2.6 times as wide as the arc, whose radius is 0.9 m.
+    for width, role in ((2.3, "door"), (2.4, None)):
+        wide = [Line(swing(0, 0), part=1), line([[0, 0], [width, 0]], part=1)]
+        assert {each.role for each in with_symbols(wide)} == {role}
     panes = [line([[0, y], [1.2, y]], role="opening") for y in (0.0, 0.05, 0.1)]
     plain = [line([[9, y], [10.2, y]], role="opening") for y in (0.0, 0.05)]
     assert [each.role for each in with_symbols([*panes, *plain])] == ["window"] * 3 + ["door"] * 2

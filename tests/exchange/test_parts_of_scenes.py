@@ -138,6 +138,11 @@ def test_meshes_that_are_no_boxes_stay_and_flat_ones_are_thin_boxes():
     assert boxed(mesh_of(wedge, np.eye(4))).kind == "mesh"
     flat = SceneSolid("mesh", (), posed(0, 0, 1), None, CUBE[:4] * (2, 3, 0), np.array([[0, 1, 2], [1, 2, 3]]))
     assert boxed(flat).size[2] == pytest.approx(1e-3)
+    # Long strips, bent upwards by a part of their length: only what is flatter than a thousandth is flat.
+    for rise, kind in ((5e-3, "box"), (5e-2, "mesh")):
+        along = np.linspace(-5, 5, 11)
+        bent = [np.stack([along, np.full(11, y), rise * (along / 5) ** 2], axis=1) for y in (-0.05, 0.05)]
+        assert boxed(mesh_of(np.concatenate(bent), posed(0, 0, 1))).kind == kind
 
 
 def test_a_mesh_is_divided_into_its_connected_parts():

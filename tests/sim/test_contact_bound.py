@@ -63,6 +63,24 @@ def test_what_is_clear_of_robots_is_at_least_as_far_as_they_and_others_can_move(
     assert clear > 2
 
 
+def test_robots_that_approach_each_other_are_not_clear_when_they_touch():
+    # Both move: their distance shrinks by more than the norm of all motion.
+    text = "mjsim: 1\nrobots: [{name: one, at: [0, 0]}, {name: two, at: [4, 0], heading_deg: 180}]\n"
+    sim = Simulation(parse_world(text))
+    model, data = sim.model, sim.data
+    robots = [model.body(f"{name}/base").id for name in sim.robots]
+    around = ContactBound(model, data, robots, model.geom_type == FLOOR, dt=0.02)
+    assert around.are_clear()
+    one, two = (model.jnt_qposadr[model.joint(f"{name}/free").id] for name in sim.robots)
+    for step in range(1, 20):
+        data.qpos[one], data.qpos[two] = 0.1 * step, 4.0 - 0.1 * step
+        mujoco.mj_forward(model, data)
+        if not around.are_clear():
+            break
+        assert nearest(sim) > 0.0
+    assert 10 < step < 19
+
+
 @pytest.mark.parametrize(("speed", "off"), [(6.0, 0.38), (-5.0, 0.1)])
 def test_contacts_of_a_thrown_thing_are_those_of_steps_one_by_one(speed, off):
     # An inertial sensor measures at each step of the physics.
