@@ -1,6 +1,7 @@
 // What edits make of things: names, copies, links, common fields, heights, texts and paths.
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { sideOf } from "page/edit/sides";
 import { LOGARITHMIC, decade } from "page/charts/decades";
 import { isWindow } from "page/plan/geometry";
 import { withoutList, written } from "page/edit/clipboard";
@@ -157,4 +158,9 @@ test("an opening that begins at the floor is a doorway, above it a window", () =
   assert.ok(isWindow({ kind: "opening", values: { sill: 0.9 } }));
   for (const values of [{ sill: 0 }, {}]) assert.ok(!isWindow({ kind: "opening", values }));
   assert.ok(!isWindow({ kind: "wall", values: { sill: 1 } }));
+});
+
+test("text goes to the right or below, panels to the left or right, whichever side is nearer", () => {
+  assert.deepEqual([sideOf("text", 0.9, 0.3), sideOf("text", 0.4, 0.9)], ["right", "bottom"]);
+  assert.deepEqual([sideOf("column", 0.1, 0.9), sideOf("column", 0.8, 0.1)], ["left", "right"]);
 });

@@ -132,7 +132,37 @@ def a_plan_that_shows_all_still_does_in_another_size_and_one_that_was_moved_keep
     assert json.loads(at_rest(sheet.plan))[2] == scale
 
 
+def text_and_panels_stand_at_the_side_to_which_they_are_put_and_stay_there(sheet):
+    page = sheet.page
+    text, column = page.locator("#view-edit > .dock"), page.locator("#view-edit > .side-column")
+
+    def stands(part, side):
+        its, plan = part.bounding_box(), sheet.plan.bounding_box()
+        low, size = ("y", "height") if side == "below" else ("x", "width")
+        first, second = (its, plan) if side == "left" else (plan, its)
+        assert first[low] + first[size] <= second[low]
+
+    stands(text, "below")
+    stands(column, "right")
+    text.locator("h2").drag_to(sheet.plan, target_position={"x": 500, "y": 60})
+    stands(text, "right")
+    page.locator(".outline-head").press("Control+ArrowLeft")
+    stands(column, "left")
+    width = column.bounding_box()["width"]
+    page.get_by_role("separator", name="Size of the panel").locator("visible=true").press("ArrowRight")
+    assert column.bounding_box()["width"] == width + 24
+    page.reload()
+    sheet.settles()
+    stands(text, "right")
+    stands(column, "left")
+    text.get_by_role("button", name="Hide").press("Control+ArrowDown")
+    stands(text, "below")
+    page.locator(".outline-head").press("Control+ArrowRight")
+    stands(column, "right")
+
+
 def test_a_plan_shows_all_of_itself_its_mechanisms_and_brought_pictures(sheet, tmp_path):
+    text_and_panels_stand_at_the_side_to_which_they_are_put_and_stay_there(sheet)
     a_plan_that_shows_all_still_does_in_another_size_and_one_that_was_moved_keeps_its_scale(sheet)
     a_mechanism_is_on_the_plan_and_its_crank_is_dragged_with_the_loop_closed(sheet)
     a_webp_picture_is_imported_as_a_png(sheet, tmp_path)

@@ -23,6 +23,7 @@ import { EditKeys } from "./keys";
 import { Outliner } from "./outliner";
 import { Panes } from "./panes";
 import { Preview } from "./preview";
+import { letSidesBeChosen } from "./sides";
 import { holdSolids } from "./solid_grip";
 import { emptyState } from "./start";
 import { Tools } from "./tools";
@@ -144,6 +145,9 @@ class EditView {
     const split = splitter(this.element, text);
     const column = splitter(this.element, { label: word("ui.sizeOfThePanel"), panel: side, width: "--panel" });
     this.element.replaceChildren(this.tools.bar, stage, split, this.dock, column, side, emptyState(this.studio));
+    const [head, things] = [this.dock.querySelector("h2"), this.outliner.element.querySelector("button")];
+    if (head && things)
+      letSidesBeChosen(this.element, { text: head, column: things }, () => this.text.view.requestMeasure());
   }
 
   /** Opens and shuts the view in 3-D beside the plan. */

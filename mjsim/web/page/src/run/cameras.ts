@@ -33,6 +33,7 @@ export class Cameras {
   /** Switches of what cameras alone have. */
   private readonly buttons: Record<Kind, HTMLButtonElement>;
   private orbit: Orbit | null = null;
+  private isFramed = false;
   /** From where the view from outside looks before it is turned. */
   private first = overlook([0, 0, 8, 8]);
   private robots: RobotFacts[] = [];
@@ -79,6 +80,7 @@ export class Cameras {
 
   scene(bounds: Bounds): void {
     this.first = overlook(bounds);
+    this.isFramed = true;
     if (this.orbit) this.orbit.view = this.first;
     this.watch();
   }
@@ -97,7 +99,8 @@ export class Cameras {
   watch(): void {
     const cameras = this.robots.flatMap((robot) => robot.cameras.map((camera) => `${robot.name}/${camera.name}`));
     const { depth, segmentation, outside } = this.wanted;
-    const view: Outside | null = outside && this.orbit ? this.orbit.view : null;
+    // Before it is known how large the world is, a picture would show some other place.
+    const view: Outside | null = outside && this.orbit && this.isFramed ? this.orbit.view : null;
     this.send({ do: "watch", cameras, depth, segmentation, outside: view, bodies: this.bodies() });
   }
 

@@ -36,7 +36,11 @@ export function splitter(view: HTMLElement, { label, panel: own, height, width }
   const panel = (): HTMLElement => own ?? (bar.previousElementSibling as HTMLElement);
   const isUpright = (): boolean => getComputedStyle(bar).cursor === "col-resize";
   const now = (): number => (isUpright() ? panel().offsetWidth : panel().offsetHeight);
-  const way = (): number => (bar.compareDocumentPosition(panel()) & Node.DOCUMENT_POSITION_PRECEDING ? 1 : -1);
+  // A panel may have been put to the other side.
+  const way = (): number => {
+    const [mine, its] = [bar.getBoundingClientRect(), panel().getBoundingClientRect()];
+    return (isUpright() ? its.left < mine.left : its.top < mine.top) ? 1 : -1;
+  };
   const size = (pixels: number): void => {
     const most = MOST * (isUpright() ? view.clientWidth : view.clientHeight);
     const wanted = Math.round(Math.min(Math.max(pixels, LEAST), most));

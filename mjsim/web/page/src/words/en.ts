@@ -667,7 +667,7 @@ export const EN = {
   "shell.openThisAddressIn": "Open this address in the other browser:",
   "shell.opened": "Opened",
   "shell.overwriteIt": "Overwrite it",
-  "shell.panelToASide": "Run, Review: move that panel or view to the side of all others",
+  "shell.panelToASide": "move that panel or view to the side of all others",
   "shell.pickAToolThen":
     "Pick a tool, then click on the plan: walls, doors and windows, boxes, pictures on walls, robots. Drag things to move them.",
   "shell.planAndTextChange":
