@@ -1,2 +1,2 @@
-/* sources 5c5aa4a68b72f21d40c92138da2ef2b33d2402fa0de29275bc27ae1891023a58 */
+/* sources d988e0f0da4e07cc70d89a7228bab79178a6b1ada20beaeb367a0514f6176756 */
 var r={},i="en-XA";function o(n,e){return n===i?Object.fromEntries(Object.entries(e).map(([t,u])=>[t,s(u)])):{...e,...r[n]?.table}}function a(n,e){return n===i?s(e):c(r[n]?.meanings,e)}function f(n,e){return n===i?s(e):c(r[n]?.sentences,e)}function c(n,e){return n&&Object.hasOwn(n,e)?n[e]:void 0}function s(n){let e={a:"á",e:"é",i:"í",o:"ó",u:"ú",A:"Á",E:"É",I:"Í",O:"Ó",U:"Ú"};return`[${n.replace(/\{\w+\}|[aeiou]/gi,t=>e[t]??t)}~]`}export{a as meaningIn,f as sentenceIn,o as tableOf};
