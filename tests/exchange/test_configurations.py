@@ -53,11 +53,7 @@ def test_a_square_table_is_columns_unless_rows_are_asked_for(tmp_path, rows, fir
     square = np.array([[1.0, 2, 0, 0], [5, 6, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]])
     world, told = brought(tmp_path, {"lm": square}, rows=rows, robot=False)
     assert world.beacons[0].at == first
-    told_as = (
-        "row is one landmark; leave out --rows reverses that"
-        if rows
-        else "column is one landmark; --rows reverses that"
-    )
+    told_as = "row is one item; leave out --rows reverses that" if rows else "column is one item; --rows reverses that"
     assert f"lm is 4 x 4: each {told_as}" in told
 
 
@@ -345,3 +341,16 @@ def test_beacons_that_lie_on_walls_hang_on_the_face_that_they_look_from(tmp_path
 def test_a_value_out_of_bounds_is_told_with_its_key(tmp_path):
     with pytest.raises(UsageError, match=r"the robot's sensors.*fov_deg is 400.*; it should be"):
         brought(tmp_path, "lm = [1 2; 3 4]; sensor.angle = 400;")
+
+
+def test_a_laser_is_the_sensor_and_lines_are_walls(tmp_path):
+    script = (
+        "cfg.lines = [0 0 8 0; 8 0 8 6; 8 6 0 6; 0 6 0 0; 0 6 0 6.5]; cfg.features = [1 2 3; 4 5 5];"
+        "cfg.laser.range = [0.1 9]; cfg.laser.fov = 270*pi/180; cfg.laser.sigma = 0.03; cfg.goals = [1 7; 1 5];"
+    )
+    world, told = brought(tmp_path, script)
+    assert [tuple(wall.points[1]) for wall in world.walls] == [(8, 0), (8, 6), (0, 6), (0, 0), (0, 6.5)]
+    (sensor,) = world.robots[0].sensors
+    assert (sensor.range, sensor.fov_deg, sensor.noise.range) == ((0.1, 9), 270, 0.03)
+    assert "laser.fov is sensor's fov_deg: 270" in told
+    assert not [line for line in told if "left out" in line]

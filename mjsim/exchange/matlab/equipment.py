@@ -72,7 +72,9 @@ SENSOR_KEYS: Mapping[str, tuple[Path, float]] = {
         ),
         (("fov_deg",), DEGREES),
     ),
-    **dict.fromkeys(("sigmar", "sigmarange", "rangenoise", "noiserange", "noisesrange"), (("noise", "range"), 1.0)),
+    **dict.fromkeys(
+        ("sigma", "sigmar", "sigmarange", "rangenoise", "noiserange", "noisesrange"), (("noise", "range"), 1.0)
+    ),
     **dict.fromkeys(
         ("sigmab", "sigmabearing", "sigmaphi", "sigmatheta", "bearingnoise", "noisebearing", "noisesbearing"),
         (("noise", "bearing_deg"), DEGREES),
@@ -106,7 +108,9 @@ PAIRS: Mapping[tuple[str, str], tuple[str, str]] = {
 POSES = ("pose", "start", "startpose", "x0", "initial", "initialpose", "xtrue")
 OWNERS = {
     **dict.fromkeys(("robot", "vehicle", "roboter", "fahrzeug", "vehicule"), "robot"),
-    **dict.fromkeys(("sensor", "sensors", "observation", "capteur"), "sensor"),
+    **dict.fromkeys(
+        ("sensor", "sensors", "observation", "capteur", "laser", "lidar", "scanner", "rangefinder"), "sensor"
+    ),
 }
 DATA = re.compile(r"_?(params?|parameters|config|data)$")
 """Possible ends of names of structs, as in robotParams."""

@@ -38,10 +38,11 @@ DIGITS = 3
 """Coordinates are rounded to the millimetre."""
 NAMES = {
     "landmarks": ("lm", "beacons", "beacon", "landmarks", "landmark", "reflectors", "baken", "landmarken",
-                  "reflektoren", "balises", "amers", "balizas", "marcas"),
-    "waypoints": ("wp", "waypoints", "way", "path", "route", "wegpunkte", "bahn", "trajet", "ruta"),
+                  "reflektoren", "balises", "amers", "balizas", "marcas", "features", "markers", "lms"),
+    "waypoints": ("wp", "waypoints", "way", "path", "route", "wegpunkte", "bahn", "trajet", "ruta",
+                  "viapoints", "goals"),
     "walls": ("walls", "wall", "corners", "room", "outline", "roomcorners", "wallcorners", "ecken", "waende", "raum",
-              "murs", "coins", "paredes", "esquinas"),
+              "murs", "coins", "paredes", "esquinas", "lines", "segments", "boundary"),
 }  # fmt: skip
 """Names of the tables, without underscores, case and TABLE; also in German, French and Spanish."""
 TABLE = re.compile(r"(positions?|list|table|matrix|data)$")

@@ -57,7 +57,7 @@ class Tables:
         by_row = lying and (not upright or self.rows)
         if upright and lying and high > 1 and wide > 1:
             taken, other = ("row", "leave out --rows") if by_row else ("column", "--rows")
-            self.told.append(f"{name} is {high} x {wide}: each {taken} is one landmark; {other} reverses that")
+            self.told.append(f"{name} is {high} x {wide}: each {taken} is one item; {other} reverses that")
         items = [list(row) for row in (table if by_row else zip(*table, strict=True))]
         if len(items) > limit:
             kind = "rows" if by_row else "columns"
