@@ -1,2 +1,2 @@
-/* sources d988e0f0da4e07cc70d89a7228bab79178a6b1ada20beaeb367a0514f6176756 */
+/* sources e26d63690fa1e2765f0430225a9521f5a88774c0d7ac3c0b3b4f6fed842fe265 */
 var r={},i="en-XA";function o(n,e){return n===i?Object.fromEntries(Object.entries(e).map(([t,u])=>[t,s(u)])):{...e,...r[n]?.table}}function a(n,e){return n===i?s(e):c(r[n]?.meanings,e)}function f(n,e){return n===i?s(e):c(r[n]?.sentences,e)}function c(n,e){return n&&Object.hasOwn(n,e)?n[e]:void 0}function s(n){let e={a:"á",e:"é",i:"í",o:"ó",u:"ú",A:"Á",E:"É",I:"Í",O:"Ó",U:"Ú"};return`[${n.replace(/\{\w+\}|[aeiou]/gi,t=>e[t]??t)}~]`}export{a as meaningIn,f as sentenceIn,o as tableOf};

@@ -142,10 +142,19 @@ function numberRow(entry: Entry, parts: string[]): View {
   return html`<div class="parts${words}" data-parts=${parts.length}>${inputs}</div>`;
 }
 
+/** Why a text names nothing: names are followed wherever they are written, and a wrong one would be in vain. */
+function nameFault({ id, field: { key, kind } }: Entry, text: string): string | null {
+  if (key !== "name" || text.includes("${")) return null;
+  if (text === "run" && /^\["robots",\d+,"name"\]$/.test(id)) return word("panel.isReserved", { text });
+  return kind.is === "text" && kind.pattern?.test(text) === false ? word("panel.isNoName", { text }) : null;
+}
+
 function textField(entry: Entry, offers: string[]): View {
   const list = offers.length ? `${entry.id}-offers` : undefined;
   const read = (text: string): void => {
+    const fault = text === "" ? null : nameFault(entry, text);
     if (text === "" && entry.field.required) entry.refuse(word("panel.giveItAName"));
+    else if (fault) entry.refuse(fault);
     else entry.give(text === "" ? undefined : text);
   };
   const input = field(entry, textOf(entry.value), read, { list });

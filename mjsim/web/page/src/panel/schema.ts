@@ -7,7 +7,7 @@ export type Schema = Record<string, unknown>;
 
 export type Kind =
   | { is: "number"; whole: boolean; least: number | null; most: number | null }
-  | { is: "text" }
+  | { is: "text"; pattern?: RegExp }
   | { is: "switch" }
   | { is: "choice"; options: (string | number)[] }
   | { is: "color" }
@@ -243,7 +243,8 @@ export class SchemaBook {
         return { is: "number", whole: schema["type"] === "integer", ...limits(schema) };
       case "string":
         if (String(schema["pattern"] ?? "").startsWith("^#")) return { is: "color" };
-        return { is: PICTURES.includes(key) ? "picture" : "text" };
+        if (PICTURES.includes(key)) return { is: "picture" };
+        return { is: "text", ...(schema["pattern"] ? { pattern: new RegExp(String(schema["pattern"]), "u") } : {}) };
       case "array":
         return this.arrayKind(key, schema);
       case "object":

@@ -245,6 +245,9 @@ export const EN = {
   "panel.hasAnError": "has an error",
   "panel.inThisFolder": "In this folder",
   "panel.isNoColourWriteIt": "'{text}' is not a colour; write it as #rrggbb",
+  "panel.isNoName":
+    "'{text}' is not a name; use letters, digits, '_', '.' and '-', with a letter, a digit or '_' first",
+  "panel.isReserved": "'{text}' is reserved for the statistics of the run; give another name",
   "panel.isNoNumber": "'{text}' is not a number",
   "panel.leftHand": "left hand",
   "panel.leftSide": "Left side",
