@@ -38,27 +38,18 @@ def changed(path: str) -> CodeType | None:
         return None
     with open(path, encoding="utf-8") as file:
         tree = ast.parse(file.read())
-    _probe(tree.body, "", _probes[path])
+    _probe(tree, "", _probes[path])
     return compile(ast.fix_missing_locations(tree), path, "exec", dont_inherit=True)
 
 
-def _probe(body: list[ast.stmt], within: str, probes: dict[str, list[int]]) -> None:
+def _probe(node: ast.AST, within: str, probes: dict[str, list[int]]) -> None:
     """Let each function begin with a note of the faults in it, and of those in its file outside of functions."""
-    for node in [inner for statement in body for inner in (statement, *_nested(statement))]:
-        if isinstance(node, ast.ClassDef):
-            _probe(node.body, f"{within}{node.name}.", probes)
-        elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-            numbers = [*probes.get(within + node.name, ()), *probes.get("", ())]
-            if numbers:
-                after = 1 if ast.get_docstring(node, clean=False) is not None else 0
-                node.body.insert(after, ast.parse(f"__reached__({numbers})").body[0])
-
-
-def _nested(statement: ast.stmt) -> list[ast.stmt]:
-    """Return definitions within conditions outside of functions."""
-    if isinstance(statement, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-        return []
-    return [node for node in ast.walk(statement) if isinstance(node, ast.FunctionDef | ast.ClassDef)]
+    for inner in ast.iter_child_nodes(node):
+        if not isinstance(inner, ast.FunctionDef | ast.AsyncFunctionDef):
+            _probe(inner, f"{within}{inner.name}." if isinstance(inner, ast.ClassDef) else within, probes)
+        elif numbers := [*probes.get(within + inner.name, ()), *probes.get("", ())]:
+            after = 1 if ast.get_docstring(inner, clean=False) is not None else 0
+            inner.body.insert(after, ast.parse(f"__reached__({numbers})").body[0])
 
 
 def _get_code(self: SourceFileLoader, name: str) -> CodeType | None:

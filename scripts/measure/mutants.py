@@ -13,6 +13,7 @@ import argparse
 import ast
 import functools
 import gc
+import importlib.util
 import itertools
 import json
 import math
@@ -24,15 +25,15 @@ import sys
 import tempfile
 import time
 import types
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
 from faults import Fault, draw
-from outcomes import Outcome, write_table
 
 ROOT = Path(__file__).resolve().parents[2]
 OWN = tuple(f"{ROOT / name}{os.sep}" for name in ("mjsim", "algorithms"))
@@ -42,6 +43,24 @@ MOST = 60.0
 TIMEOUT = 60.0
 """A child may take this, and five times the time of its tests, before it is killed [s]."""
 CACHED = type(functools.cache(lambda: None))
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """The outcome of a fault."""
+
+    fault: Fault
+    caught: str | None
+    """The test that failed; None where it survived."""
+    slow: bool = False
+    tests: int = 0
+    """Number of quick tests that call the function."""
+
+    def json(self) -> dict[str, Any]:
+        """Return the outcome as JSON values."""
+        path = str(self.fault.path.relative_to(ROOT))
+        said = {key: getattr(self.fault, key) for key in ("line", "kind", "before", "after")}
+        return {"path": path, **said, "caught": self.caught, "slow": self.slow, "tests": self.tests}
 
 
 class Warm:
@@ -68,7 +87,7 @@ class Warm:
         outcomes = []
         for number, fault in enumerate(self._faults):
             outcomes.append(self._tried(fault, self._near(number)))
-            write_table(self._folder, outcomes)
+            write_tables(self._folder, outcomes)
         return True
 
     def _measure(self) -> None:
@@ -108,9 +127,9 @@ class Warm:
 
     def _tried(self, fault: Fault, tests: list[str]) -> Outcome:
         with self._in_site("fault", f"{fault.path}\n{fault.source}"):
-            alone = not self._fits(fault) if fault.function else _constants(fault) is None
-            caught = _alone([*dict.fromkeys(map(_file, tests))] or _area(fault), ["-m", "not slow"]) if alone else None
-            if not alone:
+            if _constants(fault) is None or (fault.function and not self._fits(fault)):
+                caught = _alone([*dict.fromkeys(map(_file, tests))] or _area(fault), ["-m", "not slow"])
+            else:
                 caught = self._caught(fault, tests)
             if caught or not self._slow:
                 return Outcome(fault, caught, tests=len(tests))
@@ -254,6 +273,23 @@ def _modules() -> list[types.ModuleType]:
     return [each for each in list(sys.modules.values()) if (getattr(each, "__file__", None) or "").startswith(OWN)]
 
 
+def write_tables(folder: Path, outcomes: Sequence[Outcome]) -> None:
+    """Write both tables."""
+    (folder / "mutants.json").write_text(json.dumps([each.json() for each in outcomes], indent=1))
+    drawn, quick, every = (
+        Counter("/".join(each.fault.path.relative_to(ROOT).parts[:-1][:2]) for each in outcomes if holds(each))
+        for holds in (lambda _: True, lambda one: one.caught and not one.slow, lambda one: one.caught)
+    )
+    lines = ["| package | drawn | caught by quick tests | by all |", "|---|---|---|---|"]
+    lines += [f"| {name} | {drawn[name]} | {quick[name]} | {every[name]} |" for name in sorted(drawn)]
+    lines += [f"| all | {drawn.total()} | {quick.total()} | {every.total()} |", ""]
+    for each in (each for each in outcomes if not each.caught or each.slow):
+        fault = each.fault
+        lines += [f"{fault.path.relative_to(ROOT)}:{fault.line}: {fault.kind}; {each.tests} tests; {each.caught}"]
+        lines += ["```diff", f"- {fault.before}", f"+ {fault.after}", "```", ""]
+    (folder / "mutants.md").write_text("\n".join(lines))
+
+
 def _file(test: str) -> str:
     return test.partition("::")[0]
 
@@ -310,8 +346,9 @@ def run(faults: Sequence[Fault], folder: Path, *, tests: Sequence[str] = ("tests
     with tempfile.TemporaryDirectory() as place:
         shutil.copy(Path(__file__).with_name("fault_site.py"), Path(place) / "sitecustomize.py")
         os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [place, os.environ.get("PYTHONPATH")]))
-        sys.path.insert(0, place)
-        sys.modules.pop("sitecustomize", None)
+        spec = importlib.util.spec_from_file_location("sitecustomize", Path(place) / "sitecustomize.py")
+        sys.modules["sitecustomize"] = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(sys.modules["sitecustomize"])
         warm = Warm(faults, folder.resolve(), Path(place), slow=slow)
         os.chdir(ROOT)
         pytest.main([*QUICK, "--confcutdir", "tests", *tests], plugins=[warm])

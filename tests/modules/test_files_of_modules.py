@@ -16,7 +16,7 @@ FILES = {
     "w/maps/own.csv": "3,4\n",
     "w/world.yaml": "",
     "site/dev_pack/__init__.py": "",
-    "site/dev_pack/sub.py": "import dev_single\n",
+    "site/dev_pack/sub.py": "import dev_single\nfrom ..other import what\n",  # above the package, which Python refuses
     "site/dev_pack/notes.txt": "",
     "site/dev_single.py": "",
     "site/other.py": "",
