@@ -165,6 +165,9 @@ def drawn_files(calls: Sequence[Any]) -> tuple[dict[str, bytes], list[str], str 
     if drawn.driven is not None:
         driven = f"{re.sub('[^A-Za-z0-9_-]+', '_', str(drawn.driven['name'])) or 'arm'}.yaml"
         files[driven] = _arm_file(drawn).encode()
+        moved = [part for part in ("base", "tool") if not np.allclose(drawn.driven[part], np.eye(4))]
+        if moved:
+            notes.append(f"the arm of the sliders has no {' and no '.join(moved)}: a table of joints has none")
     return files, notes, driven
 
 
