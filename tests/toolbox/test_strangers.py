@@ -129,9 +129,7 @@ def test_films_animated_pictures_and_resolutions_are_those_of_the_script(tmp_pat
 
 
 def test_sliders_tell_what_of_the_arm_they_lack(tmp_path):
-    text = (
-        "mdl_twolink\ntwolink.tool = transl(0.1, 0, 0); teach(twolink); x = 1; save('-v7', 'out.mat', 'x');\n"
-    )
+    text = "mdl_twolink\ntwolink.tool = transl(0.1, 0, 0); teach(twolink); x = 1; save('-v7', 'out.mat', 'x');\n"
     done, _ = ran(tmp_path, text)
     assert done.notes == ("the arm of the sliders has no tool: a table of joints has none",)
     assert {file.suffix for file in done.files} == {".png", ".pdf", ".yaml"}
