@@ -1,5 +1,6 @@
 """Plans as people draw them for the web: rooms as boxes, doors painted over in the colour of the paper, poché."""
 
+import math
 import warnings
 from itertools import pairwise
 from pathlib import Path
@@ -10,6 +11,7 @@ from shapely import box
 
 from mjsim.exchange.drawings.plan_in import FloorPlan, read_plan
 from mjsim.exchange.drawings.svg_in import read_svg
+from mjsim.inventory import inventory
 from mjsim.world import World, solid
 
 
@@ -112,3 +114,35 @@ def test_halves_that_two_rooms_have_of_a_wall_are_one_wall(tmp_path):
     assert [item.name for item in plan.world.obstacles] == ["column-1"]
     expected = 5.4 * 3.4 - 5 * 3 + 2 * 0.12 + 0.09
     assert solid(plan.world).area == pytest.approx(expected, abs=0.01)
+
+
+def pen(points: str, width: float, *, closed: bool = False) -> str:
+    """Return a black line drawn with a pen of a width."""
+    return f'<poly{"gon" if closed else "line"} points="{points}" fill="none" stroke="#000" stroke-width="{width}"/>'
+
+
+def test_of_several_broad_pens_the_broadest_draws_the_walls(tmp_path):
+    walls = pen("0,0 900,0 900,600 0,600", 9, closed=True) + pen("400,0 400,350", 9) + pen("400,450 400,600", 9)
+    counter = pen("760,0 760,60 900,60", 3) + pen("500,600 500,540 900,540", 3) + pen("0,200 60,200 60,500 0,500", 3)
+    table = pen("600,200 720,200 720,280 600,280", 3, closed=True)
+    plan = drawn(tmp_path, walls + counter + table)
+    lines = [[(0, 0), (9, 0), (9, 6), (0, 6), (0, 0)], [(4, 0), (4, 1.5)], [(4, 2.5), (4, 6)]]
+    strips = shapely.union_all([shapely.LineString(line).buffer(0.045, cap_style="square") for line in lines])
+    shape = solid(World(walls=plan.world.walls))
+    assert shape.symmetric_difference(strips).area < 0.02 * strips.area
+    assert [(thing.box[0], thing.box[1]) for thing in plan.world.obstacles] == [pytest.approx((1.2, 0.8))]
+    assert "3 lines of a finer pen than walls" in " ".join(inventory(plan.items))
+
+
+@pytest.mark.parametrize(("opened", "leaf"), [(20, 20), (24, 17), (35, 35)])
+def test_a_leaf_barely_open_is_a_doorway_if_it_ends_near_its_arc(tmp_path, opened, leaf):
+    # People draw leaves a little longer than the radius of the arc, which ends beyond them.
+    tip = [400 + 84 * math.sin(math.radians(leaf)), 300 - 84 * math.cos(math.radians(leaf))]
+    end = [400 + 80 * math.sin(math.radians(opened)), 300 - 80 * math.cos(math.radians(opened))]
+    door = pen(f"400,300 {tip[0]},{tip[1]}", 1)
+    door += f'<path d="M400,220 A80,80 0 0 1 {end[0]},{end[1]}" fill="none" stroke="#000" stroke-width="1"/>'
+    walls = pen("0,0 900,0 900,600 0,600", 1, closed=True) + pen("400,0 400,600", 1)
+    plan = drawn(tmp_path, walls + door)
+    ((hole,),) = [wall.openings for wall in plan.world.walls if wall.openings]
+    assert hole.width == pytest.approx(0.8, abs=0.02)
+    assert not hole.sill

@@ -16,6 +16,7 @@ MIN_THICK, MAX_SHORT = 0.3, 3.0
 """Minimum thickness and maximum length of a wall that may be a piece of furniture if it touches no other wall [m]."""
 ALONE = "lone thick wall"
 """These may be dark pieces of furniture."""
+FINER = "line of a finer pen than walls"
 UNEVEN = "piece of furniture that is no rectangle"
 """These become boxes around them."""
 

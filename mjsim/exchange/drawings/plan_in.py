@@ -32,7 +32,7 @@ from mjsim.exchange.drawings.furnishing import (
     with_parts,
 )
 from mjsim.exchange.drawings.patches import painted_over
-from mjsim.exchange.drawings.plan_counts import UNEVEN, count_walls, left_out, listed
+from mjsim.exchange.drawings.plan_counts import FINER, UNEVEN, count_walls, left_out, listed
 from mjsim.exchange.drawings.rectilinear import is_rectangle
 from mjsim.exchange.drawings.ribbons import Ribbon, ribbons_of, without_ribbons
 from mjsim.exchange.drawings.sorting import (
@@ -62,8 +62,6 @@ MIN_SINGLE_LINE = 0.5
 """Minimum length at which a line on a wall layer is a wall by itself [m]."""
 BY_SIZE = (0.3, 3.0)
 """Sizes of closed shapes and blocks in rooms that count as furniture even if no name says so [m]."""
-
-
 MIN_FLOOR_SHARE, FLOOR_GAP = 0.9, 0.05
 """A closed shape is the floor of a room if at least this fraction of its outline is this close to walls [m]."""
 MIN_DOUBLED_SHARE = 0.03
@@ -148,8 +146,9 @@ def _walls(lines: SortedLines, thickness: float | None, counts: Counter[str]) ->
     pens = by_pen(lines.walls)
     solid_bars, columns, inside = bars_of_filled(pens.filled)
     lines.columns.extend(columns)
+    counts[FINER] += sum(not line.closed for line in pens.finer)
     pieces, arcs, curves, ribbons = _fine_lines(pens.hair, named=lines.named)
-    all_arcs = [*arcs, *_arcs([*lines.doors, *lines.others, *pens.light])]
+    all_arcs = [*arcs, *_arcs([*lines.doors, *lines.others, *pens.light, *pens.finer])]
     pieces = without_leaves(pieces, all_arcs)
     solid_bars = [
         bar for bar in solid_bars if bar.width > LEAF_TOLERANCE or len(without_leaves(_as_pieces([bar]), all_arcs).ends)

@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 
 SAMPLE_LINES, MAX_PAIRS = 200, 5e6
 """Number of sampled lines from which the number of pairs that may cross is estimated, and its maximum."""
+MAX_PEN_RATIO = 0.5
+"""A pen of at most this fraction of the broadest one is finer than those for walls."""
+MIN_THICK_SHARE = 0.5
+"""Finer lines are no walls if the length of those with broad pens is at least this multiple of theirs."""
 MIN_ROOM_WIDTH = 2.3
 """A wider outline with the name of a kitchen or bath is that of the room, not of furniture [m]."""
 
@@ -71,6 +75,8 @@ class Pens:
     """Outlines of dark fills."""
     light: list[Line] = field(default_factory=list)
     """Outlines of light fills, which are not walls: floors, objects, door-swing arcs."""
+    finer: list[Line] = field(default_factory=list)
+    """Lines of pens that are finer than those for walls: objects, door-swing arcs."""
 
 
 def with_rooms(lines: Sequence[Line]) -> list[Line]:
@@ -137,12 +143,25 @@ def by_pen(lines: Sequence[Line]) -> Pens:
     light = [line for line in light if id(line) not in filling]
     chosen = {id(line) for line in (*filled, *light)} | filling
     drawn = [line for line in lines if id(line) not in chosen]
+    thin = {id(line) for line in _finer(drawn)}
+    finer = [line for line in drawn if id(line) in thin]
+    drawn = [line for line in drawn if id(line) not in thin]
     broad = [line for line in drawn if line.width >= MIN_PEN]
     hair = [line for line in drawn if line.width < MIN_PEN]
     if broad and _are_faces(broad):
         hair, broad = [*hair, *broad], []
     # Where adjacent floors are painted, the walls are the gaps between them.
-    return Pens(hair, broad, filled, light) if hair or broad or filled else Pens(light, [], [])
+    return Pens(hair, broad, filled, light, finer) if hair or broad or filled else Pens(light, [], [])
+
+
+def _finer(lines: Sequence[Line]) -> list[Line]:
+    """Return what is drawn with finer pens than walls, where no names mark walls and several pens are that broad."""
+    widest = max((line.width for line in lines), default=0.0)
+    finer = [line for line in lines if line.width <= MAX_PEN_RATIO * widest]
+    if not any(line.width >= MIN_PEN for line in finer) or any(line.role == "wall" for line in lines):
+        return []
+    thick = length_of_lines(lines) - length_of_lines(finer)
+    return finer if thick >= MIN_THICK_SHARE * length_of_lines(finer) else []
 
 
 def _darkened(line: Line, inked: bool) -> Line:

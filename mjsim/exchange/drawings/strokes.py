@@ -19,9 +19,11 @@ DOOR_RADII = (0.45, 1.7)
 DOOR_SWEEP = (math.radians(40.0), math.radians(125.0))
 """Minimum and maximum angle of a door-swing arc without a leaf [rad]."""
 LEAF_SWEEP = (math.radians(4.0), math.radians(185.0))
-"""The same with a leaf, a line from the hinge to an end of the arc [rad]."""
+"""The same with a leaf, a line from the hinge to an end of the arc or to a place on it [rad]."""
 LEAF_TOLERANCE = 0.08
-"""Lines this close to the open or closed position of a leaf, and no longer than it, are part of it [m]."""
+"""Lines this close to the open or closed position of a leaf, and no longer than it, are part of it [m].
+
+The length of a half-open leaf differs from the radius of its arc by at most this."""
 ROUND_TOLERANCE = 0.03
 """Maximum deviation of an arc from its circle, as a fraction of its radius."""
 STEP_SPACING = (0.18, 0.42)
@@ -103,10 +105,26 @@ def split(strokes: Sequence[Array], closed: Sequence[bool]) -> tuple[Pieces, lis
 
 
 def _has_leaf(arc: Arc, ends: Array) -> bool:
-    """Return whether a straight piece, of shape (n, 2, 2) [m], runs from the hinge to an end of an arc."""
+    """Return whether a straight piece, of shape (n, 2, 2) [m], runs from the hinge to an end of an arc or along it."""
     starts = np.concatenate([ends, ends[:, ::-1]])
     at_hinge = starts[np.hypot(*(starts[:, 0] - arc.middle).T) <= LEAF_TOLERANCE]
-    return any((np.hypot(*(at_hinge[:, 1] - end).T) <= LEAF_TOLERANCE).any() for end in arc.ends)
+    to_end = any((np.hypot(*(at_hinge[:, 1] - end).T) <= LEAF_TOLERANCE).any() for end in arc.ends)
+    return to_end or len(leaf_tips(ends, arc)) > 0
+
+
+def leaf_tips(pieces: Array, arc: Arc) -> Array:
+    """Return the ends of pieces from the hinge of an arc to a place on it, as of half-open leaves, shape (n, 2) [m].
+
+    Args:
+        pieces: Ends of straight pieces, shape (n, 2, 2) [m].
+        arc: A door-swing arc.
+    """
+    ends = np.concatenate([pieces, pieces[:, ::-1]])
+    along = ends[:, 1] - arc.middle
+    at_hinge = np.hypot(*(ends[:, 0] - arc.middle).T) <= LEAF_TOLERANCE
+    turn = (np.arctan2(along[:, 1], along[:, 0]) - arc.first) % (2.0 * math.pi)
+    reaches = np.abs(np.hypot(*along.T) - arc.radius) <= LEAF_TOLERANCE
+    return np.asarray(ends[at_hinge & reaches & (turn <= arc.sweep), 1])
 
 
 def runs(corners: Array) -> list[tuple[Array, bool]]:

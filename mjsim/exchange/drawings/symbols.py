@@ -9,14 +9,12 @@ import numpy as np
 from mjsim.exchange.drawings.drawing import Line
 from mjsim.exchange.drawings.furnishing import MAX_GAP, touching
 from mjsim.exchange.drawings.layer_roles import Role
-from mjsim.exchange.drawings.strokes import LEAF_TOLERANCE, Arc, Pieces, split
+from mjsim.exchange.drawings.strokes import LEAF_TOLERANCE, Arc, Pieces, leaf_tips, split
 from mjsim.exchange.maps import Cells
 from mjsim.geometry import Array
 
 MAX_BLOCK_RATIO = 2.6
 """Maximum size of a door block, as a multiple of the radius of its arc: two leaves and a frame."""
-LENGTH_TOLERANCE = 0.03
-"""Maximum difference of the length of a half-open leaf from the radius of its arc [m]."""
 MAX_JAMB = 0.4
 """Maximum length of a line across the end of a doorway [m]."""
 MAX_LINE_DISTANCE = 0.2
@@ -56,7 +54,7 @@ def without_leaves(pieces: Pieces, arcs: Sequence[Arc]) -> Pieces:
     """Return straight pieces without those of door leaves, which run from the hinge to the door-swing arc."""
     part = np.zeros(len(pieces.ends), dtype=bool)
     for arc in arcs:
-        for end in (*arc.ends, *_tips(pieces, arc)):
+        for end in (*arc.ends, *leaf_tips(pieces.ends, arc)):
             part |= _on(pieces, arc.middle, end)
     return pieces.where(~part)
 
@@ -67,17 +65,6 @@ def without_jambs(pieces: Pieces, arcs: Sequence[Arc]) -> Pieces:
     for place in (place for arc in arcs for place in (arc.middle, *arc.ends)):
         part |= np.hypot(*(middles - place).T) <= LEAF_TOLERANCE
     return pieces.where(~(part & (pieces.lengths <= MAX_JAMB)))
-
-
-def _tips(pieces: Pieces, arc: Arc) -> Array:
-    """Return the ends of pieces from the hinge of an arc to a place on it, as of half-open leaves, shape (n, 2) [m]."""
-    ends = np.concatenate([pieces.ends, pieces.ends[:, ::-1]])
-    along = ends[:, 1] - arc.middle
-    at_hinge = np.hypot(*(ends[:, 0] - arc.middle).T) <= LEAF_TOLERANCE
-    turn = (np.arctan2(along[:, 1], along[:, 0]) - arc.first) % (2.0 * math.pi)
-    return np.asarray(
-        ends[at_hinge & (np.abs(np.hypot(*along.T) - arc.radius) <= LENGTH_TOLERANCE) & (turn <= arc.sweep), 1]
-    )
 
 
 def _on(pieces: Pieces, start: Array, end: Array) -> Cells:
