@@ -23,7 +23,9 @@ LEAF_SWEEP = (math.radians(4.0), math.radians(185.0))
 LEAF_TOLERANCE = 0.08
 """Lines this close to the open or closed position of a leaf, and no longer than it, are part of it [m].
 
-The length of a half-open leaf differs from the radius of its arc by at most this."""
+A half-open leaf is longer than the radius of its arc by at most this."""
+MAX_SHORT = 0.03
+"""Maximum length by which a half-open leaf is shorter than the radius of its arc [m]."""
 ROUND_TOLERANCE = 0.03
 """Maximum deviation of an arc from its circle, as a fraction of its radius."""
 STEP_SPACING = (0.18, 0.42)
@@ -123,7 +125,8 @@ def leaf_tips(pieces: Array, arc: Arc) -> Array:
     along = ends[:, 1] - arc.middle
     at_hinge = np.hypot(*(ends[:, 0] - arc.middle).T) <= LEAF_TOLERANCE
     turn = (np.arctan2(along[:, 1], along[:, 0]) - arc.first) % (2.0 * math.pi)
-    reaches = np.abs(np.hypot(*along.T) - arc.radius) <= LEAF_TOLERANCE
+    beyond = np.hypot(*along.T) - arc.radius
+    reaches = (beyond >= -MAX_SHORT) & (beyond <= LEAF_TOLERANCE)
     return np.asarray(ends[at_hinge & reaches & (turn <= arc.sweep), 1])
 
 
