@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from _pytest.runner import runtestprotocol
 from xdist.scheduler import LoadFileScheduling
 
 from tests.limits import LONGEST
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from xdist.workermanage import WorkerController
 
 TESTS = Path(__file__).parent
+WORTH_TELLING = 0.1
+"""Of a test that passed, a set-up or an end of this time is told for the list of the slowest [s]."""
 running: dict[str, str] = {}
 """File -> its test that was begun last, for the process that shares them out."""
 
@@ -61,7 +64,7 @@ def pytest_collection_modifyitems(config, items):
 def pytest_runtest_protocol(item, nextitem):
     """Collect and run the tests of a file in the place of its only item: xdist expects each report there."""
     if not isinstance(item, AllTests):
-        return None
+        return _run(item, nextitem) if shares(item.config) else None
     session = item.session
     place, tests = session.items.index(item), _tests_of(item)
     for test, following in zip(tests, [*tests[1:], nextitem], strict=False):  # of none there is no next one
@@ -72,6 +75,15 @@ def pytest_runtest_protocol(item, nextitem):
     session.items[place] = item
     if not tests:  # else the end of its last test does this, for which pytest has nothing public
         session._setupstate.teardown_exact(nextitem)
+    return True
+
+
+def _run(item: pytest.Item, nextitem: pytest.Item | None) -> bool:
+    """Run a test, and tell little: of five messages each costs both processes as much as the shortest tests take."""
+    item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
+    for report in runtestprotocol(item, log=False, nextitem=nextitem):
+        if report.when == "call" or not report.passed or report.duration >= WORTH_TELLING:
+            item.ihook.pytest_runtest_logreport(report=report)
     return True
 
 
