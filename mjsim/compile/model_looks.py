@@ -6,15 +6,17 @@ import mujoco
 import numpy as np
 
 from mjsim.compile.geom_looks import is_flat, rgba_of, texture_of
-from mjsim.compile.textures import add_material, color_of
+from mjsim.compile.textures import add_material, add_picture, color_of
+from mjsim.geometry import Array
 from mjsim.interface import Picture
-from mjsim.models import UNSAID, encode_png
+from mjsim.models import UNSAID
 
 GRAY = [128 / 255, 128 / 255, 128 / 255, 1.0]
 """Colour of geoms without a colour in the file."""
 WHITE = 255
-CUBE_SIDES = "RLUDFB"
-"""Right, left, up, down, front and back, one below the other."""
+CUBE_SIDES = "RLUDFB......"
+"""Right, left, up, down, front and back, one below the other; the rest is blank: MuJoCo writes twelve letters into the
+file of a scene, and reads them for as many fields alone."""
 
 
 class LookOf:
@@ -30,6 +32,7 @@ class LookOf:
         """
         self._spec, self._model, self._key = spec, model, key
         self._names: dict[int, str] = {}
+        self._means: dict[int, Array] = {}
 
     def of_geom(self, number: int, *, plain: str | None) -> dict[str, Any]:
         """Return material and colour of a geom.
@@ -65,8 +68,10 @@ class LookOf:
 
     def mean(self, number: int) -> list[float]:
         """Return the mean colour of a geom with a flat texture."""
-        mean = self._picture(texture_of(self._model, number)).mean(axis=(0, 1)) / WHITE
-        return [float(value) for value in rgba_of(self._model, number) * [*mean, 1.0]]
+        texture = texture_of(self._model, number)
+        if texture not in self._means:
+            self._means[texture] = self._picture(texture).mean(axis=(0, 1)) / WHITE
+        return [float(value) for value in rgba_of(self._model, number) * [*self._means[texture], 1.0]]
 
     def _material(self, number: int) -> str:
         if number not in self._names:
@@ -91,11 +96,8 @@ class LookOf:
 
     def _add_cube(self, name: str, sides: Picture) -> mujoco.MjsMaterial:
         """Add a material with a cube map: a picture on each side."""
-        file = f"{name}.png"
-        self._spec.assets[file] = encode_png(sides)
-        texture = self._spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_CUBE, file=file)
-        texture.colorspace = mujoco.mjtColorSpace.mjCOLORSPACE_LINEAR
-        texture.gridsize, texture.gridlayout = [6, 1], CUBE_SIDES
+        texture = add_picture(self._spec, name, sides, mujoco.mjtTexture.mjTEXTURE_CUBE)
+        texture.gridsize, texture.gridlayout = [len(CUBE_SIDES), 1], CUBE_SIDES
         material = self._spec.add_material(name=name)
         material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
         return material

@@ -41,7 +41,7 @@ of view [deg]."""
 
 @gc_paused()
 def compile_world(world: World) -> mujoco.MjSpec:
-    """Return the scene of a world, its pictures in memory.
+    """Return the scene of a world, its pictures in memory: as pixels of textures, which `export_scene` writes as files.
 
     Geoms of group 0 are visible and collide, of group 1 are visible only, of group 3 collide only, of group 4 are shown
     by a merged mesh. Cameras see groups 0 and 1, range sensors 0 and 3.

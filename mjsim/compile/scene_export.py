@@ -9,6 +9,7 @@ import mujoco
 
 from mjsim.compile.mujoco_model import compiled
 from mjsim.compile.scene import compile_world
+from mjsim.compile.textures import picture_files
 from mjsim.output import free_paths, write_files
 from mjsim.world import World
 
@@ -31,7 +32,7 @@ def export_scene(world: World, folder: str | Path, *, overwrite: bool = False) -
     spec.meshdir = spec.texturedir = "assets"
     with _written_with(DIGITS):
         text = spec.to_xml()
-    files = {f"assets/{name}": data for name, data in spec.assets.items()}
+    files = {f"assets/{name}": data for name, data in (spec.assets | picture_files(spec)).items()}
     write_files(folder, files | {"scene.xml": text.encode()}, overwrite=overwrite)
     return Path(folder) / "scene.xml"
 

@@ -46,15 +46,36 @@ def add_material(spec: mujoco.MjSpec, name: str, picture: Picture, *, emission: 
         emission: Its own light, as a multiple of `gray`.
         gray: Reflectance.
     """
-    file = f"{name}.png"
-    spec.assets[file] = encode_png(picture)
-    spec.add_texture(
-        name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, file=file, colorspace=mujoco.mjtColorSpace.mjCOLORSPACE_LINEAR
-    )
+    add_picture(spec, name, picture, mujoco.mjtTexture.mjTEXTURE_2D)
     material = add_matte(spec, name)
     material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
     material.emission = emission
     material.rgba = [gray, gray, gray, 1.0]
+
+
+def add_picture(spec: mujoco.MjSpec, name: str, picture: Picture, kind: mujoco.mjtTexture) -> mujoco.MjsTexture:
+    """Add a texture and return it; it holds the pixels, and names the file that `picture_files` makes of them.
+
+    To make a PNG of each, which MuJoCo reads again, would take most of the time of a room with many pictures.
+    """
+    texture = spec.add_texture(
+        name=name, type=kind, file=f"{name}.png", colorspace=mujoco.mjtColorSpace.mjCOLORSPACE_LINEAR
+    )
+    texture.height, texture.width, texture.nchannel = picture.shape
+    texture.data = picture.tobytes()
+    return texture
+
+
+def picture_files(spec: mujoco.MjSpec) -> dict[str, bytes]:
+    """Return a PNG for each texture that holds pixels, by the name of the file that the texture names."""
+    return {texture.file: encode_png(_file_pixels(texture)) for texture in spec.textures if texture.data}
+
+
+def _file_pixels(texture: mujoco.MjsTexture) -> Picture:
+    """Return the pixels of a texture, those of a cube with the blank fields that its file has below."""
+    pixels = np.frombuffer(bytes(texture.data), np.uint8).reshape(texture.height, texture.width, 3)
+    fields = int(texture.gridsize[0]) if texture.type == mujoco.mjtTexture.mjTEXTURE_CUBE else 0
+    return np.pad(pixels, ((0, max(fields * texture.width - texture.height, 0)), (0, 0), (0, 0)))
 
 
 def add_matte(spec: mujoco.MjSpec, name: str) -> mujoco.MjsMaterial:

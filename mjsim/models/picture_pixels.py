@@ -9,6 +9,8 @@ from mjsim.models.picture_sizes import LYING, orientation
 Picture = NDArray[np.uint8]
 """RGB picture, shape (height, width, 3), uint8."""
 WHITE = 255
+JPEG = b"\xff\xd8"
+"""First bytes of a file whose pixels are all opaque."""
 
 
 def read_picture(data: bytes) -> Picture:
@@ -17,13 +19,20 @@ def read_picture(data: bytes) -> Picture:
     Raises:
         ValueError: The file is not a readable picture.
     """
-    raw = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED) if data else None
+    opaque = data.startswith(JPEG)
+    raw = _decoded(data, cv2.IMREAD_COLOR_RGB if opaque else cv2.IMREAD_UNCHANGED)
     if raw is None:
         raise ValueError("is not a picture that can be read; use a PNG or JPEG file")
+    if opaque:
+        return np.asarray(raw, dtype=np.uint8)
     if raw.ndim == 3 and raw.shape[2] == 4:
         return upright(_on_white(raw), data)
     # Decode again, now with the camera's orientation (EXIF) and 8-bit colours.
-    return np.asarray(cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_COLOR_RGB), dtype=np.uint8)
+    return np.asarray(_decoded(data, cv2.IMREAD_COLOR_RGB), dtype=np.uint8)
+
+
+def _decoded(data: bytes, form: int) -> np.ndarray | None:
+    return cv2.imdecode(np.frombuffer(data, dtype=np.uint8), form) if data else None
 
 
 def upright(picture: Picture, data: bytes) -> Picture:

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -53,7 +54,10 @@ class Things:
             style: The style.
             parts: Names of the parts of the atlas.
         """
-        self._style, self._parts = style, parts
+        self._style = style
+        self._variants: defaultdict[str, list[str]] = defaultdict(list)
+        for name in parts:
+            self._variants[name.partition("/")[0]].append(name)
         self._walls = shapely.STRtree([shapely.Polygon(outline) for outline in wall_polygons(world, height=EYE_HEIGHT)])
         self._places = np.array([obstacle.at for obstacle in world.obstacles]).reshape(-1, 2)
         self._beacons = np.array([[item.place.x, item.place.y] for item in hung(world) if item.fixed]).reshape(-1, 2)
@@ -73,7 +77,7 @@ class Things:
         return []
 
     def _one_of(self, kind: str, rng: np.random.Generator) -> str:
-        variants = [name for name in self._parts if name.partition("/")[0] == kind]
+        variants = self._variants[kind]
         return variants[rng.integers(len(variants))]
 
     def _rows(self, boards: list[_Board], rng: np.random.Generator) -> Iterator[Quad]:

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from mjsim.compile import compile_world
+from mjsim.compile import compile_world, export_scene
 from mjsim.world import load_world, parse_world
 from mjsim.world.language.templates import MAX_ITEMS, MAX_VALUES, Budget, TooMuchError
 
@@ -66,3 +66,27 @@ def test_values_and_items_of_an_expansion_are_counted_together():
     budget.check_items(None, MAX_ITEMS - 3)
     with pytest.raises(TooMuchError, match=f"more than {MAX_ITEMS} items"):
         budget.check_items(None, MAX_ITEMS - 2)
+
+
+DICE = """<mujoco><asset>
+<texture name="sides" type="cube" builtin="gradient" rgb1="1 0 0" rgb2="0 1 0" width="4" height="4"/>
+<texture name="spots" type="2d" builtin="checker" rgb1="1 0 0" rgb2="0 1 0" width="6" height="4"/>
+<material name="sides" texture="sides"/><material name="spots" texture="spots"/></asset><worldbody>
+<geom type="box" size="0.1 0.1 0.1" material="sides"/><geom type="box" size="1 1 1" material="spots"/>
+</worldbody></mujoco>"""
+PICTURES = """
+mjsim: 1
+obstacles: [{model: dice.xml, at: [2, 0], movable: true}]
+beacons: [{name: tag, marker: {dictionary: 4x4_50, id: 7}, at: [3, 0]}]
+"""
+
+
+def test_pictures_of_a_written_scene_are_those_of_the_scene_in_memory(tmp_path):
+    (tmp_path / "dice.xml").write_text(DICE)
+    (tmp_path / "w.yaml").write_text(PICTURES)
+    world = load_world(tmp_path / "w.yaml")
+    ours = compile_world(world).compile()
+    theirs = mujoco.MjModel.from_xml_path(str(export_scene(world, tmp_path / "out")))
+    assert sorted(ours.tex_type) == [mujoco.mjtTexture.mjTEXTURE_2D] * 2 + [mujoco.mjtTexture.mjTEXTURE_CUBE]
+    for key in ("tex_type", "tex_height", "tex_width", "tex_data"):
+        np.testing.assert_array_equal(getattr(theirs, key), getattr(ours, key))

@@ -151,6 +151,7 @@ def test_the_same_world_gives_the_same_bytes_twice():
         spec.compile()
     assert one.to_xml() == two.to_xml()
     assert one.assets == two.assets
+    assert [bytes(texture.data) for texture in one.textures] == [bytes(texture.data) for texture in two.textures]
     assert not any("style" in geom.name for geom in compile_world(world("plain")).geoms)
 
 
