@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from mjsim.models import gather_robot
+from mjsim.models import anatomy_of, gather_robot
 from mjsim.models.arms.arm_motors import motors_of
 from mjsim.models.arms.arm_tree import carried_by, chain_to, tree_of
 from mjsim.models.model_sources import gather_model
@@ -307,3 +307,10 @@ def test_names_of_packages_lead_below_the_folders_around(name, place):
             gather_model("bot/urdf/r.urdf", read)
     else:
         assert place in gather_model("bot/urdf/r.urdf", read).paths
+
+
+def test_ball_joints_alone_are_loose():
+    body = '<body name="{0}"><joint name="{0}" type="{1}"/><geom size=".1"/></body>'
+    parts = "".join(body.format(name, kind) for name, kind in (("h", "hinge"), ("b", "ball"), ("s", "slide")))
+    text = f'<mujoco><worldbody><body name="base"><freejoint/><geom size=".1"/>{parts}</body></worldbody></mujoco>'
+    assert anatomy_of(gather_robot("r.xml", lambda _: text.encode())).loose == ("b",)

@@ -8,7 +8,7 @@ import pytest
 import mjsim
 from mjsim.world import noise_figures, with_values
 from mjsim.world.ground import Slider, description_of
-from mjsim.world.items import SENSOR_KINDS, Robot
+from mjsim.world.items import SENSOR_KINDS, Camera, Robot
 from mjsim.world.items.drives import KINDS
 from mjsim.world.items.noise import NOISE
 
@@ -65,35 +65,41 @@ def readings(world, changed=None):
     return seen
 
 
-@pytest.fixture(scope="module")
-def errors():
-    """How far each reading is off, without and with a change on the way, by what it is of: rows are ticks."""
-    quiet, once, twice = readings(QUIET), readings(WORLD), readings(WORLD, TWICE)
+def without_camera(world):
+    (robot,) = world.robots
+    sensors = tuple(sensor for sensor in robot.sensors if not isinstance(sensor, Camera))
+    return world.model_copy(update={"robots": (robot.model_copy(update={"sensors": sensors}),)})
 
-    def off(reading):
-        return [
-            np.array([reading(one) - reading(exact) for one, exact in zip(run, quiet, strict=True)])
-            for run in (once, twice)
-        ]
 
-    return {
-        "lidar": off(lambda seen: seen.scans["scan"].ranges),
-        "beacons": off(lambda seen: np.array([sighting.range for sighting in seen.sightings])),
-        "imu": off(lambda seen: np.array([sum(reading.turn[2] for reading in seen.imu)])),
-        "odometry": off(lambda seen: np.array([seen.odometry.forward])),
-        "depth": off(lambda seen: seen.cameras["front"].depth),
-    }
+def assert_errs_twice_as_far(reading, *, after=CHANGED_AT, worlds=(QUIET, WORLD, TWICE)):
+    """Compare rows, one a tick, of a run without noise, of one with noise, and of one whose noise doubles."""
+    still, known, changed = worlds
+    quiet, once, twice = (
+        np.array([reading(seen) for seen in run])
+        for run in (readings(still), readings(known), readings(known, changed))
+    )
+    np.testing.assert_array_equal(twice[:CHANGED_AT], once[:CHANGED_AT])
+    np.testing.assert_allclose((twice - quiet)[after:], 2 * (once - quiet)[after:], atol=1e-9)
+    assert np.abs(once - quiet)[after:].max() > 1e-4
+
+
+@pytest.mark.parametrize(
+    ("reading", "after"),
+    [
+        (lambda seen: seen.scans["scan"].ranges, CHANGED_AT),
+        (lambda seen: [sighting.range for sighting in seen.sightings], CHANGED_AT),
+        (lambda seen: [sum(reading.turn[2] for reading in seen.imu)], CHANGED_AT),
+        (lambda seen: [seen.odometry.forward], CHANGED_AT + 1),  # made by the step before
+    ],
+    ids=["lidar", "beacons", "imu", "odometry"],
+)
+def test_from_the_change_on_the_same_chance_errs_twice_as_far(reading, after):
+    assert_errs_twice_as_far(reading, after=after, worlds=tuple(map(without_camera, (QUIET, WORLD, TWICE))))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["lidar", "beacons", "imu", "odometry", "depth"])
-def test_from_the_change_on_the_same_chance_errs_twice_as_far(errors, kind):
-    once, twice = errors[kind]
-    np.testing.assert_array_equal(twice[:CHANGED_AT], once[:CHANGED_AT])
-    # The increment at the change was made by the step before it.
-    after = CHANGED_AT + (kind == "odometry")
-    np.testing.assert_allclose(twice[after:], 2 * once[after:], atol=1e-9)
-    assert np.abs(once[after:]).max() > 1e-4
+def test_from_the_change_on_depth_errs_twice_as_far():
+    assert_errs_twice_as_far(lambda seen: seen.cameras["front"].depth)
 
 
 @pytest.mark.slow

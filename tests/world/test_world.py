@@ -4,6 +4,7 @@ import json
 import sys
 
 import pytest
+from pydantic import TypeAdapter
 
 from mjsim.errors import UsageError, WorldError
 from mjsim.world import (
@@ -23,6 +24,7 @@ from mjsim.world import (
     with_settings,
     world_schema,
 )
+from mjsim.world.ground.model_base import ModelPath
 from tests.children import completed
 
 ROOM = """\
@@ -234,3 +236,14 @@ def test_reading_worlds_brings_in_neither_shapely_nor_mujoco():
         "assert not {'shapely', 'mujoco', 'matplotlib'} & set(sys.modules)"
     )
     completed([sys.executable, "-c", code, ROOM])
+
+
+@pytest.mark.parametrize("end", [".xml", ".mjcf", ".urdf", ".xacro", ".sdf"])
+def test_models_are_known_by_their_ending_in_letters_of_either_case(end):
+    path = TypeAdapter(ModelPath)
+    assert [path.validate_python(f"Chair{text}") for text in (end, end.upper())] == [
+        f"Chair{end}",
+        f"Chair{end.upper()}",
+    ]
+    with pytest.raises(ValueError, match="is not a model; name an MJCF"):
+        path.validate_python(f"Chair{end}.obj")
