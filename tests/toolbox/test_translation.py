@@ -10,9 +10,10 @@ from scipy.io import loadmat
 from scipy.spatial.transform import Rotation, Slerp
 
 from mjsim.mechanics import Arm
+from mjsim.modules import TOOLBOX
 from mjsim.toolbox import run_script
 from mjsim.toolbox.script_arms import start_of
-from mjsim.toolbox.translation import decoded, renamed
+from mjsim.toolbox.translation import decoded, renamed, translate
 from tests.children import completed
 
 needs_octave = pytest.mark.skipif(shutil.which("octave-cli") is None, reason="no Octave here")
@@ -74,6 +75,23 @@ end
 
 
 @needs_octave
+def test_copies_are_made_of_what_octave_cannot_run_and_of_methods_that_scripts_hide(tmp_path):
+    for name, text in {
+        "plain.m": "x = 1;\n",
+        "fkine.m": "T = 1;\n",  # a script with the name of a method hides it
+        "inertia.m": "function y = inertia(x)\ny = x;\n",  # a function takes its place
+        "run_it.m": "function run_it(a, b)\ndisp(a + b)\n",
+    }.items():
+        (tmp_path / name).write_text(text)
+    found = translate(tmp_path / "plain.m", tmp_path / "one")
+    assert (found.run, found.is_function, found.parameters) == (tmp_path / "plain.m", False, ())
+    written = {path.relative_to(tmp_path / "one").as_posix() for path in (tmp_path / "one").rglob("*.m")}
+    assert written == {"@robot/fkine.m"}
+    assert (tmp_path / "one" / "@robot" / "fkine.m").read_bytes() == (TOOLBOX / "fkine.m").read_bytes()
+    found = translate(tmp_path / "run_it.m", tmp_path / "two")
+    assert (found.run, found.is_function, found.parameters) == (tmp_path / "run_it.m", True, ("a", "b"))
+
+
 @pytest.mark.slow
 def test_a_lecture_with_files_beside_it_runs_to_its_mistake(tmp_path):
     (tmp_path / "lecture.m").write_bytes(LECTURE.encode("cp1252"))

@@ -71,6 +71,15 @@ def told(text, source=None):
             "beacons: [{name: r, on: a, at: [0, 0], center: 1, anchor: true}]",
             "w:1:48: tag 'tag' of robot 'a' has no anchors to measure",
         ),
+        (
+            "robots: [{name: a, at: [1, 1]}]\n"
+            "run: {events: [{time: 1, noise: robots.a.odometry.noise.trun, value: 1}]}",
+            "w:2:33: robots.a.odometry.noise.trun: no key 'trun'; did you mean 'turn'?",
+        ),
+        (
+            "robots: [{name: a, at: [1, 1]}]\nrun: {events: [{time: 1, noise: robots.a.odometry.ticks, value: 1}]}",
+            "w:2:33: robots.a.odometry.ticks: ticks is 1.0; it must be a whole number",
+        ),
     ],
 )
 def test_what_cannot_be_meant_is_told(text, doubt):
