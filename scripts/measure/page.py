@@ -5,19 +5,20 @@
     .venv/bin/python scripts/measure/page.py [CHECKOUT]... [--seconds 10] [--rounds 3]
 
 Each checkout serves its own page of the gallery; they take turns. The run goes on at real time, watched by its camera.
-Processor time is that of the page alone, and of the server with the simulation; unlike the other rates it hardly
+Processor time is that of the browser alone, and of the server with the simulation; unlike the other rates it hardly
 depends on other work of the machine. An answer is from the key of one tick to its time on the page. Memory is that of
 scripts after a collection, and of the server at its peak. Numbers are medians over the rounds.
 """
 
 import argparse
 import gzip
+import os
 import statistics
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from playwright.sync_api import CDPSession, Page
@@ -69,18 +70,17 @@ def measured(checkout: Path, seconds: float) -> dict[str, float]:
     ):
         page.set_default_timeout(PATIENCE)
         session = page.context.new_cdp_session(page)
-        session.send("Performance.enable")
         page.get_by_role("tab", name="Run", exact=True).click()
         page.get_by_role("button", name="Start", exact=True).click()
         page.locator("[data-view='scout/front'] canvas[data-filled]").wait_for()
-        spent = busy(session), processor(server)
+        spent = browsers(), processor(server)
         frames, pace = page.evaluate(FRAMES, seconds)
-        page_cpu, server_cpu = busy(session) - spent[0], processor(server) - spent[1]
+        page_cpu, server_cpu = browsers() - spent[0], processor(server) - spent[1]
         simulated = pace * seconds
         return {
             "frames of the page a second": frames,
             "simulated seconds a second": pace,
-            "processor time of the page a simulated second [s]": page_cpu / simulated,
+            "processor time of the browser a simulated second [s]": page_cpu / simulated,
             "processor time of the server a simulated second [s]": server_cpu / simulated,
             "answer to a key, median [ms]": answer(page),
             "memory of the page's scripts [MB]": heap(session),
@@ -118,10 +118,17 @@ def answer(page: Page) -> float:
     return statistics.median(took)
 
 
-def busy(session: CDPSession) -> float:
-    """Return the processor time of the page's process so far [s]."""
-    metrics = session.send("Performance.getMetrics")["metrics"]
-    return next(each["value"] for each in metrics if each["name"] == "ProcessTime")
+def browsers() -> float:
+    """Return the processor time of all processes of the browser so far [s]: those that draw, too."""
+    parents = {}
+    for each in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            parents[int(each.parent.name)] = int(each.read_text().rpartition(")")[2].split()[1])
+    mine, count = {os.getpid()}, 0
+    while len(mine) > count:
+        count = len(mine)
+        mine |= {process for process, parent in parents.items() if parent in mine}
+    return sum(processor(each) for each in mine if "chrom" in Path(f"/proc/{each}/comm").read_text())
 
 
 def heap(session: CDPSession) -> float:

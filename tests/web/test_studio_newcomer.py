@@ -26,7 +26,8 @@ def test_a_newcomer_builds_a_room_saves_it_sees_it_run_and_opens_a_shipped_world
     with Studio(tmp_path) as studio, page_at(browser, studio.url) as page:
         without_portraits(page)
         sheet = Sheet(page)
-        page.locator("#view-edit").get_by_role("button", name="New world").click()
+        page.locator("#view-edit").get_by_role("button", name="New world").press("Enter")
+        expect(sheet.plan).to_be_focused()
         draw_a_room(sheet)
         save_as(page, "hall")
         world = load_world(tmp_path / "hall.yaml")

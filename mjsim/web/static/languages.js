@@ -1,2 +1,2 @@
-/* sources e26d63690fa1e2765f0430225a9521f5a88774c0d7ac3c0b3b4f6fed842fe265 */
+/* sources 3ecf41340394bc7b82b72e6e333cb31ddf7370b811a4aaf44428be9579c9d235 */
 var r={},i="en-XA";function o(n,e){return n===i?Object.fromEntries(Object.entries(e).map(([t,u])=>[t,s(u)])):{...e,...r[n]?.table}}function a(n,e){return n===i?s(e):c(r[n]?.meanings,e)}function f(n,e){return n===i?s(e):c(r[n]?.sentences,e)}function c(n,e){return n&&Object.hasOwn(n,e)?n[e]:void 0}function s(n){let e={a:"á",e:"é",i:"í",o:"ó",u:"ú",A:"Á",E:"É",I:"Í",O:"Ó",U:"Ú"};return`[${n.replace(/\{\w+\}|[aeiou]/gi,t=>e[t]??t)}~]`}export{a as meaningIn,f as sentenceIn,o as tableOf};

@@ -208,9 +208,17 @@ class EditView {
     if (isOpen) this.solids.want(text, String(this.world));
   }
 
+  /** Another world: the keyboard goes on at its plan where the button that made it is gone. */
+  private begin(): void {
+    const { activeElement } = window.document;
+    const isGone = activeElement?.closest(".start") !== null && this.element.contains(activeElement);
+    this.showState();
+    if (isGone) this.host.focus({ preventScroll: true });
+  }
+
   private listen(): void {
     const { document } = this.studio;
-    document.opened.on(() => this.showState());
+    document.opened.on(() => this.begin());
     this.element.addEventListener("keydown", (event) => this.region(event));
     document.parsedChanged.on(() => this.showProblems());
     document.parsedChanged.on(() => this.showFirstSteps());
