@@ -9,6 +9,7 @@ from mjsim.modules import TOOLBOX
 from mjsim.toolbox.handle_fields import without_fields
 from mjsim.toolbox.local_functions import WORD, apart, bare_line
 from mjsim.toolbox.method_calls import is_old, with_calls
+from mjsim.toolbox.pose_objects import with_poses
 
 SCRIPT = "mjsim_script"
 """Name of a script that is translated."""
@@ -50,7 +51,7 @@ def translate(script: Path, own: Path) -> Translation:
     texts = _texts(script)
     is_function = _is_function(script, texts[script])
     _keep_methods(script.parent, own)
-    plain = {file: without_fields(with_calls(text)) for file, text in texts.items()}
+    plain = {file: without_fields(with_calls(with_poses(text))) for file, text in texts.items()}
     changed = {file.stem for file in texts if plain[file].encode() != file.read_bytes()}
     names = {file.stem for file in texts if file != script}
     # Callers of a changed function call it by another name, so they are changed too.
@@ -66,8 +67,8 @@ def translate(script: Path, own: Path) -> Translation:
             _write(own, {OWN + file.stem: text})
     run = own / f"{OWN}{script.name}" if is_function else own / f"{SCRIPT}.m"
     old = any(map(is_old, texts.values()))
-    head = re.search(rf"\bfunction\b[^\n]*\b{re.escape(script.stem)}\s*\(([^)\n]*)\)", texts[script])
-    parameters = tuple(WORD.findall(head[1])) if head and is_function else ()
+    head = re.match(r"\s*function\b[^\n(]*\(([^)\n]*)\)", re.sub(r"(?m)^\s*[%#].*$", "", texts[script]))
+    parameters = tuple(WORD.findall(head[1])) if head else ()
     return Translation(run if run.is_file() else script, is_function=is_function, is_old=old, parameters=parameters)
 
 

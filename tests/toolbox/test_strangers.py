@@ -128,6 +128,30 @@ def test_films_animated_pictures_and_resolutions_are_those_of_the_script(tmp_pat
     assert got["size_"].tolist() == [7, 3]
 
 
+SE3 = """
+L(1) = Link([0 0 1 0]); L(2) = Link([0 0 0.5 0]); r = SerialLink(L);
+T = SE3(0.4, 0.2, 0) * SE3.Rx(pi / 3) * SE3.rpy([0.1 0.2 0.3]); p = T.t; R = T.R; M = T.T; % T.t stays
+name = 'SE3(1)'; back = T.inv() * T;
+Q = jtraj([0 0], [1 0.5], 5); Tr = r.fkine(Q); Tk = Tr(3); last = Tr(end).t; way = zeros(5, 3);
+for i = 1:5, way(i, :) = transl(Tr(i)); end
+x = Tk(1, 4); s.t = 3; y = s.t;
+clear r L; save('-v7', 'out.mat');
+"""
+
+
+def test_poses_of_the_later_toolbox_are_matrices(tmp_path):
+    _, got = ran(tmp_path, SE3)
+    turned = Rotation.from_euler("x", np.pi / 3) * Rotation.from_euler("ZYX", [0.3, 0.2, 0.1])
+    np.testing.assert_allclose(got["p"], [0.4, 0.2, 0])
+    np.testing.assert_allclose(got["back"], np.eye(4), atol=1e-12)
+    angles = got["Q"]
+    x = np.cos(angles[:, 0]) + 0.5 * np.cos(angles.sum(axis=1))
+    np.testing.assert_allclose(got["way"][:, 0], x, atol=1e-12)
+    assert (got["x"], got["last"][0], got["y"]) == (pytest.approx(x[2]), pytest.approx(x[4]), 3)
+    assert got["name"] == "SE3(1)"
+    np.testing.assert_allclose(got["R"], turned.as_matrix(), atol=1e-12)
+
+
 def test_sliders_tell_what_of_the_arm_they_lack(tmp_path):
     text = "mdl_twolink\ntwolink.tool = transl(0.1, 0, 0); teach(twolink); x = 1; save('-v7', 'out.mat', 'x');\n"
     done, _ = ran(tmp_path, text)
