@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from mjsim.world import Use
 
 PRESET = "pioneer3dx"
-SCENE_SUFFIXES = (".world", ".sdf", ".xml", ".mjcf", ".wbt")
+SCENE_SUFFIXES = (".world", ".sdf", ".model", ".xml", ".mjcf", ".wbt")
 """File suffixes of scenes of other simulators."""
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from mjsim.errors import UsageError
 from mjsim.exchange import write_sdf
+from mjsim.exchange.import_world import bring_file
 from mjsim.exchange.inside import NAMED_FILE, claimed_size
 from mjsim.exchange.scenes.build import build_world
 from mjsim.exchange.scenes.mjcf_in import read_mjcf
@@ -250,3 +251,19 @@ def test_limits_of_a_scene_grow_with_the_files_that_it_names(tmp_path):
     (tmp_path / "p.svg").write_text("<uri>")
     sizes = {path.name: claimed_size(path) - path.stat().st_size for path in tmp_path.iterdir()}
     assert sizes == {"w.world": 200 * NAMED_FILE, "m.xml": NAMED_FILE, "p.svg": 0}
+
+
+def test_a_world_of_stage_is_told_from_one_of_gazebo_and_its_map_is_named(tmp_path):
+    (tmp_path / "a.world").write_text(
+        'resolution 0.02 # [m]\nfloorplan\n(\n  size [16 16 0.8]\n  bitmap "cave.png"\n)\n'
+    )
+    with pytest.raises(UsageError, match=r"is a world of Stage, .* bring in its map by mjsim new --from cave\.png"):
+        bring_file(tmp_path / "a.world", robot=None)
+
+
+def test_sdf_with_the_suffix_of_a_model_is_a_scene(tmp_path):
+    shape = "<collision name='c'><geometry><box><size>1 2 3</size></box></geometry></collision>"
+    text = f"<sdf version='1.6'><model name='m'><static>1</static><link name='l'>{shape}</link></model></sdf>"
+    (tmp_path / "world.model").write_text(text)
+    (thing,) = parse_world(bring_file(tmp_path / "world.model", robot=None).text).obstacles
+    assert thing.box == (1.0, 2.0, 1.5)

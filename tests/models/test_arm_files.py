@@ -316,15 +316,17 @@ LINK = """<link name="{name}"><inertial><origin xyz="0.3 0 0"/><mass value="2"/>
   <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>"""
 
 
-def test_a_frame_without_mass_at_the_end_adds_nothing_to_the_torques(tmp_path):
+@pytest.mark.parametrize("end", ["tool0", "end_effector_link", "x_eef"])
+def test_a_frame_without_mass_at_the_end_is_the_flange_and_adds_nothing_to_the_torques(end, tmp_path):
     # Arms of URDF end in such frames: tool0, or the flange.
-    links = [LINK.format(name="base"), LINK.format(name="arm"), '<link name="tool0"/>']
+    links = [LINK.format(name="base"), LINK.format(name="arm"), f'<link name="{end}"/>']
     joints = [
         '<joint name="turn" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>'
         '<limit lower="-2" upper="2" effort="9" velocity="2"/></joint>',
-        '<joint name="end" type="fixed"><parent link="arm"/><child link="tool0"/><origin xyz="0.8 0 0"/></joint>',
+        f'<joint name="end" type="fixed"><parent link="arm"/><child link="{end}"/><origin xyz="0.8 0 0"/></joint>',
     ]
     (tmp_path / "a.urdf").write_text(f'<robot name="a">{"".join(links)}{"".join(joints)}</robot>')
     found = mjsim.arm(tmp_path / "a.urdf")
+    assert found.fkine([0.0])[:3, 3] == pytest.approx([0.8, 0.0, 0.0])
     assert found.links[0].mass == pytest.approx(2.0, abs=1e-11)
     assert float(found.gravload(np.zeros(1))[0]) == pytest.approx(-2.0 * 9.81 * 0.3, abs=1e-10)

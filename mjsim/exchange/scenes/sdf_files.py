@@ -1,6 +1,7 @@
 """Files that SDF names: models in folders with a model.config, meshes beside them."""
 
 import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,6 +17,8 @@ MAX_PARENTS = 4
 """Number of folders above the file in which models are searched."""
 MODEL_FOLDERS, MANIFESTS = ("models", "worlds", "meshes", "materials"), ("model.config", "package.xml", "manifest.xml")
 """Above the scene's folder, a file is read only in a folder of such a name, or in one that holds such a file."""
+STAGE = re.compile(rb'^[^#<\n]{0,99}\bbitmap\s+"([^"\n]{1,200})"', re.MULTILINE)
+"""The map of a world of Stage, by which it is recognised."""
 
 
 def read_xml(path: Path) -> Element:
@@ -30,6 +33,9 @@ def read_xml(path: Path) -> Element:
     except RefusedXmlError as error:
         raise UsageError(f"'{path}' {error}") from None
     except ParseError as error:
+        if found := STAGE.search(data):
+            way = f"bring in its map by mjsim new --from {found[1].decode(errors='replace')} --scale METRES"
+            raise UsageError(f"'{path}' is a world of Stage, which mjsim does not read; {way}") from None
         what = (
             "; correct it" if data.lstrip(b"\xef\xbb\xbf \t\r\n")[:1] == b"<" else ", and so no world of Gazebo (SDF)"
         )

@@ -35,7 +35,8 @@ from mjsim.sentences import Sentence
 
 MIN_MASS = 1e-9
 """A link with a smaller mass counts as one without mass in its file [kg]."""
-TOOLS = [re.compile(rf"(^|_){word}(_link|_frame)?$") for word in ("tcp", "tool0", "tool", "attachment_site", "flange")]
+ENDS = ("tcp", "tool0", "tool", "attachment_site", "end_effector", "eef", "ee", "flange")
+TOOLS = [re.compile(rf"(^|_){word}(_link|_frame)?$") for word in ENDS]
 """Names of the frame at the end of an arm, in order of precedence."""
 ELEMENT_NAME = re.compile(r"(?:Element name|mesh|joint) '([^']+)'")
 """How MuJoCo names the element that it rejects."""
