@@ -9,6 +9,7 @@ import pytest
 from mjsim.mechanics import is_valid, tensor
 from mjsim.people import SEXES, SIDES, Figure, Measures
 from mjsim.people.deleva import SHARES
+from mjsim.people.surface import surfaces
 
 ENDS = {
     "upper_arm": ("left_upper_arm", "left_forearm"),
@@ -138,3 +139,13 @@ def test_a_joint_that_is_not_there_is_named():
     figure = Figure.of(Measures.at_percentile("male", 50))
     with pytest.raises(ValueError, match="no joint 'left_knee'; did you mean 'left_knee_flexion'"):
         figure.values({"left_knee": 1.0})
+
+
+@pytest.mark.parametrize("sex", SEXES)
+def test_the_skin_of_each_segment_is_around_its_centre_of_mass(sex):
+    figure = Figure.of(Measures.at_percentile(sex, 50))
+    for name, meshes in surfaces(figure).items():
+        points = np.concatenate([mesh.vertices for mesh in meshes])
+        center = np.array(figure.segments[name].solid.center)
+        assert (points.min(axis=0) < center).all(), name
+        assert (center < points.max(axis=0)).all(), name

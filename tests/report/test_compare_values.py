@@ -4,13 +4,14 @@ import csv
 import io
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from mjsim.errors import UsageError
 from mjsim.report import RunFigures, compare_tables, comparison_lines, fewest_pairs, mean_interval
-from mjsim.report.comparison_tables import comparison_csv, comparison_json, comparison_latex
+from mjsim.report.comparison_tables import _counted, comparison_csv, comparison_json, comparison_latex
 from mjsim.report.paired import paired_difference
 from mjsim.report.tables import latex_text, shared_errors_of
 
@@ -231,3 +232,10 @@ def test_tables_hold_what_the_comparison_holds():
     assert f"% {latex_text(found.verdicts[0])}.\n" in latex
     assert latex.count("\\begin{") == latex.count("\\end{")
     assert all(len(row.split(" & ")) >= 3 for row in latex.splitlines() if row.startswith("position"))
+
+
+def test_runs_of_a_group_are_counted_even_if_there_is_none():
+    def group(*counts):
+        return SimpleNamespace(spreads={str(k): SimpleNamespace(count=count) for k, count in enumerate(counts)})
+
+    assert [str(_counted(each)) for each in (group(), group(1), group(0, 3, 2))] == ["0 runs", "1 run", "3 runs"]

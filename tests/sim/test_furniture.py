@@ -166,3 +166,21 @@ def test_the_same_world_compiles_to_the_same_file_twice():
     for spec in (one, two):
         spec.compile()
     assert one.to_xml() == two.to_xml()
+
+
+def test_what_is_merged_lies_within_its_parts_and_reaches_all_of_them(model):
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    meshes = merged_into(model)
+    assert (meshes < 0).sum() > 3
+    for number in np.flatnonzero(meshes < 0):
+        mesh = model.geom_dataid[number]
+        own = slice(model.mesh_vertadr[mesh], model.mesh_vertadr[mesh] + model.mesh_vertnum[mesh])
+        points = model.mesh_vert[own] @ data.geom_xmat[number].reshape(3, 3).T + data.geom_xpos[number]
+        parts = np.flatnonzero(meshes == -meshes[number])
+        turned = data.geom_xmat[parts].reshape(-1, 3, 3)
+        middles = data.geom_xpos[parts] + np.einsum("nij,nj->ni", turned, model.geom_aabb[parts, :3])
+        halves = np.einsum("nij,nj->ni", np.abs(turned), model.geom_aabb[parts, 3:]) + 1e-4
+        inside = (np.abs(points[:, None] - middles) <= halves).all(axis=2)
+        assert inside.any(axis=1).all()
+        assert inside.any(axis=0).all()

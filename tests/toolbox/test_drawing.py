@@ -7,6 +7,7 @@ from mjsim.toolbox.calls import FigureCall
 from mjsim.toolbox.draw import ScriptFigures
 from mjsim.toolbox.drawing_functions import FUNCTIONS
 from mjsim.toolbox.local_functions import apart
+from mjsim.toolbox.marks import _value
 
 ROW = np.array([[1.0, 2.0, 4.0]])
 TWO = np.array([[2.0]])
@@ -115,3 +116,9 @@ def test_functions_of_a_script_come_apart_on_their_lines():
     first = "function g()\n  for k = 1:3, disp(k'), end\nendfunction\ng()\n"
     assert apart(first) == ("\n\n\ng()\n", {"g": "function g()\n  for k = 1:3, disp(k'), end\nendfunction"})
     assert apart("function h\nx = 1;\n") == ("function h\nx = 1;\n", {})
+
+
+def test_colours_are_hexadecimal_none_or_have_a_name():
+    known = ["none", "#a1B2c3", "#a1B2c", "nonsense", "b#a1B2c3"]
+    assert [_value("color", each) for each in known] == ["none", "#a1B2c3", None, None, None]
+    assert _value("facecolor", np.array([0.2, 2.0, -1.0])) == [0.2, 1.0, 0.0]

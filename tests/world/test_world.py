@@ -1,7 +1,9 @@
 """Text to world and back: the same values, the same comments, nothing of YAML 1.1."""
 
+import dataclasses
 import json
 import sys
+from pathlib import Path
 
 import pytest
 from pydantic import TypeAdapter
@@ -247,3 +249,10 @@ def test_models_are_known_by_their_ending_in_letters_of_either_case(end):
     ]
     with pytest.raises(ValueError, match="is not a model; name an MJCF"):
         path.validate_python(f"Chair{end}.obj")
+
+
+def test_worlds_are_equal_whatever_they_were_read_from():
+    given = {"file": "a", "text": "b", "folder": Path("c"), "attached": {"d": b""}, "included": {"e": b""}}
+    given |= {"variables": {"f": 1}, "written": 1, "admit": print, "live": {"g": 1}}
+    assert given.keys() == {field.name for field in dataclasses.fields(Source)}
+    assert all(Source(**{name: value}) == Source() for name, value in given.items())
