@@ -256,3 +256,17 @@ def test_worlds_are_equal_whatever_they_were_read_from():
     given |= {"variables": {"f": 1}, "written": 1, "admit": print, "live": {"g": 1}}
     assert given.keys() == {field.name for field in dataclasses.fields(Source)}
     assert all(Source(**{name: value}) == Source() for name, value in given.items())
+
+
+@pytest.mark.parametrize(
+    ("drive", "body", "said"),
+    [
+        ("balancing", "box: [0.2, 0.3, 0.5], center: 0.3, at: [0.05, 0]", "centred above the axle; leave out 'at'"),
+        ("differential", "box: [0.4, 0.3, 0.5], at: [0.3, 0]", r"origin \[0, 0\] is outside the body"),
+        ("differential", "polygon: [[0.1, 0.1], [0.5, 0.1], [0.5, 0.5]], height: 0.2", "is outside the body"),
+    ],
+)
+def test_a_body_lies_around_the_origin_of_its_robot(drive, body, said):
+    text = "mjsim: 1\nrobots: [{name: r, at: [0, 0], drive: {type: DRIVE}, body: {BODY}}]\n"
+    with pytest.raises(WorldError, match=said):
+        parse_world(text.replace("DRIVE", drive).replace("BODY", body))

@@ -8,6 +8,7 @@ import pytest
 import shapely
 
 from mjsim.world import Opening, Wall, footprint, parse_world, segments, solid, wall_pieces, wall_polygons
+from mjsim.world.plan.outlines import cut
 
 
 def random_wall(rng, *, sharpest_deg, shortest):
@@ -127,3 +128,33 @@ def test_footprints_turn_with_their_heading():
     np.testing.assert_allclose(footprint(box).min(axis=0), [2.9, 0.8])
     np.testing.assert_allclose(footprint(box).max(axis=0), [3.1, 1.2])
     np.testing.assert_allclose(np.linalg.norm(footprint(cylinder) - [1, 1], axis=1), 0.25)
+
+
+def stair(x, length, rise, count):
+    """Return the height of steps, the lowest first, at x along them from their middle [m]."""
+    return rise * np.clip(np.ceil(count * (x / length + 0.5)), 1, count) / count
+
+
+HEIGHTS = {
+    "box: [1.0, 0.6, 0.4]": lambda x, y: np.where((abs(x) < 0.5) & (abs(y) < 0.3), 0.4, 0.0),
+    "cylinder: [0.4, 0.5]": lambda x, y: np.where(np.hypot(x, y) < 0.4, 0.5, 0.0),
+    "ramp: [1.2, 0.5, 0.4]": lambda x, y: np.where((abs(x) < 0.6) & (abs(y) < 0.25), 0.4 * (x / 1.2 + 0.5), 0.0),
+    "steps: [1.2, 0.5, 0.4], count: 4": lambda x, y: np.where(
+        (abs(x) < 0.6) & (abs(y) < 0.25), stair(x, 1.2, 0.4, 4), 0.0
+    ),
+}
+
+
+@pytest.mark.parametrize("shape", HEIGHTS)
+def test_the_section_of_a_thing_is_where_it_is_higher(shape):
+    text = f"mjsim: 1\nobstacles: [{{{shape}, at: [2, 1], heading_deg: 30, elevation: 0.1}}]\n"
+    (thing,) = parse_world(text).obstacles
+    x, y = np.random.default_rng(3).uniform(-0.8, 0.8, (2, 4000))
+    c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
+    places = 2 + c * x - s * y, 1 + s * x + c * y
+    for height in (0.12, 0.25, 0.33, 0.44):
+        outlines = cut(thing, height)
+        found = np.any([shapely.contains_xy(shapely.Polygon(each), *places) for each in outlines], axis=0)
+        # Circles are polygons; nothing else differs at any of the points.
+        assert np.count_nonzero(found != (HEIGHTS[shape](x, y) > height - 0.1)) <= (20 if "cylinder" in shape else 0)
+    assert cut(thing, 0.05) == cut(thing, 0.7) == []
