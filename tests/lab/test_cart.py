@@ -115,14 +115,19 @@ def test_a_cart_that_is_led_moves_its_pole_as_the_textbook_has_it(motion, power)
     np.testing.assert_allclose(found, expected, rtol=1e-6)
 
 
-def test_a_four_bar_passes_on_an_angle_as_its_loop_does():
-    lab = driven("of: fourbar, input: motor, outputs: q4")
+@pytest.mark.parametrize("crank_deg", [28.6, 60.0, -50.0])
+def test_a_four_bar_passes_on_an_angle_as_its_loop_does(crank_deg):
+    lab = driven(f"of: fourbar, input: motor, outputs: q4, around: {{q2_deg: {crank_deg}}}")
     crank, coupler, rocker = (lab.model.body(f"fourbar/{name}").id for name in ("crank", "coupler", "rocker"))
     data = mujoco.MjData(lab.model)
     data.qpos[:] = lab.setting.qpos
     mujoco.mj_kinematics(lab.model, data)
     ways = [data.xmat[body].reshape(3, 3)[:, 0] for body in (crank, coupler, rocker)]
     a, b, c = (np.arctan2(-way[2], way[0]) for way in ways)
+    assert a == pytest.approx(np.radians(crank_deg), abs=1e-9)
+    # The loop is closed, to 3 micrometres as it was put together: crank and coupler lead to the end of the rocker.
+    ends = 1.0 * np.exp(1j * a) + 3.5 * np.exp(1j * b), 4.0 + 3.0 * np.exp(1j * c)
+    assert abs(ends[0] - ends[1]) < 1e-5
     # Norton, Design of Machinery (2012), equation 6.18.
     ratio = 1.0 * np.sin(a - b) / (3.0 * np.sin(c - b))
     assert lab.linear.A.shape == (0, 0)
