@@ -6,16 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose
 from mjsim.interface import Command, Estimate, Observation, RobotInfo, Shown, WorldMap
 
 from ..paths.grid_search import shown_path
 from ..scans.distance_grid import DistanceGrid
+from .blocked_reason import reason
 from .cost_to_go import UNREACHED, CostToGo
-from .goals import checked_goals
-from .moving_things import GATE, MovingThings
+from .goals import check_options, checked_goals
+from .moving_things import MOSTLY, MovingThings
 from .obstacle_map import ObstacleMap, sampled
 from .obstacle_memory import ObstacleMemory
 from .path_integral import Leads, MotionPrices, PathIntegral
@@ -24,6 +24,7 @@ from .range_views import RangeView, Views, touched
 from .recovery import SILENT, Around, Attempt, Recovery, Toward
 from .scan_alignment import ScanAlignment
 from .shown_plan import shown_plan
+from .way_out import BLIND, WayOut
 from .way_plan import EXPLAINED, WayPlan
 from .wheel_slip import SLIPPING, WheelSlip
 
@@ -47,8 +48,6 @@ BACKWARDS = 0.4
 """Maximum speed while it backs out or looks around [m/s]."""
 SETTLED = 0.6
 """Time after which an obstacle counts as static [s]."""
-MOSTLY = 0.5
-"""Share of new points above which a scan is not searched for moving objects."""
 MOVING_RANGE = 5.0
 """Range in which things that move are looked for [m]."""
 WINDOW = 2.0
@@ -59,11 +58,10 @@ class GoToGoal:
     """Drives to goals around obstacles that its sensors see, as fast as the robot can, and stops at the last goal.
 
     Obstacles come from the map, if there is one, and from lidars, proximity rays, depth cameras and 3-D lidars. The
-    time to the goal is planned on a grid, where unseen space counts as free but doubtful; motions sampled with the
-    robot's true shape and limits reduce this time. Without progress the robot backs out, looks around, forgets
-    obstacles that it does not see, and tries other paths; after 5 s it also reports the reason. Dead reckoning is
-    corrected by
-    scans. It takes goals while it runs, and arrives at the heading of a goal.
+    time to the goal is planned on a grid, where unseen space counts as free but doubtful; sampled motions of the
+    robot's true shape and limits lead down this time. Without progress the robot backs out, looks around, forgets
+    obstacles that it does not see, and tries other ways, a long body by a search for its shape; after 5 s it also says
+    why. Dead reckoning is corrected by scans. It takes goals while it runs, and arrives at the heading of a goal.
 
     References:
         Williams et al. 2018 in `path_integral`; Dijkstra 1959 in `cost_to_go`.
@@ -93,12 +91,7 @@ class GoToGoal:
             show_all: Whether to show goals, costs and sampled motions too, five times a second, not only the path.
         """
         self._goals = checked_goals(goals)
-        positive = {"speed": speed, "tolerance": tolerance, "tolerance_deg": tolerance_deg, "cell": cell}
-        for key, value in positive.items():
-            if value is not None and not value > 0:
-                raise ValueError(f"{key} is {value}; it must be above 0")
-        if not clearance >= 0:
-            raise ValueError(f"clearance is {clearance}; it must not be below 0")
+        check_options(clearance, speed=speed, tolerance=tolerance, tolerance_deg=tolerance_deg, cell=cell)
         self._speed, self._clearance, self._tolerance, self._cell = speed, clearance, tolerance, cell
         self._tolerance_turn, self._show_all = math.radians(tolerance_deg), show_all
 
@@ -113,20 +106,25 @@ class GoToGoal:
         self._walls = sampled(map.segments, cell=FINE) if map is not None else np.zeros((0, 2))
         self._near, self._around = self._walls, np.full(2, math.inf)
         known = DistanceGrid.from_segments(map.segments) if len(self._walls) and map is not None else None
-        half = self._local.body.half_width
-        self._way = WayPlan(self._walls, known, half_width=half, gap=self._clearance, top=top, cell=self._cell)
+        body = self._local.body
+        sizes = {"half_width": body.half_width, "gap": self._clearance, "cell": self._cell}
+        self._way = WayPlan(self._walls, known, top=top, **sizes)
         self._place: Array = np.array([robot.prior.x, robot.prior.y])
         self._lay_out(self._place)
         self._left, self._is_there, self._is_new = list(self._goals), False, False
-        self._approach = None if math.isinf(robot.max_curvature) else PoseApproach(robot, self._local.body, top=top)
-        self._recovery, self._slip, self._looked, self._begun = Recovery(), WheelSlip(), -math.inf, -math.inf
-        self._moving = MovingThings()
+        self._approach = None if math.isinf(robot.max_curvature) else PoseApproach(robot, body, top=top)
+        long = body.is_long or not math.isinf(robot.max_curvature)
+        self._way_out = WayOut(robot, body, bend=self._local.bend, top=top) if long else None
+        if long:
+            self._way.stand(robot.prior, body)
+        self._leaders = [part for part in (self._approach, self._way_out) if part is not None]
+        self._recovery, self._slip, self._moving = Recovery(searches=long), WheelSlip(), MovingThings()
+        self._looked = self._begun = -math.inf
         self._alignment: ScanAlignment | None = ScanAlignment(robot.prior)
         self._reckoned = self.pose = robot.prior
         self._standing = ObstacleMap(self._goals[-1, :2], self._walls, cell=FINE, half=FINE)
-        self._twist = np.zeros(3)
+        self._twist, self._scan = np.zeros(3), np.zeros((0, 2))
         self._reason: str | None = None
-        self._scan: Array = np.zeros((0, 2))
         self._jammed = self._is_open = self._is_slow = False
         self._now, self._chosen, self._shown_at = 0.0, -math.inf, -math.inf
         self._shown: tuple[Shown, ...] = ()
@@ -169,6 +167,8 @@ class GoToGoal:
         is_lost = self._approach is not None and self._approach.since(seen.time) > SILENT
         is_lost |= self._slip.lasts(seen.time) > SLIPPING or self._recovery.silent(seen.time)
         self._reason = self._why() if is_lost else None
+        if (command := self._led_out(pose, seen, field)) is not None:
+            return command
         self._local.shift(self._robot.dt)
         if views and not is_first and self._is_hurried(seen.time):
             self._choose(seen, pose, field)
@@ -186,7 +186,7 @@ class GoToGoal:
             return self._shown
         self._shown_at, path = self._now, self._way.field.path(self._place)
         path = path[:0] if self._way.is_barred else path
-        path = self._approach.left if self._approach is not None and len(self._approach.left) else path
+        path = next((part.left for part in self._leaders if len(part.left)), path)
         more = shown_plan(self._way, self._local, self._left, self._place) if self._show_all else ()
         self._shown = (*more, *(shown_path(path) if len(path) > 1 else ()))
         return self._shown
@@ -218,8 +218,8 @@ class GoToGoal:
     def _restart(self, now: float) -> None:
         """Begin with a new goal at a time [s]."""
         self._recovery.restart(now)
-        if self._approach is not None:
-            self._approach.restart()
+        for part in self._leaders:
+            part.restart()
 
     def _arrives(self, pose: Pose, now: float) -> bool:
         """Return whether the robot is at its goal and faces where it should; note if it turns on the spot there."""
@@ -249,26 +249,42 @@ class GoToGoal:
         self._reason = self._why() if approach.since(seen.time) > SILENT else None
         return command
 
+    def _led_out(self, pose: Pose, seen: Observation, field: CostToGo) -> Command | None:
+        """Return the command that leads a long body where the goal is nearer; None while it drives as usual."""
+        if self._way_out is None or self._recovery.attempt is not Attempt.SEARCH:
+            return None
+        near, speed = np.concatenate([self._near, self._obstacles]), seen.odometry.forward / seen.dt
+        command = self._way_out.command(pose, speed, field, near, self._unseen(pose))
+        self._stop()
+        if command is None:
+            self._recovery.drive(seen.time, dead_end=self._way_out.dead_end)
+            self._way.begin()
+            return Command()
+        self._twist = np.array([command.forward, 0.0, command.turn])
+        return command
+
+    def _unseen(self, pose: Pose) -> Array:
+        """Return places around a long body that no sensor has seen or faces, shape (n, 2) [m]."""
+        if self._way_out is None:
+            return np.zeros((0, 2))
+        points = self._way.unseen_around(self._place, half=self._local.body.reach + BLIND)
+        return points[self._views.hidden(pose, points)]
+
     def _face(self, pose: Pose, now: float) -> Command:
         """Return the command that turns the robot to the heading of its goal, on the side where there is room."""
         apart = math.remainder(float(self._left[0][2]) - pose.heading, math.tau)
         near = np.concatenate([self._near, self._obstacles])
         obstacles = ObstacleMap(self._place, near, cell=FINE, half=self._local.body.reach + 0.2)
-        ways = (apart, apart - math.copysign(2.0 * math.pi, apart))
-        free = [way for way in ways if self._local.can_turn(pose, way, obstacles)]
-        command = self._stop()
-        if not free:
-            self._reason = self._why() if self._recovery.silent(now) else None
-            return command
-        self._reason = None
-        self._recovery.restart(now)
-        rate = min(self._robot.max_turn, math.sqrt(self._robot.max_turn_acceleration * abs(free[0])))
-        return Command(turn=math.copysign(rate, free[0]))
+        rate = self._local.turn(pose, apart, obstacles)
+        if rate is not None:
+            self._recovery.restart(now)
+        self._reason = self._why() if rate is None and self._recovery.silent(now) else None
+        self._stop()
+        return Command(turn=rate or 0.0)
 
     def _lay_out(self, place: Array) -> None:
-        """Lay out the planning grid around the robot's place (2,) [m], the remembered obstacles, and the goals."""
-        goals = self._goals[:, :2]
-        self._way.lay_out(goals[-1], np.concatenate([goals, [place], self._obstacles]))
+        """Lay out the planning grid around a place (2,) of the robot [m], what is remembered, and the goals."""
+        self._way.lay_out(self._goals[-1, :2], np.concatenate([self._goals[:, :2], [place], self._obstacles]))
 
     def _pose(self, seen: Observation, estimate: Pose, views: list[RangeView]) -> Pose:
         """Return the pose used for driving: the estimate, or dead reckoning corrected by scans."""
@@ -285,18 +301,9 @@ class GoToGoal:
         for view in views[1:]:
             points = view.points()
             keep = np.abs(points).max(axis=1, initial=0.0) < 0.95 * MOVING_RANGE
-            keep &= ~self._strange(self._alignment.pose.transform(points))
+            keep &= ~self._moving.near(self._alignment.pose.transform(points))
             self._alignment.align(points[keep], self._standing)
         return self._alignment.pose
-
-    def _strange(self, points: Array) -> NDArray[np.bool_]:
-        """Return which points (n, 2) [m] cannot locate the robot: all that may move, or those that move if most may."""
-        away = {thing: np.hypot(*(points - thing.place).T) < thing.radius + GATE for thing in self._moving.tracked}
-        may = np.logical_or.reduce([np.zeros(len(points), dtype=bool), *away.values()])
-        if np.count_nonzero(may) <= MOSTLY * len(points):
-            return np.asarray(may)
-        moves = [near for thing, near in away.items() if thing.moves]
-        return np.asarray(np.logical_or.reduce([np.zeros(len(points), dtype=bool), *moves]))
 
     def _look(self, seen: Observation, pose: Pose, views: list[RangeView]) -> None:
         """Remember what the sensors see."""
@@ -360,7 +367,7 @@ class GoToGoal:
 
     def _choose(self, seen: Observation, pose: Pose, field: CostToGo) -> None:
         """Choose the next twist by the local planner."""
-        near = np.concatenate([self._near, self._obstacles])
+        near = np.concatenate([self._near, self._obstacles, self._unseen(pose)])
         obstacles = ObstacleMap(self._place, near, cell=FINE, half=self._local.reach)
         attempt, prices = self._recovery.attempt, MotionPrices(top=SPEED if self._is_slow else math.inf)
         self._chosen, self._is_open = seen.time, False
@@ -388,15 +395,6 @@ class GoToGoal:
 
     def _why(self) -> str:
         """Return why the robot does not get nearer to its goal."""
-        x, y, heading = self._left[0].tolist()
-        if self._is_there:
-            return f"no room to turn to {math.degrees(heading):g} degrees at [{x:g}, {y:g}]; waiting for space"
-        if self._approach is not None and self._approach.since(self._now) > SILENT:
-            return f"no path to [{x:g}, {y:g}] at {math.degrees(heading):g} degrees found yet; still searching"
-        if self._slip.held is not None:
-            return f"the wheels turn, but the sensors see no motion; still trying to get to [{x:g}, {y:g}]"
-        if self._jammed:
-            return f"every motion would touch something; still trying to get to [{x:g}, {y:g}]"
-        if self._way.is_barred:
-            return f"no path to [{x:g}, {y:g}] between the obstacles seen so far; still searching"
-        return f"no progress towards [{x:g}, {y:g}]; trying other ways"
+        parks = self._approach is not None and self._approach.since(self._now) > SILENT
+        slips, barred = self._slip.held is not None, self._way.is_barred
+        return reason(self._left[0], turns=self._is_there, parks=parks, slips=slips, jammed=self._jammed, barred=barred)

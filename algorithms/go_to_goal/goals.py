@@ -1,4 +1,4 @@
-"""Checks the goals of a navigator."""
+"""Checks the goals and options of a navigator."""
 
 import math
 from collections.abc import Sequence
@@ -20,3 +20,12 @@ def checked_goals(goals: Sequence[Sequence[float]]) -> Array:
     if not all(np.isfinite(row).all() for row in rows):
         raise ValueError(f"goals is {[row.tolist() for row in rows]}; give finite numbers [m, deg]")
     return np.array([[*row[:2], math.radians(row[2]) if len(row) == 3 else math.nan] for row in rows])
+
+
+def check_options(clearance: float, **positive: float | None) -> None:
+    """Raise ValueError if an option of a navigator is not above 0, or a clearance is below [m]."""
+    for key, value in positive.items():
+        if value is not None and not value > 0:
+            raise ValueError(f"{key} is {value}; it must be above 0")
+    if not clearance >= 0:
+        raise ValueError(f"clearance is {clearance}; it must not be below 0")

@@ -17,6 +17,8 @@ LARGEST = 1.2
 """Larger groups of points are not one moving object [m]."""
 GATE, RIM = 0.5, 0.2
 """How far from its prediction a thing may be seen again, and how far from its rim points are its own [m]."""
+MOSTLY = 0.5
+"""Share of new points above which a scan is not searched for moving objects."""
 GONE = 1.0
 """Time after which a thing that is not seen again is forgotten [s]."""
 SIGHTINGS, STRAIGHT = 6, 0.06
@@ -102,6 +104,15 @@ class MovingThings:
         nearest = np.argmin(rims, axis=0)
         owners = [int(owner) for owner in np.unique(nearest[np.min(rims, axis=0) < RIM])]
         return [group[nearest == owner] for owner in owners] if len(owners) > 1 else [group]
+
+    def near(self, points: Array) -> NDArray[np.bool_]:
+        """Return which points (n, 2) [m] cannot locate a robot: all that may move, or those that move if most may."""
+        away = {thing: np.hypot(*(points - thing.place).T) < thing.radius + GATE for thing in self.tracked}
+        may = np.logical_or.reduce([np.zeros(len(points), dtype=bool), *away.values()])
+        if np.count_nonzero(may) <= MOSTLY * len(points):
+            return np.asarray(may)
+        moves = [near for thing, near in away.items() if thing.moves]
+        return np.asarray(np.logical_or.reduce([np.zeros(len(points), dtype=bool), *moves]))
 
     def predicted(self, robot: Pose, now: float) -> list[Thing]:
         """Return the nearest things that move, where they are at a time [s]."""

@@ -28,8 +28,9 @@ MARGIN = 0.02
 """Distance that the body keeps from obstacles [m]."""
 CLOSER = 0.004
 """Distance by which it may approach obstacles within the margin: errors of the grid [m]."""
-INSIDE = 0.01
-"""Distance by which a part that touches nothing may seem to be inside obstacles: errors of the discs [m]."""
+LONG_MARGIN, LONG_TIGHT = 0.03, 0.012
+"""The same for a long body, whose ends are swept by errors of the heading, too, and what it keeps where it is tight
+[m]."""
 HIT = 50.0
 """Cost of a collision [s]."""
 LAST = 0.6
@@ -99,13 +100,14 @@ class PathIntegral:
         self._rng, self.body = rng, BodyDiscs(robot)
         self._top = min(top, robot.max_speed)
         self._limits: Array = np.array([self._top, min(robot.max_left, self._top), robot.max_turn], dtype=np.float32)
-        self._bend, self._is_tricycle = _bend(robot), robot.drive == "tricycle"
+        self.bend, self._is_tricycle = _bend(robot), robot.drive == "tricycle"
         gain = RESERVE * STEP
         most = [robot.max_acceleration, robot.max_acceleration, robot.max_turn_acceleration]
         self._gains = np.array(most, dtype=np.float32) * np.float32(gain)
+        self._most_turn, self._turn_gain = robot.max_turn, robot.max_turn_acceleration
         self._spread = (self._limits * (0.35, 0.35, 0.4)).astype(np.float32)
         self._plan = np.zeros((STEPS, 3), dtype=np.float32)
-        self._fan = _fan(self._limits, self._bend)
+        self._fan = _fan(self._limits, self.bend)
         self._scale = 1.0
         self.motion: Array = np.zeros((0, 3))
         """Poses of the chosen motion, shape (STEPS, 3)."""
@@ -184,6 +186,13 @@ class PathIntegral:
         clearance = self.body.clearance(np.full_like(headings, pose.x), np.full_like(headings, pose.y), headings, map)
         return bool(clearance.min() >= min(0.0, float(clearance[0]) - CLOSER))
 
+    def turn(self, pose: Pose, apart: float, map: ObstacleMap) -> float | None:
+        """Return the rate of a turn by an angle [rad] on the side where there is room [rad/s]; None without room."""
+        free = [way for way in (apart, apart - math.copysign(2.0 * math.pi, apart)) if self.can_turn(pose, way, map)]
+        if not free:
+            return None
+        return math.copysign(min(self._most_turn, math.sqrt(self._turn_gain * abs(free[0]))), free[0])
+
     def _samples(self) -> Array:
         """Return wanted twists, shape (k, STEPS, 3)."""
         knots = self._rng.standard_normal((SAMPLES, KNOTS, 3), dtype=np.float32) * (self._scale * self._spread)
@@ -204,12 +213,12 @@ class PathIntegral:
         for step in range(STEPS):
             before, now = now, np.minimum(np.maximum(wanted[:, step], now - self._gains), now + self._gains)
             if self._is_tricycle:
-                # With its wheel turned far, braking to a stop takes as long as stopping the turn.
-                rolls = np.maximum(np.abs(before[:, 2]) - self._gains[2], 0.0) / self._bend
+                # With its wheel turned far, it also stops no sooner ahead than it stops to turn.
+                rolls = np.maximum(np.abs(before[:, 2]) - self._gains[2], 0.0) / self.bend
                 ways = np.copysign(np.float32(1.0), before[:, 0])
                 now[:, 0] = ways * np.maximum(ways * now[:, 0], rolls)
-            if math.isfinite(self._bend):
-                bound = self._bend * np.abs(now[:, 0])
+            if math.isfinite(self.bend):
+                bound = self.bend * np.abs(now[:, 0])
                 now[:, 2] = np.minimum(np.maximum(now[:, 2], -bound), bound)
             twists[:, step] = now
         return twists
@@ -221,10 +230,13 @@ class PathIntegral:
         x, y, heading = _rollout(pose, twists)
         discs = self.body.clearances(x, y, heading, map)
         now = self.body.clearances(np.array(pose.x), np.array(pose.y), np.array(pose.heading), map)
-        # Closer than the margin it may go on, but not approach. Where one part of a long body seems to be inside an
-        # obstacle, the others must not touch theirs.
-        nearest = np.maximum(now.min(), np.minimum(now, -INSIDE)) if self._is_tricycle else now.min()
-        floors = np.broadcast_to(np.minimum(MARGIN, nearest - CLOSER), now.shape)
+        # Closer than the margin it may go on, but not approach.
+        floors = np.broadcast_to(np.minimum(MARGIN, now.min() - CLOSER), now.shape)
+        if self.body.is_long:
+            # What one part of a long body is inside of or close to, the others must not touch; it is not approached
+            # step by step.
+            nearest = max(float(now.min()) - CLOSER, LONG_TIGHT)
+            floors = np.minimum(LONG_MARGIN, np.where(now < LONG_TIGHT, now, nearest))
         clearance, hit = discs.min(axis=0), np.any(discs < floors[:, None, None], axis=0)
         hits = np.asarray(hit.any(axis=1))
         when = np.where(hits, hit.argmax(axis=1), STEPS)
@@ -287,8 +299,8 @@ class PathIntegral:
     @property
     def _turning(self) -> float:
         """Half the time that a turn by 180 degrees takes [s]."""
-        if math.isfinite(self._bend):
-            return 2.0 * math.pi / (self._bend * self._top)
+        if math.isfinite(self.bend):
+            return 2.0 * math.pi / (self.bend * self._top)
         return 0.25 * math.pi / float(self._limits[2])
 
 

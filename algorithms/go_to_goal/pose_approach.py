@@ -13,18 +13,17 @@ from mjsim.interface import Command, RobotInfo
 
 from ..paths.reeds_shepp import Curve, curves, length_of, poses_on
 from .body_discs import BodyDiscs
+from .curve_follower import SPACING, CurveFollower
 from .obstacle_map import ObstacleMap
 
 NEAR, NEAREST = 3.0, 1.0
 """Distance to the goal from which it plans [radii of the tightest turn], at least [m]."""
 WIDER = 1.15
 """Factor on the radius of the tightest turn, to be able to correct."""
-SPEED, SLOW = 0.4, 0.12
-"""Speed on the curve, and where it ends or bends otherwise [m/s]."""
+SPEED = 0.4
+"""Speed on the curve [m/s]."""
 STANDING = 0.03
 """Speed below which the robot stands [m/s]."""
-SPACING = 0.02
-"""Distance between points on the curve [m]."""
 OFF = 0.12
 """Distance from the curve at which it replans [m]."""
 STEP = 0.15
@@ -37,8 +36,6 @@ EXPANDED, BATCH = 1000, 8
 """Maximum number of expanded poses, in total and per tick."""
 TRIED = 4
 """Number of shortest curves that are tried."""
-CONVERGENCE = 5.0
-"""How quickly the robot returns to the curve [1/m]."""
 PAUSE = 4.0
 """Time until the next search after one that found no path [s]."""
 
@@ -135,8 +132,9 @@ class PoseApproach:
     """Takes over near a goal with a heading, for robots that cannot turn on the spot."""
 
     def __init__(self, robot: RobotInfo, body: BodyDiscs, *, top: float) -> None:
-        """Store the limits of the robot, its body and its maximum speed [m/s]."""
-        self._robot, self._body, self._top = robot, body, min(top, SPEED)
+        """Take the limits of the robot, its body and its maximum speed [m/s]."""
+        self._body = body
+        self._follower = CurveFollower(robot, bend=robot.max_curvature, top=min(top, SPEED))
         self._radius = WIDER / robot.max_curvature
         self._near = max(NEAR * self._radius, NEAREST)
         self.restart()
@@ -149,15 +147,15 @@ class PoseApproach:
     def restart(self) -> None:
         """Begin with a new goal."""
         self._search: PoseSearch | None = None
-        self._poses: Array = np.zeros((0, 3))
-        self._bends, self._ways, self._at, self._paused = np.zeros(0), np.zeros(0), 0, -math.inf
+        self._follower.stop()
+        self._paused = -math.inf
         self._room = 0.0
         self._begun: float | None = None
 
     def is_near(self, pose: Pose, goal: Array, now: float) -> bool:
         """Return whether it plans, or drives, from here to a goal of x, y [m] and heading [rad]."""
         near = math.hypot(goal[0] - pose.x, goal[1] - pose.y) < self._near
-        return now >= self._paused and (near or self._at < len(self._poses))
+        return now >= self._paused and (near or self._follower.is_busy)
 
     def since(self, now: float) -> float:
         """Return how long it has searched for a path [s]."""
@@ -174,13 +172,13 @@ class PoseApproach:
             now: [s]
         """
         clearance = partial(_clearance, self._body, map)
-        if self._at < len(self._poses):
-            room = float(clearance(self._poses[self._at :: 3]).min())
-            near = math.dist(self._poses[self._at, :2], (pose.x, pose.y)) < OFF
-            if near and room >= min(DRIVEN_ROOM, self._room):
+        if self._follower.is_busy:
+            left = self._follower.left
+            near = math.dist(left[0, :2], (pose.x, pose.y)) < OFF
+            if near and float(clearance(left[::3]).min()) >= min(DRIVEN_ROOM, self._room):
                 self._begun = None
-                return self._follow(pose)
-            self._at = len(self._poses)
+                return self._follower.command(pose)
+            self._follower.stop()
         self._begun = now if self._begun is None else self._begun
         if abs(speed) > STANDING:
             self._search = None
@@ -190,8 +188,9 @@ class PoseApproach:
         self._search.advance(BATCH)
         if self._search.found is not None:
             curve = self._search.found
-            self._poses, self._bends, self._ways = poses_on(pose, curve, radius=self._radius, spacing=SPACING)
-            self._at, self._room = 0, float(clearance(self._poses).min()) - CLOSER
+            poses, bends, ways = poses_on(pose, curve, radius=self._radius, spacing=SPACING)
+            self._follower.begin(poses, bends, ways)
+            self._room = float(clearance(poses).min()) - CLOSER
         elif self._search.is_over:
             self._paused = now + PAUSE
         if self._search.is_over:
@@ -200,40 +199,8 @@ class PoseApproach:
 
     @property
     def left(self) -> Array:
-        """Remaining points of the curve, shape (n, 2) [m]."""
-        return self._poses[self._at :, :2]
-
-    def _follow(self, pose: Pose) -> Command:
-        """Return the twist that leads along the curve, and stops where its direction changes.
-
-        References:
-            Paden, Cap, Yong, Yershov, Frazzoli, A Survey of Motion Planning and Control Techniques for Self-Driving
-            Urban Vehicles, IEEE T-IV 1(1), 2016, section V-A: feedback of the distance and the heading.
-        """
-        way = self._ways[self._at]
-        changes = np.flatnonzero(self._ways[self._at :] != way)
-        end = self._at + int(changes[0]) - 1 if len(changes) else len(self._poses) - 1
-        ahead = self._poses[self._at : min(self._at + 15, end) + 1]
-        self._at += int(np.argmin(np.hypot(ahead[:, 0] - pose.x, ahead[:, 1] - pose.y)))
-        x, y, heading = self._poses[self._at].tolist()
-        c, s = math.cos(heading), math.sin(heading)
-        along = way * (c * (x - pose.x) + s * (y - pose.y))
-        left = SPACING * (end - self._at) + along
-        if left < 0.5 * SPACING:
-            self._at = end + 1
-            return Command()
-        aside = c * (pose.y - y) - s * (pose.x - x)
-        off = math.remainder(pose.heading - heading, 2.0 * math.pi)
-        bend = float(self._bends[min(self._at + 1, end)])
-        bound = self._robot.max_curvature
-        # Critically damped return to the curve, over distance instead of time.
-        bend = bend * math.cos(off) - way * 2.0 * CONVERGENCE * math.sin(off) - CONVERGENCE**2 * aside
-        bend = min(max(bend, -bound), bound)
-        # The wheels take time to turn where the curvature changes.
-        soon = self._bends[self._at : min(self._at + 7, end) + 1]
-        top = SLOW if np.ptp(soon) > 0.5 / self._radius else self._top
-        forward = way * min(top, max(SLOW, math.sqrt(self._robot.max_acceleration * left)), 4.0 * left + 0.02)
-        return Command(forward=forward, turn=bend * forward)
+        """What is left of the curve, shape (n, 2) [m]."""
+        return self._follower.left[:, :2]
 
 
 def _clearance(body: BodyDiscs, map: ObstacleMap, poses: Array) -> Array:

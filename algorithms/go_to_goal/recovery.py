@@ -35,6 +35,7 @@ class Attempt(Enum):
     DRIVE = "drive to the goal"
     BACK = "back out"
     LOOK = "look round"
+    SEARCH = "search a way for its shape"
 
 
 class Toward:
@@ -77,8 +78,13 @@ class Recovery:
     afterwards, so that it tries other ways.
     """
 
-    def __init__(self) -> None:
-        """Start without a history."""
+    def __init__(self, *, searches: bool = False) -> None:
+        """Start without a history.
+
+        Args:
+            searches: Whether it searches a way for its shape before it backs out.
+        """
+        self._searches = searches
         self._trail: list[Pose] = []
         self.stuck: list[tuple[float, float]] = []
         """Places where it got stuck [m]."""
@@ -93,6 +99,7 @@ class Recovery:
         self._rested = now
         self.attempt, self._until, self._tries = Attempt.DRIVE, math.inf, 0
         self.target: Array = np.zeros(2)
+        self._barred = False
 
     def silent(self, now: float) -> bool:
         """Return whether there was no progress for so long that the robot must report why."""
@@ -109,6 +116,7 @@ class Recovery:
             barred: Whether there is no way, so that `seconds` leads through obstacles.
         """
         self._note(pose, now)
+        self._barred = barred
         best = self._nearest if barred else self._best
         if seconds < best - GAIN:
             self._best, self._nearest = (self._best, seconds) if barred else (seconds, self._nearest)
@@ -124,6 +132,10 @@ class Recovery:
         standing, roaming = now - self._rested > STANDING, now - max(self.since, self._began) > ROAMING + self._detour
         return self._begin(pose, now) if standing or roaming else False
 
+    def avoid(self, x: float, y: float) -> None:
+        """Avoid a place [m] from now on."""
+        self.stuck = [*self.stuck[-20:], (x, y)]
+
     def _note(self, pose: Pose, now: float) -> None:
         """Remember the path and when the robot last moved."""
         if self._rest is None or _apart(self._rest, pose) > MOVED or _turned(self._rest, pose) > TURNED:
@@ -134,9 +146,13 @@ class Recovery:
     def _begin(self, pose: Pose, now: float) -> bool:
         """Begin to back out or to look around."""
         self._tries += 1
-        self.stuck = [*self.stuck[-20:], (pose.x + 0.3 * math.cos(pose.heading), pose.y + 0.3 * math.sin(pose.heading))]
+        if self._searches and self._tries % 3 and not self._barred:
+            self.attempt, self._until = Attempt.SEARCH, math.inf
+            return True
+        self.avoid(pose.x + 0.3 * math.cos(pose.heading), pose.y + 0.3 * math.sin(pose.heading))
         away = [place for place in self._trail if _apart(place, pose) > BACK]
-        if self._tries % 3 == 0 or not away:
+        looks = self._tries % (6 if self._searches else 3) == 0
+        if looks or not away:
             self.attempt, self._until = Attempt.LOOK, now + LOOKING
         else:
             self.attempt, self._until = Attempt.BACK, now + BACKING
@@ -148,8 +164,14 @@ class Recovery:
         there = self.attempt is Attempt.BACK and math.hypot(pose.x - self.target[0], pose.y - self.target[1]) < 0.15
         if not there and now < self._until:
             return False
-        self.attempt, self._rest, self._began = Attempt.DRIVE, None, now
+        self.drive(now)
         return True
+
+    def drive(self, now: float, *, dead_end: Array | None = None) -> None:
+        """Go back to driving to the goal at a time [s], but not to a place (2,) [m] where a search found no way."""
+        if dead_end is not None:
+            self.avoid(*dead_end.tolist())
+        self.attempt, self._rest, self._began = Attempt.DRIVE, None, now
 
 
 def _apart(one: Pose, other: Pose) -> float:

@@ -2,12 +2,14 @@
 
 import math
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose
 
 from ..scans.distance_grid import DistanceGrid
+from .body_discs import BodyDiscs
 from .cost_to_go import MAX_PRICE, UNREACHED, CostToGo, Planner, time_per_metre
 from .range_views import RangeView
 
@@ -91,6 +93,22 @@ class WayPlan:
     def unseen(self, points: Array) -> NDArray[np.bool_]:
         """Return whether the cells of points (n, 2) [m] have not been seen."""
         return self._doubt[self._planner.cells(points)]
+
+    def stand(self, pose: Pose, body: BodyDiscs) -> None:
+        """Note that the cells under a body are free."""
+        steps = np.arange(-body.reach, body.reach, 0.5 * self.cell)
+        at = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+        under = np.hypot(*np.moveaxis(at[:, None] - body.centres, -1, 0)) < body.radii
+        self._doubt &= ~self._planner.drawn(pose.transform(at[under.any(axis=1)]))
+
+    def unseen_around(self, place: Array, *, half: float) -> Array:
+        """Return the centres of unseen cells at least two cells beyond the seen ones, in a square, shape (n, 2) [m]."""
+        (top, bottom), (left, right) = (
+            each.tolist() for each in self._planner.cells(place + np.array([[-half], [half]]))
+        )
+        part = self._doubt[top : bottom + 1, left : right + 1].astype(np.uint8)
+        rows, columns = np.nonzero(cv2.erode(part, np.ones((5, 5), np.uint8)))
+        return np.asarray(self._planner.lower + (np.stack([columns + left, rows + top], axis=-1) + 0.5) * self.cell)
 
     def see(self, pose: Pose, view: RangeView, now: float) -> None:
         """Note the cells that beams have passed, from time to time."""
