@@ -1,4 +1,4 @@
-"""Long bodies in GoToGoal: the discs that cover them, the search of a path for their shape, and what it leads out of."""
+"""Long bodies in GoToGoal: discs that cover them, the search of a path for their shape, and where it leads out."""
 
 import math
 
