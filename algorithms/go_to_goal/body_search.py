@@ -32,11 +32,11 @@ CLOSE, PRESSED = 0.12, 3.0
 """Clearance below which a move costs more, up to so much more at none [m, 1]."""
 GREED = 2.0
 """Factor on the time to the goal in the order of the search: moves are slower than that time assumes."""
-FARTHEST = 60.0
+MAX_SECONDS = 60.0
 """Longer times to the goal count as this in it [s]."""
 BUCKET = 0.1
 """Poses whose prices differ by less are expanded together [s]."""
-PORTIONS, MOST = 6, 35_000
+PORTIONS, MAX_POSES = 6, 35_000
 """Maximum number of such portions in a tick, and of poses in a search."""
 PORTION, SPAN = 400, 10
 """So many poses are expanded together, if their prices differ by at most so many buckets."""
@@ -158,7 +158,7 @@ class BodySearch:
         until = self.expanded + count
         for _ in range(PORTIONS):
             is_best = self._best is not None and bool(self._heap) and self._heap[0] * BUCKET >= self._best[0]
-            self.is_over = not self._heap or is_best or self.expanded > MOST
+            self.is_over = not self._heap or is_best or self.expanded > MAX_POSES
             if self.expanded >= until:
                 return
             if self.is_over:
@@ -239,7 +239,7 @@ class BodySearch:
         self._total += len(poses)
         self._parents.append(parents)
         self._kinds.append(kinds)
-        rest = np.clip(self._field.at(poses[:, :2]) - self._target, 0.0, FARTHEST)
+        rest = np.clip(self._field.at(poses[:, :2]) - self._target, 0.0, MAX_SECONDS)
         buckets = ((cost + GREED * rest) / BUCKET).astype(int)
         order = np.argsort(buckets, kind="stable")
         names, starts = np.unique(buckets[order], return_index=True)

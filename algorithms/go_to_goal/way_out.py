@@ -31,7 +31,7 @@ NEARER = 2.5
 """The path brings the goal nearer by the time for this distance, which is clipped [m]."""
 MIN_NEARER, MAX_NEARER = 0.8, 2.0
 """[s]"""
-MOST = 4
+MAX_PATHS = 4
 """Number of paths that it begins to drive, at most, before it gives up."""
 BLIND = 1.0
 """Distance from the body within which a long one enters nothing that no sensor has seen or faces [m]."""
@@ -110,7 +110,7 @@ class WayOut:
             self._follower = self._followers[0 if shy else 1]
             self._follower.begin(*search.found)
             self._floors = np.minimum(DRIVEN_ROOM, search.floors)
-            return self._paths <= MOST
+            return self._paths <= MAX_PATHS
         self._kind += 1
         if self._kind < len(KINDS):
             return True
