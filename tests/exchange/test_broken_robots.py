@@ -155,7 +155,7 @@ XACRO = '<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:arg name
             (),
             "no xacro:property 'who'; declare it, or give --arg who=VALUE",
         ),
-        (TWO.replace("0.0 0.2 -0.05", "0.0 nan -0.05"), (), r"urdf:5:18: a value is no number \(nan\); correct it"),
+        (TWO.replace("0.0 0.2 -0.05", "0.0 nan -0.05"), (), r"urdf:5:18: a value is not a number \(nan\); correct it"),
         (
             "<mujoco><include file='gone.xml'/></mujoco>",
             (),

@@ -175,7 +175,7 @@ def test_the_track_of_a_skid_steered_robot_is_told_as_its_file_and_its_plugin_ha
     assert plan.track == pytest.approx((0.4**2 + 0.5**2) / 0.4)
     lines = inventory(kept(anatomy_of(files), plan))
     assert any(line.endswith("of radius 0.1000 m, a track of 0.4000 m") for line in lines)
-    assert "kept: track of 0.4000 m, of the shapes: plug-in 'libskid.so' has 4.0000 m" in lines
+    assert "kept: track of 0.4000 m, from the shapes: plug-in 'libskid.so' has 4.0000 m" in lines
 
 
 def test_wheels_without_a_shape_have_the_radius_of_the_plugin():

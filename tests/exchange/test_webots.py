@@ -71,7 +71,7 @@ def test_walls_doors_windows_and_furniture_of_the_library_stand_where_webots_put
     assert world.lamps[0].at == (2.0, 2.0)
     report = "\n".join(found.report)
     assert "guessed: Chair PROTO 'chair': a box of 0.5 x 0.45 x 0.9 m" in report
-    assert "left out: node 'Lego': unknown to mjsim; of a PROTO" in report
+    assert "left out: node 'Lego': unknown to mjsim; for a PROTO" in report
     assert "left out: robot 'Robot': its start is kept" in report
 
 

@@ -51,10 +51,10 @@ def test_a_session_keeps_the_figures_of_each_run_that_it_records(folder):
     world, told = mjsim.load_world(folder / "w.yaml"), []
     around = partial(figures_told, world.run, overwrite=False, tell=told.append)
     with Session(world, record=folder / "r.mcap", around=around) as session:
-        session.wait()
+        session.wait(timeout=60.0)
         session.restart()
         assert session.wait("running", "ended") in ("running", "ended")
-        session.wait()
+        session.wait(timeout=60.0)
     names = sorted(str(file.relative_to(folder)) for file in folder.rglob("turn-figure-3.png"))
     assert names == ["r-2-figures/turn-figure-3.png", "r-figures/turn-figure-3.png"]
     assert sorted(line for line in told if line.endswith("png")) == [str(folder / name) for name in names]

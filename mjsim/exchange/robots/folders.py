@@ -114,7 +114,8 @@ class Folders:
             beside, name = folder, rest
         match = _PATTERN.search(name)
         if match is None:
-            return [self.unbuilt(beside, name) or self._inside(beside / name)]
+            place = self._inside(beside / name)
+            return [self.unbuilt(beside, name) or place]
         start = name[: match.start()].rfind("/") + 1
         folder, pattern = self._inside(beside / name[:start]), name[start:]
         if "/" in pattern:
@@ -153,9 +154,10 @@ class Folders:
 
         None if the package has a file of this path itself, or not one such.
         """
-        if (package / name).is_file() or package not in self._packages.values():
+        # Names may be too long for `Path.is_file`, which would raise.
+        if os.path.isfile(package / name) or package not in self._packages.values():
             return None
-        found = [place for folder in _folders_in(package) if (place := folder / name).is_file()]
+        found = [place for folder in _folders_in(package) if os.path.isfile(place := folder / name)]
         if len(found) != 1:
             return None
         self.installed[name] = os.path.relpath(found[0], package)
