@@ -21,6 +21,7 @@ from .model_sources import ROBOT as ROBOT
 from .model_sources import ModelFiles as ModelFiles
 from .model_sources import Read as Read
 from .model_sources import gather_model as gather_model
+from .picture_heads import FIRST_BYTES as FIRST_BYTES
 from .picture_heads import any_picture_size as any_picture_size
 from .picture_pixels import bounded as bounded
 from .picture_pixels import encode_png as encode_png

@@ -3,7 +3,7 @@
 import struct
 from collections.abc import Callable, Mapping
 
-from mjsim.models.picture_sizes import bounded_size, picture_size
+from mjsim.models.picture_sizes import PNG, bounded_size, picture_size
 
 WIDTH, HEIGHT = 256, 257
 """TIFF tags."""
@@ -69,3 +69,5 @@ HEADS: Mapping[bytes, Callable[[bytes], tuple[int, int]]] = {
     b"RIFF": _webp_size,
 }
 """First bytes of a file -> function that reads its size."""
+FIRST_BYTES = (PNG, b"\xff\xd8\xff", *HEADS)
+"""First bytes of a file of any of these formats."""

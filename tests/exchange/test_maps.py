@@ -306,11 +306,17 @@ def test_what_is_not_a_map_is_refused_in_one_line(tmp_path):
     for text, picture, message in [
         ("walls: []\n", None, "this is not a map; a map names an image, a resolution and an origin"),
         ("mjsim: 1\nname: a\n", None, "this is already a world of mjsim; run it, or copy it"),
-        ("image: map.pgm\n", None, "resolution is None; it must be a number"),
+        ("image: map.pgm\n", None, "key 'resolution' is missing; add it: side of a cell [m]"),
         ("image: map.pgm\nresolution: 0\n", None, "map.yaml:2:13: resolution is 0 m; cells must be 0.001 to 10 m"),
         ("image: ../map.pgm\nresolution: 0.05\n", None, "is outside its folder; put it beside the YAML file"),
-        ("image: gone.pgm\nresolution: 0.05\n", None, "gone.pgm'; name the picture of a map"),
+        ("image: gone.pgm\nresolution: 0.05\n", None, "map.yaml:1:8: no file 'gone.pgm' beside it; name the picture"),
         ("image: map.pgm\nresolution: 0.05\norigin: [0, a, 0]\n", None, "write [x, y, yaw] in metres"),
+        ("image: map.pgm\nresolution: 0.05\n", b"", "is empty; write a PGM or PNG picture"),
+        (
+            "image: map.pgm\nresolution: 0.05\norigin: [0, 0, 90]\n",
+            None,
+            "map.yaml:3:9: the yaw of origin is 90 rad; it must be between -6.3 and 6.3",
+        ),
         ("image: map.pgm\nresolution: 0.05\nmode: gray\n", None, "mode is 'gray'; it must be trinary, scale or raw"),
         ("image: map.pgm\nresolution: 0.05\nnegate: maybe\n", None, "negate is 'maybe'; it must be 0 or 1"),
         ("image: map.pgm\nresolution: 0.05\n", large, "is a picture of 50 megapixels; it must have at most 40"),
@@ -329,7 +335,7 @@ def test_what_is_not_a_map_is_refused_in_one_line(tmp_path):
         ("a: [\n", None, "map.yaml:2"),
         ("image: map.pgm\nresolution: 0.05\n", b"BM" + bytes(16) + b"\0\0\1\0" * 2, "is a picture of 4295 megapixels;"),
         ("image: map.pgm\nresolution: 0.05\n", b"BM", "is a truncated picture; save it again"),
-        ("image: map.pgm\nresolution: 0.05\n", b"GIF89a", "is not a PNG or JPEG picture; convert it"),
+        ("image: map.pgm\nresolution: 0.05\n", b"GIF89a", "is not a PGM, PPM, PNG or JPEG picture; convert it"),
     ]:
         path.write_text(text)
         if picture is not None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from mjsim.errors import UsageError
+from mjsim.errors import UsageError, file_meant
 from mjsim.exchange.bounded_file import read_bounded
 from mjsim.geometry import Pose
 from mjsim.world import Node, read_text
@@ -22,6 +22,8 @@ NO, YES = {"", "0", "n", "no", "false", "off"}, {"1", "y", "yes", "true", "on"}
 """Words that mean false, and true, in YAML 1.1, which ROS reads."""
 MAX_ORIGIN = 9000.0
 """Maximum absolute value of x and y of an origin [m]."""
+MAX_YAW = 6.3
+"""Maximum absolute value of the yaw of an origin, a little more than a whole turn [rad]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +69,8 @@ def read_header(path: Path) -> MapHeader:
             f"{keys.at(last)}: free_thresh is {free:g} and occupied_thresh {occupied:g};"
             " they must lie between 0 and 1, free_thresh below"
         )
+    if "resolution" not in node.value:
+        raise UsageError(f"{path}: key 'resolution' is missing; add it: side of a cell [m]")
     resolution = checked_resolution(keys.number("resolution"), keys.at("resolution"))
     return MapHeader(_image(keys), resolution, _origin(keys), occupied, free, _mode(keys), keys.flag("negate"))
 
@@ -87,11 +91,11 @@ class _Keys:
         item = self.node.items.get(key)
         return str(self.path) if item is None else f"{self.path}:{item.line}:{item.column}"
 
-    def number(self, key: str, default: float | None = None) -> float:
+    def number(self, key: str, default: float = math.nan) -> float:
         """Return a number.
 
         Raises:
-            UsageError: The value is not a number, or is missing and has no default.
+            UsageError: The value is not a finite number.
         """
         value = self.node.value.get(key, default)
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
@@ -115,6 +119,10 @@ def _image(keys: _Keys) -> str:
     parts = PurePosixPath(name).parts if not _absolute(name) else ()
     if ".." in parts or not name.isprintable():
         raise UsageError(f"{keys.at('image')}: image {name!r:.60} is outside its folder; put it beside the YAML file")
+    picture = picture_beside(keys.path, name)
+    if not picture.exists():
+        meant = file_meant(picture, (picture.suffix.lower(),), otherwise="the picture of the map")
+        raise UsageError(f"{keys.at('image')}: no file '{picture.name}' beside it{meant}")
     return name
 
 
@@ -165,4 +173,9 @@ def _origin(keys: _Keys) -> Pose:
         raise UsageError(
             f"{keys.at('origin')}: origin is {origin!r:.60}; write [x, y, yaw] in metres, within 9 km, and radians"
         )
-    return Pose(float(origin[0]), float(origin[1]), float(origin[2]) if len(origin) == 3 else 0.0)
+    yaw = float(origin[2]) if len(origin) == 3 else 0.0
+    if abs(yaw) > MAX_YAW:
+        raise UsageError(
+            f"{keys.at('origin')}: the yaw of origin is {yaw:g} rad; it must be between -{MAX_YAW:g} and {MAX_YAW:g}"
+        )
+    return Pose(float(origin[0]), float(origin[1]), yaw)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from mjsim.exchange.maps.png_in import HEAD, plain_png
 from mjsim.geometry import Array
-from mjsim.models import any_picture_size, bounded_size
+from mjsim.models import FIRST_BYTES, any_picture_size, bounded_size
 
 Cells = NDArray[np.bool_]
 _GAP = rb"(?:\s|#[^\n]*\n)+"
@@ -23,7 +23,9 @@ def gray_of(data: bytes) -> tuple[Array, Cells]:
     Raises:
         ValueError: The data is not such an image, is truncated, or has too many pixels.
     """
-    channels = _of_pnm(data) if data[:1] == b"P" else _decoded(data)
+    if not data:
+        raise ValueError("is empty; write a PGM or PNG picture")
+    channels = _decoded(data) if data.startswith(FIRST_BYTES) else _of_pnm(data)
     opaque = np.ones(channels.shape[:2], dtype=bool)
     if channels.shape[2] in (2, 4):
         opaque, channels = channels[..., -1] >= 0.5, channels[..., :-1]
