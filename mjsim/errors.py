@@ -130,9 +130,9 @@ def _printable(character: str) -> str:
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """Return '; did you mean ...?' if a known word is similar, else a list of the known words.
 
-    Considers only the first `MAX_WORDS` words, and skips unprintable ones, such as some file names.
+    Considers only the first `MAX_WORDS` words, and skips empty and unprintable ones, such as some file names.
     """
-    words = sorted(filter(str.isprintable, known))[:MAX_WORDS]
+    words = sorted(word for word in known if word and word.isprintable())[:MAX_WORDS]
     # A name that begins with the word is more likely meant than one that differs in a letter.
     begun = [each for each in words if word and each.startswith(word)]
     matches = difflib.get_close_matches(word, begun, n=1, cutoff=0.0) or difflib.get_close_matches(word, words, n=1)

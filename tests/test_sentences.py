@@ -37,6 +37,7 @@ def test_each_name_of_a_template_has_one_value(given):
 def test_a_name_that_is_written_in_part_is_meant_before_one_that_differs_in_a_letter():
     presets = ("turtlebot3_burger", "turtlebot3_waffle", "turtlebot4")
     assert did_you_mean("turtlebot3", presets) == "; did you mean 'turtlebot3_waffle'?"
+    assert did_you_mean("r", [""]) == "; there are none"
     assert did_you_mean("turtlebot5", presets) == "; did you mean 'turtlebot4'?"
 
 

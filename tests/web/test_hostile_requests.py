@@ -25,7 +25,7 @@ LAUGHS = "mjsim: 1\na0: &a0 [ha, ha, ha, ha, ha, ha, ha, ha, ha, ha]\n" + "".joi
 DOUBLES = "mjsim: 1\nvariables: {v0: 'ha', " + ", ".join(f"v{n}: '${{v{n - 1}}}${{v{n - 1}}}'" for n in range(1, 40))
 BOMBS = {
     "a billion laughs": (LAUGHS, "the text holds more than 250000 values, with aliases expanded"),
-    "an alias of itself": ("mjsim: 1\nwalls: &a [*a]\n", "alias '*a' has no anchor"),
+    "an alias of itself": ("mjsim: 1\nwalls: &a [*a]\n", "alias '*a' is inside its own anchor '&a'"),
     "a text that doubles": (DOUBLES + "}\nname: ${v39}\n", "it must have at most 2000"),
     "deep brackets": (f"mjsim: 1\nwalls: {DEEP}\n", "values are nested more than 50 deep"),
     "a power": ("mjsim: 1\nlight: ${9**9**9**9}\n", "is too large"),

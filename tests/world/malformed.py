@@ -20,8 +20,8 @@ TEXTS = {
     "a colon too many": ("name: a: b\n", "1:8: this is not YAML: mapping values are not allowed here"),
     "two documents": ("mjsim: 1\n---\nmjsim: 1\n", "2:1: a second document begins here; a world file holds one"),
     "an unknown alias": ("walls: *none\n", "1:8: alias '*none' has no anchor '&none' before it"),
-    "an anchor within itself": ("walls: &w [*w]\n", "1:12: alias '*w' has no anchor '&w' before it"),
-    "a YAML bomb": (BOMB, "6:16: the text holds more than 250000 values, with aliases expanded"),
+    "an anchor within itself": ("walls: &w [*w]\n", "1:12: alias '*w' is inside its own anchor '&w'"),
+    "a YAML bomb": (BOMB, "6:16: the text holds more than 250000 values, with aliases expanded; use fewer"),
     "a deep nest": ("walls: " + "[" * 100_000, "1:57: values are nested more than 50 deep; write them flatter"),
     "a deep nest of keys": ("{a: " * 5000, "1:201: values are nested more than 50 deep; write them flatter"),
     "a Python object": (
@@ -33,6 +33,10 @@ TEXTS = {
     "a character beyond Unicode": ('name: "\\UFFFFFFFF"\n', "1:1: this is not YAML: the value that follows has an"),
     "another version": ("mjsim: 2\n", "1:8: mjsim is 2; it must be 1"),
     # Keys
+    "a merge key": (
+        "robots: [&r {name: a, at: [1, 1]}, {<<: *r, name: b, at: [2, 2]}]\n",
+        "1:36: merge key '<<' is not supported; write its keys out",
+    ),
     "a misspelt key": ("mjsim: 1\nwals: []\n", "2:1: unknown key 'wals'; did you mean 'walls'?"),
     "a misspelt key in a list": (
         "walls:\n  - points: [[0, 0], [1, 0]]\n    heigth: 2\n",

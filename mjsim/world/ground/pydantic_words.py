@@ -76,6 +76,8 @@ def sentence(error: ErrorDetails, path: Path, model: type[BaseModel]) -> str:
     """Return a message for the value at a path below a model: what is wrong and what would be right."""
     kind, context, value = error["type"], error.get("ctx", {}), error["input"]
     name = _name(path)
+    if kind == "extra_forbidden" and path[-1] == "<<":
+        return "merge key '<<' is not supported; write its keys out"
     if kind == "extra_forbidden":
         return Sentence("unknown key '{key}'{meant}", path[-1], did_you_mean(str(path[-1]), keys_at(model, path[:-1])))
     if kind == "missing":

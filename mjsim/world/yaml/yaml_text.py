@@ -82,7 +82,12 @@ class _TooManyError(_BrokenTextError):
 
     def __init__(self, line: int, column: int) -> None:
         super().__init__(
-            line, column, Sentence("the text holds more than {max_nodes} values, with aliases expanded", MAX_NODES)
+            line,
+            column,
+            Sentence(
+                "the text holds more than {max_nodes} values, with aliases expanded; use fewer aliases, or split it",
+                MAX_NODES,
+            ),
         )
 
 
@@ -205,6 +210,7 @@ class _Composer:
         self._file = file
         self._events = events
         self._anchors: dict[str, Node] = {}
+        self._open: list[str | None] = []
         self._count = 0
         self._depth = 0
 
@@ -229,9 +235,7 @@ class _Composer:
         place = self.place
         if event.kind == ALIAS:
             if event.anchor is None or event.anchor not in self._anchors:
-                raise _BrokenTextError(
-                    *place, Sentence("alias '*{anchor}' has no anchor '&{anchor}' before it", event.anchor)
-                )
+                raise _BrokenTextError(*place, self._unresolved(event.anchor))
             node = self._anchors[event.anchor]
             self._grow(node.size)
             return node
@@ -246,13 +250,21 @@ class _Composer:
                 )
             if event.flow:
                 self.brackets.append(place)
+            self._open.append(event.anchor)
             node = self._mapping(event) if event.kind == MAP else self._list(event)
             if event.flow:
                 self.brackets.pop()
+            self._open.pop()
             self._depth -= 1
         if event.anchor is not None:
             self._anchors[event.anchor] = node
         return node
+
+    def _unresolved(self, anchor: str | None) -> str:
+        """Return why an alias refers to no value."""
+        if anchor in self._open:
+            return Sentence("alias '*{anchor}' is inside its own anchor '&{anchor}'; write the value out", anchor)
+        return Sentence("alias '*{anchor}' has no anchor '&{anchor}' before it", anchor)
 
     def _grow(self, size: int) -> None:
         self._count += size
