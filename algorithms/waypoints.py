@@ -43,7 +43,9 @@ class Waypoints:
         """
         self._points = np.asarray(points, dtype=float)
         if self._points.ndim != 2 or self._points.shape[1] != 2 or not len(self._points):
-            raise ValueError(f"points has shape {self._points.shape}; give at least one [x, y]")
+            raise ValueError(f"points has shape {self._points.shape}; it must be a list of [x, y]")
+        if not np.isfinite(self._points).all():
+            raise ValueError(f"points are {points}; they must be finite numbers")
         for key, value in {"laps": laps, "speed": speed, "tolerance": tolerance, "lookahead": lookahead}.items():
             if value <= 0:
                 raise ValueError(f"{key} is {value}; it must be above 0")

@@ -135,3 +135,16 @@ def test_a_path_is_cut_where_it_turns_by_more_than_is_sharp():
         [[2, 2], [0, 2]],
         [[0, 2], [1, 2.1]],
     ]
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        ([[1.0, math.nan]], r"^points are \[\[1.0, nan\]\]; they must be finite numbers$"),
+        ([[math.inf, 1.0]], "they must be finite numbers"),
+        ([[1.0, 2.0, 3.0]], r"^points has shape \(1, 3\); it must be a list of \[x, y\]$"),
+    ],
+)
+def test_points_of_another_shape_or_not_finite_are_refused(points, message):
+    with pytest.raises(ValueError, match=message):
+        Waypoints(points)

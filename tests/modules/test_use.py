@@ -47,6 +47,10 @@ Alias: type = Avoid
         ("mjsim.algorithms:EkfSlm", "no class 'EkfSlm' in mjsim.algorithms; did you mean 'EkfSlam'?"),
         ("mjsim.algorithms.ekf_slam:EkfSlm", "no class 'EkfSlm' in mjsim.algorithms.ekf_slam; did you mean 'EkfSlam'?"),
         ("mjsim.algorithms.none:X", "no module 'mjsim.algorithms.none' is installed; install it or correct the name"),
+        (
+            "mjsim.algorithms.ekfslam:EkfSlam",
+            "no module 'mjsim.algorithms.ekfslam' is installed; did you mean 'mjsim.algorithms.ekf_slam'?",
+        ),
         ("none.such:X", "no module 'none' is installed; install it or correct the name"),
         ("not a module:X", "'not a module' is not a module; write 'package.module:Class' or 'file.py:Class'"),
     ],
@@ -109,6 +113,8 @@ def test_a_class_of_a_package_is_judged_by_the_file_that_defines_it():
     [
         ("wander:Wander', speed: fast", "speed is 'fast'; it must be a number"),
         ("wander:Wander', speed: true", "speed is True; it must be a number"),
+        ("waypoints:Waypoints', points: [[1, .nan]]", "points is [[1, nan]]; it must be without NaN"),
+        ("wander:Wander', speed: .nan", "speed is nan; it must be without NaN"),
         ("explore:Explore', lidar: 3", "lidar is 3; it must be text or null"),
         ("go_to_goal:GoToGoal', goals: 5", "goals is 5; it must be a list"),
     ],

@@ -41,10 +41,19 @@ def schema_of(annotation: ast.expr | None, about: str, names: Mapping[str, ast.e
 
 def misfit_of(value: Any, schema: Mapping[str, Any]) -> str | None:
     """Return what a value of another kind must be, such as 'a number'; None if its type fits."""
+    if _has_nan(value):
+        return "without NaN"
     forms = schema.get("anyOf", [schema])
     if any(_fits(value, form) for form in forms):
         return None
     return " or ".join(_named(form) for form in forms)
+
+
+def _has_nan(value: Any) -> bool:
+    """Return whether a value, or anything in a list or mapping, is not a number."""
+    if isinstance(value, Mapping):
+        value = list(value.values())
+    return any(map(_has_nan, value)) if isinstance(value, (list, tuple)) else value != value
 
 
 def _fits(value: Any, form: Mapping[str, Any]) -> bool:

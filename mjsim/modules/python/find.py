@@ -1,9 +1,11 @@
 """Finds a Python module and checks that its class exists and fits, without running any of its code."""
 
 import ast
+import difflib
 import importlib.util
+import pkgutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 
@@ -141,11 +143,22 @@ def _installed_file(name: str) -> Path | None:
     spec: ModuleSpec | None = None
     for count in range(1, len(parts) + 1):
         whole = ".".join(parts[:count])
-        spec = _spec(whole, None if spec is None else list(spec.submodule_search_locations or ()))
+        path = None if spec is None else list(spec.submodule_search_locations or ())
+        spec = _spec(whole, path)
         if spec is None:
-            raise ValueError(Sentence("no module '{whole}' is installed; install it or correct the name", whole))
+            raise ValueError(_not_installed(parts[:count], path))
     assert spec is not None
     return Path(spec.origin) if spec.has_location and spec.origin and spec.origin.endswith(".py") else None
+
+
+def _not_installed(parts: Sequence[str], path: list[str] | None) -> str:
+    """Return that a module is missing, and the name of a similar one in the folders of its package."""
+    whole = ".".join(parts)
+    names = [] if path is None else [module.name for module in pkgutil.iter_modules(path)]
+    if similar := difflib.get_close_matches(parts[-1], names, n=1):
+        meant = ".".join([*parts[:-1], *similar])
+        return Sentence("no module '{whole}' is installed; did you mean '{meant}'?", whole, meant)
+    return Sentence("no module '{whole}' is installed; install it or correct the name", whole)
 
 
 def _spec(name: str, path: list[str] | None) -> ModuleSpec | None:
