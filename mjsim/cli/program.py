@@ -181,7 +181,8 @@ def _exit_code(call: Callable[[], int | None], command: Sequence[str]) -> int:
 
 def _advised(error: typer.TyperException, text: str) -> str:
     """Return what is wrong with the arguments, and what to type; Pydantic adds a prefix to its messages."""
-    text, context = text.replace(": Value error, ", ": "), getattr(error, "ctx", None)
+    text = text.replace(": Value error, ", ": ").replace(": Input should be ", ": it must be ")
+    context = getattr(error, "ctx", None)
     if context is None:
         return text
     outputs = [option for option in context.command.params if "-o" in option.opts]
@@ -190,6 +191,8 @@ def _advised(error: typer.TyperException, text: str) -> str:
         return f"{text.rstrip('.')}; name the output with -o {outputs[0].metavar}"
     if text.startswith(("Got unexpected", "Missing")):
         return f"{text.rstrip('.')}; {context.command_path} --help shows how to type it"
+    if text.startswith("No such command") and "Did you mean" not in text:
+        return f"{text.rstrip('.')}; {context.command_path} --help lists the commands"
     return text
 
 

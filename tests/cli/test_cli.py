@@ -104,6 +104,8 @@ def test_an_invalid_choice_is_a_plain_error(room, capsys):
         (("doctor", "x"), "Got unexpected extra argument(s) (x); mjsim doctor --help shows how to type it"),
         (("check",), "Missing argument 'WORLD...'; mjsim check --help shows how to type it"),
         (("exprot",), "No such command 'exprot'. Did you mean 'export'?"),
+        (("frob",), "No such command 'frob'; mjsim --help lists the commands"),
+        (("run", "room.yaml", "--seed", "-1"), "Invalid value for '--seed': it must be greater than or equal to 0"),
     ],
 )
 def test_wrong_arguments_are_told_with_what_to_type(capsys, words, says):
