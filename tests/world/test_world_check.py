@@ -33,6 +33,10 @@ def told(text, source=None):
             ROOM + "beacons: [{name: r, at: [5.8, 2], marker: {dictionary: 4x4_50, id: 1}, width: 800}]",
             "w:2:79: beacon 'r' is 800 m wide; lengths are in metres",
         ),
+        (
+            "robots: [{name: a, at: [1, 1], sensors: [{camera: c, at: [100, 0, 1200]}]}]",
+            "w:1:58: sensor 'c' is 1200 m away from its robot; lengths are in metres",
+        ),
         (ROOM + "beacons: [{name: r, at: [6, 2]}]", "w:2:25: beacon 'r' at [6, 2] hangs inside wall 'hall'"),
         (
             ROOM + "beacons: [{name: r, at: [5.89, 2], heading_deg: 0, image: f.png}]",

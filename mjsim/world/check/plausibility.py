@@ -13,12 +13,12 @@ from mjsim.world.check.lead_checks import misled_joints
 from mjsim.world.check.mover_checks import misled
 from mjsim.world.check.overlaps import MAX_OVERLAP, Finding, Solids, called, disc, pair
 from mjsim.world.check.reach_checks import beyond_reach
-from mjsim.world.items import NoiseEvent, Robot, Wall, World, sensors, with_noise
+from mjsim.world.items import NoiseEvent, Robot, Wall, World, name_of, sensors, with_noise
 from mjsim.world.plan import Hung, hung
 from mjsim.world.yaml import problems_at
 
-MAX_BEACON, MAX_SPAN = 20.0, 1000.0
-"""Largest beacon, and largest extent of walls, for which the unit is not doubted [m]."""
+MAX_BEACON, MAX_SPAN, MAX_MOUNT = 20.0, 1000.0, 20.0
+"""Largest beacon, extent of walls, and coordinate of a sensor on its robot, for which the unit is not doubted [m]."""
 MAX_SOFT_OVERLAP = 0.02
 """Depth to which objects and people may overlap a person, whose body is soft [m]."""
 IN_FRONT = 0.05
@@ -46,6 +46,13 @@ def _gigantic(world: World) -> Iterator[Finding]:
     span = float(np.ptp(corners, axis=0).max()) if len(corners) else 0.0
     if span > MAX_SPAN:
         yield Sentence("the walls span {span:g} m; lengths are in metres", span), ("walls",)
+    for index, robot in enumerate(world.robots):
+        for number, sensor in enumerate(robot.sensors):
+            if (away := max(map(abs, getattr(sensor, "at", (0.0,))))) > MAX_MOUNT:
+                sentence = Sentence(
+                    "sensor '{name}' is {away:g} m away from its robot; lengths are in metres", name_of(sensor), away
+                )
+                yield sentence, ("robots", index, "sensors", number, "at")
 
 
 def _diverging(world: World) -> Iterator[Finding]:
