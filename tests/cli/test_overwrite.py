@@ -159,7 +159,7 @@ COMMANDS = {
     "view": ("show room.yaml --view scout/front -o view.jpg", "view.jpg"),
     "lab": ("lab motor.yaml -o lab", "lab/motor.html"),
     "octave": ("octave curve.m -o curves", "curves/figure-1.png"),
-    "ergonomics": ("ergonomics stool.yaml -o people", "people/anna.html"),
+    "ergonomics": ("ergonomics stool.yaml -o people --formats pdf,svg", "people/anna_reach.pdf"),
     "new": ("new --maze 3x3 -o maze.yaml", "maze.yaml"),
     "worlds": ("worlds --copy gallery -o mine.yaml", "mine.yaml"),
     "map": ("export-world room.yaml --map map", "map/map.yaml"),

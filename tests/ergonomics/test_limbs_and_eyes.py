@@ -221,12 +221,3 @@ def test_where_nobody_sits_there_is_no_study(tmp_path):
     with pytest.raises(UsageError, match=r"anna\.json"):
         write_ergonomics(parse_world(WORLD), tmp_path)
     assert (tmp_path / "anna.json").read_text() == "kept"
-
-
-@pytest.mark.slow
-def test_plots_of_a_person_are_for_papers_too(tmp_path):
-    write_ergonomics(parse_world(WORLD), tmp_path, formats=("svg", "pdf"))
-    for plot in ("posture", "reach", "sight"):
-        assert (tmp_path / f"anna_{plot}.svg").read_bytes().startswith(b"<?xml")
-        assert (tmp_path / f"anna_{plot}.pdf").read_bytes().startswith(b"%PDF")
-        assert (tmp_path / f"anna_{plot}.png").stat().st_size > 5000

@@ -199,7 +199,7 @@ def test_an_imported_picture_is_encoded_again_under_a_free_name(client, folder):
     data = picture(400, 300) + b"<script>alert(1)</script>"
     names = ["../../evil.py", "my poster.jpg", "my poster.jpg", "..", "ü/ö.jpeg", ".hidden.jpg"]
     got = [client.post("/api/upload", params={"name": name}, content=data).json()["path"] for name in names]
-    assert got == ["evil.jpg", "my-poster.jpg", "my-poster-2.jpg", "picture.jpg", "picture-2.jpg", "hidden.jpg"]
+    assert got == ["evil.jpg", "my-poster.jpg", "my-poster-2.jpg", "picture.jpg", "ö.jpg", "hidden.jpg"]
     for name in got:
         written = (folder / name).read_bytes()
         assert b"script" not in written

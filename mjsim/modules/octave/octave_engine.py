@@ -135,7 +135,7 @@ class OctaveEngine(Engine):
             return f"raised a parse error: {one_line(description)}{context} ({place})"
         shortened = _COLUMN.sub("", one_line(message))
         if "no graphics toolkits" in shortened:
-            shortened = "figures of modules are drawn beside a recording: record the run"
+            shortened = "figures of modules are drawn in recorded runs of the commands and the studio only"
         if _UNKNOWN.search(shortened):
             shortened += "; positions of beacons and walls are [] unless the world has map: known"
         shortened = shortened if len(shortened) <= MAX_TEXT_LENGTH else f"{shortened[:MAX_TEXT_LENGTH]}..."
