@@ -45,8 +45,7 @@ SOFT = 1e-9
 mm and 0.002 degrees."""
 RELINEARISED = 0.01
 """A pose or landmark whose solution has moved by more than this is linearised again [m, rad]. With ten times that,
-gtsam's
-default, a corridor of 14 m bends by 0.1 m more."""
+gtsam's default, a corridor of 14 m bends by 0.1 m more."""
 
 
 class GraphSlam:
@@ -103,7 +102,6 @@ class GraphSlam:
         self._gtsam: Any = gtsam
         self._distance, self._turn = distance, np.radians(turn_deg)
         self._scale, self._systematic, self._held = sighting_scale, systematic, frame == "map"
-        self._errors = GraphErrors(gtsam, length=systematic, scale=sighting_scale)
         self._nod, self._repeat = math.radians(nod_deg), repeat
         self._step: Array = np.zeros(3)
         self._step_covariance: Array = np.zeros((3, 3))
@@ -221,10 +219,7 @@ class GraphSlam:
 
     @property
     def range_errors(self) -> tuple[Array, Array]:
-        """Estimated offset [m] and relative error of ranges, (2,), and their covariance; (0,) without such errors.
-
-        Errors are assumed to be within the data sheet.
-        """
+        """Offset [m] and relative error of ranges within the data sheet, (2,), with covariance; (0,) without errors."""
         if not (self._errors.possible and self._names):
             return np.zeros(0), np.zeros((0, 0))
         ranges = slice(MOTION, MOTION + RANGE_ERRORS)

@@ -49,11 +49,6 @@ class RangeErrors:
         """Variances of offset [m] and relative error, shape (2,); zeros before the first sighting."""
         return np.asarray(self._part * self._prior)
 
-    @property
-    def is_possible(self) -> bool:
-        """Whether sightings leave room for such errors."""
-        return self._part > LEFT
-
     def begin(self, sightings: Sequence[Sighting]) -> Array:
         """Return the prior variances, shape (2,), at the first sightings; before and after that zeros."""
         if self._prior.any() or not sightings:

@@ -15,6 +15,7 @@ from mjsim.models.mesh_sizes import check_mesh
 from mjsim.models.picture_sizes import picture_size
 from mjsim.models.proven import digest
 from mjsim.models.sdf import mjcf_of_sdf
+from mjsim.models.urdf_objects import keep_urdf
 from mjsim.models.xml_text import RefusedXmlError
 from mjsim.models.xml_tree import FOREIGN, tree_of
 from mjsim.sentences import Sentence
@@ -72,14 +73,6 @@ _REFUSED = {
 """Features that no object may have, with their names in messages."""
 _INSTEAD = {"attach": "write both as one file, mujoco.MjSpec.from_file(FILE).to_xml()"}
 """Advice on what to use instead."""
-_URDF = {"link", "joint", "material"}
-_URDF_COMPILER = {"boundinertia", "boundmass"}
-"""Settings of a URDF's MuJoCo element that are kept: minimum mass and inertia of moving bodies."""
-_URDF_PARTS = {
-    "link": {"inertial", "visual", "collision"},
-    "joint": {"parent", "child", "origin", "axis", "limit", "dynamics"},
-    "material": {"color", "texture"},
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,15 +135,13 @@ class Gatherer:
         data = self.file(path)
         self._xml += len(data)
         if self._xml > MAX_XML:
-            raise ValueError(
-                Sentence("'{path}' has more than {max_xml} MB of XML; make it simpler", self._path, MAX_XML // 10**6)
-            )
+            raise _fault("'{path}' has more than {max_xml} MB of XML; make it simpler", self._path, MAX_XML // 10**6)
         try:
             root, self._elements = tree_of(path, data, self._elements)
         except ElementTree.ParseError as error:
-            raise ValueError(Sentence("'{path}' is not XML: {error}; correct it", path, error)) from None
+            raise _fault("'{path}' is not XML: {error}; correct it", path, error) from None
         except RefusedXmlError as error:
-            raise ValueError(Sentence("'{path}' {error}", path, error)) from None
+            raise _fault("'{path}' {error}", path, error) from None
         root.tag = root.tag.removeprefix(FOREIGN)
         return root
 
@@ -162,12 +153,8 @@ class Gatherer:
             self.paths.append(path)
             self.sums.add(digest(data))
         if self._bytes > MAX_BYTES:
-            raise ValueError(
-                Sentence(
-                    "the files of '{path}' have more than {max_bytes} MB; make them smaller",
-                    self._path,
-                    MAX_BYTES // 10**6,
-                )
+            raise _fault(
+                "the files of '{path}' have more than {max_bytes} MB; make them smaller", self._path, MAX_BYTES // 10**6
             )
         return data
 
@@ -185,10 +172,8 @@ class Gatherer:
             self.keep_mjcf(root, sections)
         else:
             path, tag = self._path, root.tag
-            raise ValueError(
-                Sentence(
-                    "'{path}' begins with <{tag}>; a model begins with <mujoco> (MJCF) or <robot> (URDF)", path, tag
-                )
+            raise _fault(
+                "'{path}' begins with <{tag}>; a model begins with <mujoco> (MJCF) or <robot> (URDF)", path, tag
             )
 
     def keep_mjcf(self, root: Element, sections: Sections) -> None:
@@ -197,14 +182,12 @@ class Gatherer:
         for element in root.iter():
             if element.tag in _REFUSED:
                 instead = _INSTEAD.get(element.tag, "make it of geoms")
-                raise ValueError(
-                    Sentence(
-                        "'{path}' has {refused} (<{tag}>); {instead}",
-                        self._path,
-                        _REFUSED[element.tag],
-                        element.tag,
-                        instead,
-                    )
+                raise _fault(
+                    "'{path}' has {refused} (<{tag}>); {instead}",
+                    self._path,
+                    _REFUSED[element.tag],
+                    element.tag,
+                    instead,
                 )
         compilers = [dict(section.attrib) for section in root.findall("compiler")]
         settings = {key: value for compiler in compilers for key, value in compiler.items()}
@@ -233,10 +216,8 @@ class Gatherer:
     def put_includes_in(self, element: Element, depth: int) -> None:
         """Replace each <include file=.../> by the contents of the file."""
         if depth > MAX_INCLUDES:
-            raise ValueError(
-                Sentence(
-                    "'{path}' includes files more than {max_includes} deep; is it a loop?", self._path, MAX_INCLUDES
-                )
+            raise _fault(
+                "'{path}' includes files more than {max_includes} deep; is it a loop?", self._path, MAX_INCLUDES
             )
         for index, child in reversed(list(enumerate(element))):
             if child.tag != "include":
@@ -246,7 +227,7 @@ class Gatherer:
             try:
                 included = self.parse(self._resolved(name))
             except ValueError as error:
-                raise ValueError(Sentence("'{path}' includes '{name}': {error}", self._path, name, error)) from None
+                raise _fault("'{path}' includes '{name}': {error}", self._path, name, error) from None
             self.put_includes_in(included, depth + 1)
             element[index : index + 1] = list(included)
 
@@ -275,7 +256,7 @@ class Gatherer:
         if path + variant in self._flat:
             return self._flat[path + variant]
         if kind == "mesh" and not path.lower().endswith(MESH_ENDINGS):
-            raise ValueError(Sentence("'{path}' names the mesh '{name}'; convert it to OBJ or STL", self._path, name))
+            raise _fault("'{path}' names the mesh '{name}'; convert it to OBJ or STL", self._path, name)
         return self.store(PlainFile(path, self.file(path)), kind, variant)
 
     def store(self, file: "PlainFile", kind: str, variant: str) -> str:
@@ -289,7 +270,7 @@ class Gatherer:
             try:
                 width, height = picture_size(data)
             except ValueError as error:
-                raise ValueError(Sentence("'{path}' {error}", path, error)) from None
+                raise _fault("'{path}' {error}", path, error) from None
             self._count_pixels(width * height)
         flat = self._flat[path + variant] = f"{len(self._flat)}-{posixpath.basename(path)}"
         self.assets[flat] = data
@@ -300,15 +281,11 @@ class Gatherer:
         if "builtin" not in item.attrib:
             return
         if item.tag == "mesh":
-            raise ValueError(
-                Sentence("'{path}' has a mesh generated by MuJoCo (builtin); name an OBJ or STL file", self._path)
-            )
+            raise _fault("'{path}' has a mesh generated by MuJoCo (builtin); name an OBJ or STL file", self._path)
         width, height = (item.get(key, "0") for key in ("width", "height"))
         if not all(size.isdecimal() and len(size) < 10 for size in (width, height)):
-            raise ValueError(
-                Sentence(
-                    "'{path}' has a texture of {width} x {height} pixels; give whole numbers", self._path, width, height
-                )
+            raise _fault(
+                "'{path}' has a texture of {width} x {height} pixels; give whole numbers", self._path, width, height
             )
         # All faces of a cube have the size given by its width.
         self._count_pixels(int(width) * max(int(height), int(width) * CUBE_SIDES))
@@ -317,10 +294,8 @@ class Gatherer:
         self._pixels += count
         if self._pixels > MAX_PIXELS:
             limit = MAX_PIXELS // 10**6
-            raise ValueError(
-                Sentence(
-                    "the textures of '{path}' have more than {limit} megapixels; make them smaller", self._path, limit
-                )
+            raise _fault(
+                "the textures of '{path}' have more than {limit} megapixels; make them smaller", self._path, limit
             )
 
     def _resolved(self, name: str) -> str:
@@ -329,12 +304,8 @@ class Gatherer:
             return self._packaged(name)
         path = posixpath.normpath(posixpath.join(self._folder, name.removeprefix("file://")))
         if not name or path.startswith(("/", "..")) or "\\" in name:
-            raise ValueError(
-                Sentence(
-                    "'{path}' names the file '{name}'; keep it beside the model and name it from there",
-                    self._path,
-                    name,
-                )
+            raise _fault(
+                "'{path}' names the file '{name}'; keep it beside the model and name it from there", self._path, name
             )
         return path
 
@@ -349,12 +320,10 @@ class Gatherer:
             path = posixpath.normpath(posixpath.join(base, rest))
             if not path.startswith(("/", "..")) and self._exists(path):
                 return path
-        raise ValueError(
-            Sentence(
-                "'{path}' names '{name}', which is not found from any folder that contains the model; put it in one",
-                self._path,
-                name,
-            )
+        raise _fault(
+            "'{path}' names '{name}', which is not found from any folder that contains the model; put it in one",
+            self._path,
+            name,
         )
 
     def _exists(self, path: str) -> bool:
@@ -366,47 +335,8 @@ class Gatherer:
 
     def keep_urdf(self, root: Element) -> None:
         """Keep the parts of a URDF that make up an object."""
-        own = root.find("mujoco/compiler")
-        folder = "" if own is None else own.get("meshdir", "")
-        for child in list(root):
-            if child.tag not in _URDF:
-                root.remove(child)
-        _name_apart(root)
-        for item in root.iter():
-            if item.tag in _URDF_PARTS and item is not root:
-                for part in list(item):
-                    if part.tag not in _URDF_PARTS[item.tag]:
-                        item.remove(part)
-            if item.tag == "joint" and item.get("type") in ("floating", "planar"):
-                item.set("type", "fixed")
-            if item.tag == "joint" and item.get("type") == "continuous":
-                for limit in item.findall("limit"):  # URDF defines no limits for such a joint; MuJoCo would apply them.
-                    limit.attrib.pop("lower", None)
-                    limit.attrib.pop("upper", None)
-            if item.tag == "texture" and item.get("filename"):
-                item.set("filename", self.asset(item.attrib["filename"], "texture"))
-            if item.tag == "mesh" and item.get("filename"):
-                name = item.attrib["filename"]
-                name = name if "://" in name else posixpath.join(folder, name)
-                # MuJoCo reads a mesh per file; a mesh used in two sizes must become two files.
-                item.set("filename", self.asset(name, "mesh", variant=item.get("scale", "")))
+        keep_urdf(root, self.asset)
         _check_count(self._path, sum(item.tag in ("link", "visual", "collision") for item in root.iter()))
-        settings = {"discardvisual": "false", "strippath": "false", "fusestatic": "false", "balanceinertia": "true"}
-        if own is not None:
-            settings |= {key: own.attrib[key] for key in sorted(_URDF_COMPILER & own.attrib.keys())}
-        ElementTree.SubElement(ElementTree.SubElement(root, "mujoco"), "compiler", settings)
-
-
-def _name_apart(root: Element) -> None:
-    """Give URDF shapes unique names if some have names; MuJoCo gives a shape without one the name of the last."""
-    shapes = [shape for link in root.findall("link") for shape in link if shape.tag in ("visual", "collision")]
-    taken: set[str] = set()
-    for shape in shapes if any(shape.get("name") for shape in shapes) else ():
-        own = name = shape.get("name") or shape.tag
-        while name in taken:
-            name = f"{own}-{len(taken)}"
-        shape.set("name", name)
-        taken.add(name)
 
 
 def _keep(element: Element, tags: Set[str]) -> None:
@@ -432,6 +362,9 @@ def _geoms_in(element: Element) -> int:
 
 def _check_count(path: str, count: int) -> None:
     if count > MAX_GEOMS:
-        raise ValueError(
-            Sentence("'{path}' has {count} parts; it must have at most {max_geoms}", path, count, MAX_GEOMS)
-        )
+        raise _fault("'{path}' has {count} parts; it must have at most {max_geoms}", path, count, MAX_GEOMS)
+
+
+def _fault(template: str, *values: object) -> ValueError:
+    """Return the error of a `Sentence`."""
+    return ValueError(Sentence(template, *values))
