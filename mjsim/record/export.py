@@ -363,12 +363,8 @@ def export_images(recording: Recording, folder: str | Path, *, overwrite: bool =
     for robot, camera in recording.cameras():
         # Otherwise pictures of two runs, taken at different times, would be in one folder.
         if not overwrite and any((folder / robot / camera).glob("*.*")):
-            raise UsageError(
-                Sentence(
-                    "'{folder}' holds pictures; name another folder, or add --overwrite (in Python: overwrite=True)",
-                    folder / robot / camera,
-                )
-            )
+            full = "'{folder}' holds pictures; name another folder, or add --overwrite (in Python: overwrite=True)"
+            raise UsageError(Sentence(full, folder / robot / camera))
     with new_files(folder, overwrite=overwrite) as parts:
         for robot, camera in recording.cameras():
             for stamp, data, form in recording.pictures(robot, camera):
@@ -376,13 +372,8 @@ def export_images(recording: Recording, folder: str | Path, *, overwrite: bool =
                 write_part(parts / robot / camera / f"{stamp:015.6f}.{_SUFFIXES.get(form, form)}", data)
                 count += 1
         if not count:
-            raise UsageError(
-                Sentence(
-                    "'{path}' has no {word}; nothing is written",
-                    recording.path,
-                    "pictures" if recording.cameras() else "camera",
-                )
-            )
+            missing = "pictures" if recording.cameras() else "camera"
+            raise UsageError(Sentence("'{path}' has no {missing}; nothing is written", recording.path, missing))
     return count
 
 

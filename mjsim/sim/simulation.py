@@ -215,10 +215,7 @@ class Simulation(Viewed, Closes):
         return self._mechanisms.readings(self.tick)
 
     def identities(self, robot: str) -> tuple[str | None, ...]:
-        """Return the true beacon of each sighting of a robot's sensors at this tick, None for a false sighting.
-
-        For recordings and statistics; modules only get the result of `sense`.
-        """
+        """Return the true beacon of each sighting at this tick, None for a false one: for recordings, not for modules."""
         return self._robot(robot).identities(self.tick)
 
     def move(self, name: str, pose: Pose, *, anywhere: bool = False) -> None:
@@ -376,9 +373,8 @@ class Simulation(Viewed, Closes):
 
     def _robot(self, name: str) -> SimulatedRobot:
         if name not in self._robots:
-            raise UsageError(
-                Sentence("no robot '{name}' in this world{did_you_mean}", name, did_you_mean(name, self._robots))
-            )
+            meant = did_you_mean(name, self._robots)
+            raise UsageError(Sentence("no robot '{name}' in this world{meant}", name, meant))
         return self._robots[name]
 
     def _happen(self, **keys: object) -> None:

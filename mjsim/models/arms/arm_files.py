@@ -209,11 +209,8 @@ def _end(model: mujoco.MjModel, tree: ArmTree, path: str, end: str | None) -> tu
         last, branches = chain_to(tree)
         if branches:
             names = ", ".join(f"'{model.body(body).name}'" for body in branches)
-            raise ArmFileError(
-                Sentence(
-                    "'{path}' branches, to {names}; name the body that carries the tool by end, or --end", path, names
-                )
-            )
+            branched = "'{path}' branches, to {names}; name the body that carries the tool by end, or --end"
+            raise ArmFileError(Sentence(branched, path, names))
         frame = _tool_frame(model, tree, last)
         return (last, np.eye(4), "") if frame is None else (*_placed(model, tree, *frame[:2]), frame[2])
     for kind, count in (("body", model.nbody), ("site", model.nsite), ("joint", model.njnt)):
@@ -221,14 +218,8 @@ def _end(model: mujoco.MjModel, tree: ArmTree, path: str, end: str | None) -> tu
             if getattr(model, kind)(number).name == end:
                 root, flange = _placed(model, tree, kind, number)
                 if not root:
-                    raise ArmFileError(
-                        Sentence(
-                            "'{end}' of '{path}' does not move with any joint; name what the last joint moves",
-                            end,
-                            path,
-                        ),
-                        end,
-                    )
+                    still = "'{end}' of '{path}' does not move with any joint; name what the last joint moves"
+                    raise ArmFileError(Sentence(still, end, path), end)
                 return root, flange, ""
     known = [model.body(n).name for n in range(1, model.nbody)] + [model.site(n).name for n in range(model.nsite)]
     raise ArmFileError(

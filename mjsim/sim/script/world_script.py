@@ -340,15 +340,8 @@ class WorldScript:
         leaf = self._doors[event.open]
         joint, angle = leaf.joint(), math.radians(event.angle_deg)
         if not joint.lower - EVENT_TOLERANCE <= angle <= joint.upper + EVENT_TOLERANCE:
-            limit = leaf.door.limit_deg
-            raise UsageError(
-                Sentence(
-                    "the angle is {angle_deg:.6g} degrees; door '{open}' swings to {limit:.6g} at most",
-                    event.angle_deg,
-                    event.open,
-                    limit,
-                )
-            )
+            beyond = "the angle is {angle:.6g} degrees; door '{door}' swings to {limit:.6g} at most"
+            raise UsageError(Sentence(beyond, event.angle_deg, event.open, leaf.door.limit_deg))
 
     def require_room(self, event: WorldEvent) -> None:
         """Raise UsageError if a move names something unknown, or puts it into anything but robots, which may swap."""
@@ -362,15 +355,11 @@ class WorldScript:
         """Raise UsageError if something would be placed, or come back, inside something currently there."""
         if (found := self._obstacle_at(event, but=but)) is not None:
             if isinstance(event, RestoreEvent) and event.to is None:
-                raise UsageError(
-                    Sentence("'{restore}' would come back inside {found}; move that away first", event.restore, found)
-                )
+                back = "'{name}' would come back inside {found}; move that away first"
+                raise UsageError(Sentence(back, event.restore, found))
             name, (x, y) = event.move if isinstance(event, MoveEvent) else event.restore, event.to or (0.0, 0.0)
-            raise UsageError(
-                Sentence(
-                    "'{name}' is placed at [{x:g}, {y:g}] inside {found}; move it to a free place", name, x, y, found
-                )
-            )
+            inside = "'{name}' is placed at [{x:g}, {y:g}] inside {found}; move it to a free place"
+            raise UsageError(Sentence(inside, name, x, y, found))
 
     def _obstacle_at(self, event: MoveEvent | RestoreEvent, *, but: Sequence[int] = ()) -> str | None:
         """Return the object inside which something would be placed; None if there is none, such as on the floor."""
@@ -407,6 +396,5 @@ class WorldScript:
 
 def _require(name: str, kind: str, known: Iterable[str]) -> None:
     if name not in known:
-        raise UsageError(
-            Sentence("no {kind} '{name}' in this world{did_you_mean}", kind, name, did_you_mean(name, known))
-        )
+        meant = did_you_mean(name, known)
+        raise UsageError(Sentence("no {kind} '{name}' in this world{meant}", kind, name, meant))
