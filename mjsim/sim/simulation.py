@@ -215,7 +215,7 @@ class Simulation(Viewed, Closes):
         return self._mechanisms.readings(self.tick)
 
     def identities(self, robot: str) -> tuple[str | None, ...]:
-        """Return the true beacon of each sighting at this tick, None for a false one: for recordings, not for modules."""
+        """Return the true beacon of each sighting at this tick, None for a false one; modules do not get this."""
         return self._robot(robot).identities(self.tick)
 
     def move(self, name: str, pose: Pose, *, anywhere: bool = False) -> None:
